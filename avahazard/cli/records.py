@@ -28,8 +28,8 @@ def import_(
     source: Annotated[
         list[str],
         typer.Argument(
-            help="Tables (.csv, .xlsx) or folders of them; lines or points (.gpkg, .geojson, .shp, "
-            ".kml, .gpx).",
+            help="Tables (.csv, .xlsx, .ods) or folders of them; lines or points (.gpkg, .geojson, "
+            ".shp, .kml, .gpx).",
             show_default=False,
         ),
     ],
@@ -81,11 +81,26 @@ def import_(
             show_default=False,
         ),
     ] = None,
+    columns: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FILE",
+            help="What the columns of the tables are, as columns.toml (default: the one beside "
+            "them); or avalanche-slf, avalanche-utah, avalanche-colorado, landslides.",
+            show_default=False,
+        ),
+    ] = None,
+    guess_columns: Annotated[
+        bool,
+        typer.Option(
+            "--guess-columns", help="Write a first columns.toml beside a table; import nothing."
+        ),
+    ] = False,
 ) -> None:
     """Import tables, or folders of them, or paths drawn as lines on a terrain model.
 
-    Tables are workbooks (.xlsx) or texts with commas, semicolons or tabs; how each was read is
-    said. What may be read in two ways is refused until --decimal or --dates decides.
+    Tables are workbooks (.xlsx, .xls, .ods) or texts with commas, semicolons or tabs; how each was
+    read is said. What may be read in two ways is refused until --decimal or --dates decides.
     Each line is a path, drawn from its top; its attributes are the columns of paths.csv.
     All files are imported or none: every row that cannot be taken is listed.
 
@@ -95,12 +110,16 @@ def import_(
       avahazard import events.csv velocities.csv --dry-run
       avahazard import records.xlsx --dry-run
       avahazard import events.csv --dates dmy --update
+      avahazard import cadastre.xlsx --guess-columns
       avahazard import slides.csv --unusual --unknown=-9999
       avahazard import lines.gpkg events.csv --dem terrain.tif --land-cover forest.gpkg
     """
     from avahazard.records.conventions import Conventions  # noqa: PLC0415
     from avahazard.workflow.import_files import import_files  # noqa: PLC0415
 
+    if guess_columns:
+        _guess(context, source)
+        return
     marks = tuple(mark for text in unknown or () for mark in text.split(",") if mark)
     found = import_files(
         settings(context).database,
@@ -110,6 +129,7 @@ def import_(
         crs=crs,
         update=update,
         dry_run=dry_run,
+        columns=columns,
         given=Conventions(decimal, dates, unusual, marks),
     )
 
@@ -127,6 +147,31 @@ def import_(
     for line in found.read:
         errors().print(f"Read {line}.", soft_wrap=True)
     warn(*found.notes)
+    emit(context, found, render)
+
+
+def _guess(context: typer.Context, source: Sequence[str]) -> None:
+    from avahazard.workflow.import_files import guess_columns  # noqa: PLC0415
+
+    if len(source) > 1:
+        raise typer.BadParameter("Name one table to guess its columns.")
+    found = guess_columns(source[0])
+
+    def render(console: Console) -> None:
+        columns = ("column", "seems to be", "unit", ">sure", "because")
+        rows = [
+            (g.source, g.column, g.unit, f"{g.confidence:.0%}", g.reason) for g in found.guesses
+        ]
+        console.print(table(f"Columns of {found.file}", columns, rows))
+        for text in found.open:
+            console.print(f"Open: {text}", markup=False, soft_wrap=True)
+        console.print(
+            f"Written to {found.written}: read it, correct it, then avahazard import {found.file} "
+            "--dry-run",
+            markup=False,
+            soft_wrap=True,
+        )
+
     emit(context, found, render)
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from avahazard.records.conventions import (
     Conventions,
+    Conversion,
     Decimal,
     DecimalMarks,
     canonical,
@@ -21,8 +23,11 @@ from avahazard.records.errors import RowProblem
 from avahazard.records.meanings import MEANINGS
 from avahazard.records.sheet import Texts
 from avahazard.records.table import Table
+from avahazard.records.units import factor, known_unit
 
 Place = tuple[int, str]  # index of the row, column
+NO_CONVERSION = Conversion(None, {}, None)
+PLAIN_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 ODD = re.compile("[,\\s'’\u2212]")  # what a number of a file with commas does not hold, unquoted
 ODD_ELSEWHERE = re.compile("[.,\\s'’\u2212]")
 DECIMAL = {"point": "decimal points", "comma": "decimal commas"}
@@ -40,11 +45,18 @@ def plain_cells(table: Table, given: Conventions, problems: list[RowProblem]) ->
     not say it, ambiguous numbers are added to `problems`, as are ambiguous dates. Marks of unknown
     become empty cells where `given` names them.
     """
+    given = replace(
+        given,
+        unknown=(*given.unknown, *table.unknown),
+        decimal=table.decimal or given.decimal,
+        dates=table.dates or given.dates,
+    )
     table = _without_marks(table, given, problems)
     edits: dict[str, dict[int, str]] = {}
     words = list(table.words)
     words += _numbers(table, given.decimal, edits, problems)
     words += _dates(table, given, edits, problems)
+    _convert(table, edits, problems)
     row_of = {line: k for k, line in enumerate(table.lines)} if table.dated else {}
     for line, column in sorted(table.dated):
         meaning = MEANINGS.get(column)
@@ -176,6 +188,62 @@ def _dates(
         k: date for k, text, date in zip(where, texts, dates, strict=True) if date != text
     }
     return [words] if words else []
+
+
+NUMBER = r"([0-9][0-9., '’]*(?:[eE]\+?[0-9]+)?)"
+RANGE = re.compile(rf"[~≈]?\s*{NUMBER}\s*(?:-|–|—|\.\.|to|bis|à|a|til)\s*{NUMBER}")
+NOT_PLAIN = re.compile(r"[^\W\d_eE]|[0-9] *(?:[-–—]|\.\.)")
+RANGE_ACCEPTED = 'a number; or range = "geometric" (mean, low, high) in columns.toml'
+OF_RANGE: dict[str, Callable[[float, float], float]] = {
+    "low": lambda low, _: low,
+    "high": lambda _, high: high,
+    "mean": lambda low, high: 0.5 * (low + high),
+    "geometric": lambda low, high: math.sqrt(low * high),
+}
+UNIT_HERE = (
+    "numbers: this row looks like one of units; take it away, or write units = {} in columns.toml"
+)
+
+
+def _convert(table: Table, edits: dict[str, dict[int, str]], problems: list[RowProblem]) -> None:
+    """Make numbers of the column's unit of classes, ranges and other units; or say what to write.
+
+    A range, or a row of units, that no mapping speaks of is refused with its remedy.
+    """
+    for name in table.header:
+        meaning = MEANINGS.get(name)
+        if name not in table.conversions:
+            if meaning is None or meaning.content != "number":
+                continue
+            if not any(NOT_PLAIN.search("\n".join(block)) for block in table.blocks(name)):
+                continue
+        unit, classes, kind = table.conversions.get(name, NO_CONVERSION)
+        classes = {word.casefold(): number for word, number in classes.items()}
+        times = factor(unit, meaning.unit) if unit and meaning else None
+        edited = edits.setdefault(name, {})
+        for k, text in table.values(name):
+            plain = edited.get(k, text)
+            value, accepted = classes.get(plain.casefold()), ""
+            if value is None and not PLAIN_NUMBER.fullmatch(plain):
+                if found := RANGE.fullmatch(plain):
+                    value = _of_range(found.groups(), kind)
+                    accepted = RANGE_ACCEPTED
+                elif k == 0 and meaning and known_unit(plain, meaning.unit):
+                    accepted = UNIT_HERE.format(table.lines[k])
+                if value is None and accepted:
+                    problems.append(RowProblem(table.file, table.lines[k], name, text, accepted))
+            elif value is None and times is not None:
+                value = float(plain)
+            if value is not None:
+                edited[k] = (
+                    f"{value if plain.casefold() in classes else value * (times or 1.0):.12g}"
+                )
+
+
+def _of_range(ends: Sequence[str], kind: str | None) -> float | None:
+    numbers = [canonical(end.strip(), "point") for end in ends]
+    low, high = (math.nan if text is None else float(text) for text in numbers)
+    return OF_RANGE[kind](low, high) if kind is not None and low < high else None
 
 
 def _holds_numbers(column: str, table: Table) -> bool:

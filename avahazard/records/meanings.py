@@ -8,6 +8,8 @@ from collections.abc import Iterable
 from functools import cache
 from typing import Literal, NamedTuple
 
+from rapidfuzz.distance import OSA
+
 Content = Literal["name", "text", "number", "date", "flag"]
 
 
@@ -124,7 +126,8 @@ def near_name(name: str, columns: Iterable[str]) -> str | None:
         without_unit = UNITS.sub("", column)
         if without_unit != column and squashed == squash(without_unit):
             return column
-        if len(squashed) >= SHORTEST_NEAR and _one_letter_apart(squashed, squash(column)):
+        # A letter too many, too few, another one, or two neighbours swapped.
+        if len(squashed) >= SHORTEST_NEAR and OSA.distance(squashed, squash(column)) == 1:
             return column
     return None
 
@@ -138,15 +141,3 @@ def squash(name: str) -> str:
 @cache
 def _spelt() -> dict[str, str]:
     return {squash(column): column for column in MEANINGS}
-
-
-def _one_letter_apart(one: str, other: str) -> bool:
-    """A letter too many, too few, another one, or two neighbours swapped."""
-    short, long = sorted((one, other), key=len)
-    if len(long) - len(short) > 1 or one == other:
-        return False
-    i = next((k for k, (a, b) in enumerate(zip(short, long, strict=False)) if a != b), len(short))
-    if len(short) < len(long):
-        return short[i:] == long[i + 1 :]
-    swapped = short[:i] + short[i : i + 2][::-1] + short[i + 2 :]
-    return short[i + 1 :] == long[i + 1 :] or swapped == long

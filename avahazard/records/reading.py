@@ -22,6 +22,7 @@ from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem, t
 from avahazard.records.event import Event, Speed
 from avahazard.records.forms import Kind, column_kinds, read_covariates, read_forms
 from avahazard.records.intake import Drawn, Intake, speed_key
+from avahazard.records.mapping import BESIDE, TableMapping, fits, lacking, mapped, read_mappings
 from avahazard.records.path import Covariate, Path, Profile
 from avahazard.records.rows import (
     EventRow,
@@ -32,11 +33,12 @@ from avahazard.records.rows import (
     VelocityRow,
     check_rows,
 )
+from avahazard.records.sheet import Layout
 from avahazard.records.stops import Convert, place_stop
 from avahazard.records.table import Table, read_tables
 
-TABLES = (".csv", ".tsv", ".xlsx", ".xlsm")
-OTHERS = (".xls", ".xlsb", ".ods", ".numbers")
+TABLES = (".csv", ".tsv", ".xlsx", ".xlsm", ".xls", ".xlsb", ".ods")
+OTHERS = (".numbers",)
 
 
 def find_files(sources: Sequence[str | FilePath]) -> list[FilePath]:
@@ -120,6 +122,7 @@ def read_files(
     drawn: Sequence[Drawn] = (),
     points: Sequence[Table] = (),
     given: Conventions = UNKNOWN,
+    columns: FilePath | None = None,
     convert: Convert | None = None,
     profiles_of: Callable[[AbstractSet[str]], Sequence[Profile]] | None = None,
 ) -> Intake:
@@ -127,16 +130,22 @@ def read_files(
 
     Paths that were `drawn` on a map, and `points` as tables, are read with the files. With
     `profiles_of`, `known` has no profiles: those of the paths that the files touch are asked for.
+    `columns` is a `columns.toml` for all files, else the one beside each is taken, if any.
     `convert` moves stops that are points into the system of their path.
     """
     intake = Intake()
+    used: list[TableMapping] = []
     tables: dict[Kind, list[Table]] = {"paths": [], "profiles": [], "events": [], "velocities": []}
     for file in find_files(sources):
         intake.files.append(str(file))
         faults: list[RowProblem] = []
-        sheets = read_tables(file, faults)
+        sheets = mapped_tables(file, faults, columns, used)
         for kind, table in read_forms(sheets, known, intake, faults, need_runout, given):
             tables[kind].append(table)
+    if columns is not None and not used:
+        raise AvahazardError(
+            f"No file is one that {columns} is for.", "Its `file` and `sheet` must name one."
+        )
     for table in points:
         intake.files.append(table.file)
         for kind, spelt in read_forms([table], known, intake, (), need_runout, given):
@@ -173,6 +182,47 @@ def read_files(
     check_one_scale(intake, known)
     intake.problems = told_once(intake.problems)
     return intake
+
+
+def mapped_tables(
+    file: FilePath,
+    problems: list[RowProblem],
+    columns: FilePath | None,
+    used: list[TableMapping],
+) -> list[Table]:
+    """The tables of a file, by a mapping where one is for it, which is added to `used`.
+
+    A mapping that names no file is for those with any of its columns.
+    """
+    beside = file.parent / BESIDE
+    where = columns or (beside if beside.is_file() else None)
+    found: list[Table] = []
+    lacks: list[RowProblem] = []
+    for mapping in read_mappings(where) if where is not None else ():
+        if not fits(mapping, str(file)):
+            continue
+        faults: list[RowProblem] = []
+        layout = Layout(mapping.header, mapping.units, mapping.merged)
+        named = mapping.file is not None
+        for table in read_tables(file, faults, layout):
+            if mapping.sheet not in (None, table.title or None):
+                continue
+            absent = lacking(mapping, table)
+            if not absent:
+                found.append(mapped(table, mapping))
+                used.append(mapping)
+                problems += [fault for fault in faults if fault.file == table.file]
+            elif named or mapping.sheet or len(absent) < len(mapping.needed()):
+                accepted = f"the columns that {where} names, or that file corrected"
+                lacks += [
+                    RowProblem(table.file, table.first, "", name, accepted) for name in absent
+                ]
+        if named and not found:
+            lacks += faults
+    if found or lacks:
+        problems += () if found else lacks
+        return found
+    return read_tables(file, problems)
 
 
 def _ids(column: str, tables: Iterable[Table]) -> set[str]:

@@ -14,6 +14,7 @@ from array import array
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain, islice
 from pathlib import PurePath
 from typing import Any, NamedTuple
 
@@ -33,11 +34,29 @@ AT_ONCE = 10_000
 """Rows that are taken apart, or put together, at a time."""
 
 
+class Layout(NamedTuple):
+    """Where a table stands on its sheet: rows of the header and of units, and merged cells.
+
+    With `merged` a merged cell holds its value in each of its rows and columns; with `guess` the
+    header is the row that looks like it.
+    """
+
+    header: int | None = None
+    units: int | None = None
+    merged: bool = False
+    guess: bool = False
+
+
+PLAIN = Layout()
+
+
 class SheetCells(NamedTuple):
     """The lines of a table, blank ones left out: names, then `columns` of `lines` `[n_rows]`.
 
     `columns` are those with a name, in its order. `nameless` are columns (from 0) that hold
     something under an empty name. `uneven` lines have another number of values, `(line, values)`.
+    `units` are the cells of the row of units; `likely` is the row that looks like the header, where
+    that is not the first.
     """
 
     first: int
@@ -46,6 +65,8 @@ class SheetCells(NamedTuple):
     columns: tuple[Texts, ...]
     nameless: frozenset[int]
     uneven: tuple[tuple[int, int], ...]
+    units: tuple[str, ...] = ()
+    likely: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +87,7 @@ class Sheet:
     dated: frozenset[tuple[int, int]] = frozenset()
     written: frozenset[tuple[int, int]] | None = None
     first_day: dt.date = FIRST_DAY
+    title: str = ""
 
 
 def no_header(file: str) -> RowProblem:
@@ -78,12 +100,32 @@ def texts(values: Sequence[str]) -> Texts:
     return np.array(values, dtype=TEXT)
 
 
-def packed(lines: Iterable[Line]) -> SheetCells | None:
+LOOKED_AT = 15
+"""Rows among which the header is looked for."""
+
+
+def header_row(rows: Sequence[Line]) -> int:
+    """Which of the first rows looks like the header: words, nearly as full as the fullest."""
+    filled = [sum(map(bool, cells)) for _, cells in rows]
+    for k, (_, cells) in enumerate(rows):
+        words = sum(bool(cell) and not is_number(cell) for cell in cells)
+        if words > 1 and 2 * words > filled[k] and filled[k] >= 0.6 * max(filled):
+            return k
+    return 0
+
+
+def packed(lines: Iterable[Line], layout: Layout = PLAIN) -> SheetCells | None:
     """The cells of `lines`, of which the first has the names; None where there is no line."""
-    rows = iter(lines)
-    first, header = next(rows, (0, ()))
-    if not first:
+    rows = (line for line in lines if line[0] >= (layout.header or 0))
+    begin = list(islice(rows, LOOKED_AT))
+    if not begin:
         return None
+    likely = 0 if layout.header else header_row(begin)
+    if layout.guess:
+        begin = begin[likely:]
+    first, header = begin[0]
+    rest = chain(begin[1:], rows)
+    units: Sequence[str] = ()
     named = [k for k, name in enumerate(header) if name]
     empty = [k for k, name in enumerate(header) if not name]
     fewest = named[-1] + 1 if named else 0
@@ -92,8 +134,11 @@ def packed(lines: Iterable[Line]) -> SheetCells | None:
     blocks: list[list[Texts]] = []
     nameless: set[int] = set()
     uneven: list[tuple[int, int]] = []
-    for line, cells in rows:
+    for line, cells in rest:
         n = len(cells)
+        if line == layout.units:
+            units = cells
+            continue
         if empty:
             nameless.update(k for k in empty if k < n and cells[k])
         # Spreadsheets leave columns that hold nothing, not even a name.
@@ -109,7 +154,16 @@ def packed(lines: Iterable[Line]) -> SheetCells | None:
             held = []
     blocks.append(_columns(held, named))
     columns = tuple(np.concatenate(parts) for parts in zip(*blocks, strict=True))
-    return SheetCells(first, tuple(header), numbers, columns, frozenset(nameless), tuple(uneven))
+    return SheetCells(
+        first,
+        tuple(header),
+        numbers,
+        columns,
+        frozenset(nameless),
+        tuple(uneven),
+        tuple(units),
+        begin[likely][0] if likely and not layout.guess else 0,
+    )
 
 
 def _columns(rows: Sequence[Sequence[str]], named: Sequence[int]) -> list[Texts]:
@@ -200,7 +254,9 @@ LINE = re.compile(r"[^\r\n]*(?:\r\n?|\n)|[^\r\n]+")
 HINT = re.compile(r"sep=(.)\r?\n", re.IGNORECASE)  # what Excel writes for itself
 
 
-def split(file: str, text: str, encoding: str, problems: list[RowProblem]) -> Sheet | None:
+def split(
+    file: str, text: str, encoding: str, problems: list[RowProblem], layout: Layout = PLAIN
+) -> Sheet | None:
     """Return the rows of `text`; None after adding to `problems`."""
     start = HINT.match(text)
     separator = start.group(1) if start else _separator(text)
@@ -209,7 +265,7 @@ def split(file: str, text: str, encoding: str, problems: list[RowProblem]) -> Sh
         problems.append(RowProblem(file, 1, "", separator, f"values separated by {names}"))
         return None
     before = len(problems)
-    cells = packed(_filled(file, text, separator, start is not None, problems))
+    cells = packed(_filled(file, text, separator, start is not None, problems), layout)
     if len(problems) > before:
         return None
     if cells is None:
@@ -240,8 +296,9 @@ def _separator(text: str) -> str:
     """The one by which the header has the most known columns; else the most columns."""
 
     def rank(separator: str) -> tuple[int, int]:
-        header = next(_records(text, separator), [])
-        return sum(known_name(name) is not None for name in header), len(header)
+        begin = list(islice(_records(text, separator), LOOKED_AT))
+        known = (sum(known_name(name) is not None for name in row) for row in begin)
+        return max(known, default=0), max(map(len, begin), default=0)
 
     return max(SEPARATORS, key=rank)
 
@@ -261,7 +318,7 @@ def _records(text: str, separator: str) -> Iterator[list[str]]:
 
 
 ZIP, OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
-SHEET_ACCEPTED = "a workbook saved as .xlsx without a password, or a text file (CSV)"
+SHEET_ACCEPTED = "a workbook (.xlsx, .xls, .ods) without a password, or a text file (CSV)"
 FIRST_DAY_1904 = dt.date(1904, 1, 1)
 MOST_BYTES = 1_000_000_000  # unpacked; a small file can hold endless zeros
 
@@ -271,27 +328,115 @@ def is_workbook(raw: bytes) -> bool:
     return raw.startswith((ZIP, OLE))
 
 
-def read_sheets(file: str, raw: bytes, problems: list[RowProblem]) -> list[Sheet]:
+def read_sheets(
+    file: str, raw: bytes, problems: list[RowProblem], layout: Layout = PLAIN
+) -> list[Sheet]:
     """Return the sheets that hold anything; add to `problems` the cells that cannot be read."""
     try:
-        if raw.startswith(OLE) or _unpacked(raw) > MOST_BYTES:
+        if raw.startswith(ZIP) and _unpacked(raw) > MOST_BYTES:
             raise zipfile.BadZipFile
-        book = _load(raw, values=False)
-        formulas = {
-            (sheet.title, cell.coordinate)
-            for sheet in book.worksheets
-            for row in sheet.iter_rows()
-            for cell in row
-            if cell.data_type == "f"
-        }
-        if formulas:
-            book = _load(raw, values=True)
+        grids = _of_xlsx(raw) if _is_xlsx(raw) else _of_others(raw)
     except Exception:
         problems.append(RowProblem(file, 0, "", PurePath(file).name, SHEET_ACCEPTED))
         return []
-    several = len(book.worksheets) > 1
-    found = [_sheet(file, sheet, several, formulas, problems) for sheet in book.worksheets]
+    found = [_sheet(file, grid, len(grids) > 1, layout, problems) for grid in grids]
     return [sheet for sheet in found if sheet is not None]
+
+
+class Grid(NamedTuple):
+    """A sheet as a library gives it: cells `(value, its fault or none)` by row and column."""
+
+    title: str
+    rows: list[list[tuple[Any, str]]]
+    merged: list[tuple[int, int, int, int]]  # first row and column, last row and column, from 0
+    words: tuple[str, ...]
+    first_day: dt.date
+
+
+def _is_xlsx(raw: bytes) -> bool:
+    if not raw.startswith(ZIP):
+        return False
+    with zipfile.ZipFile(io.BytesIO(raw)) as archive:
+        return "xl/workbook.xml" in archive.namelist()
+
+
+def _of_xlsx(raw: bytes) -> list[Grid]:
+    from openpyxl.utils.datetime import CALENDAR_MAC_1904  # noqa: PLC0415 (slow to import)
+
+    book = _load(raw, values=False)
+    formulas = {
+        (sheet.title, cell.coordinate)
+        for sheet in book.worksheets
+        for row in sheet.iter_rows()
+        for cell in row
+        if cell.data_type == "f"
+    }
+    if formulas:
+        book = _load(raw, values=True)
+
+    def read(title: str, cell: Any) -> tuple[Any, str]:
+        if cell.data_type == "e":
+            return cell.value, NOT_COMPUTED
+        empty = cell.value is None and (title, cell.coordinate) in formulas
+        return cell.value, NOT_SAVED if empty else ""
+
+    found = []
+    for sheet in book.worksheets:
+        hidden = sum(d.hidden for d in sheet.row_dimensions.values())
+        words = [f"{hidden} hidden rows among them"] if hidden else []
+        words += ["a hidden sheet"] if sheet.sheet_state != "visible" else []
+        merged = [
+            (r.min_row - 1, r.min_col - 1, r.max_row - 1, r.max_col - 1)
+            for r in sheet.merged_cells.ranges
+        ]
+        rows = [[read(sheet.title, cell) for cell in row] for row in sheet.iter_rows(min_row=1)]
+        first_day = FIRST_DAY_1904 if book.epoch == CALENDAR_MAC_1904 else FIRST_DAY
+        found.append(Grid(sheet.title, rows, merged, tuple(words), first_day))
+    return found
+
+
+def _of_others(raw: bytes) -> list[Grid]:
+    """Sheets of an `.xls`, `.xlsb` or `.ods`, whose libraries are one."""
+    from python_calamine import (  # noqa: PLC0415 (one format of many)
+        CalamineWorkbook,
+        SheetTypeEnum,
+        SheetVisibleEnum,
+    )
+
+    book = CalamineWorkbook.from_filelike(io.BytesIO(raw))
+    # Of an .ods it does not tell which cells are merged.
+    spanned = raw.startswith(ZIP) and ROWS_SPANNED.search(_content(raw)) is not None
+    found = []
+    for of_sheet in book.sheets_metadata:
+        if of_sheet.typ != SheetTypeEnum.WorkSheet:
+            continue
+        sheet = book.get_sheet_by_name(of_sheet.name)
+        rows = [
+            [(None if v == "" else v, NOT_COMPUTED if _is_error(v) else "") for v in row]
+            for row in sheet.to_python(skip_empty_area=False)
+        ]
+        merged = [(*first, *last) for first, last in sheet.merged_cell_ranges or ()]
+        if spanned:
+            merged = [(len(rows), 0, len(rows), 0)]
+        hidden = of_sheet.visible != SheetVisibleEnum.Visible
+        words = ("a hidden sheet",) if hidden else ()
+        found.append(Grid(of_sheet.name, rows, merged, words, FIRST_DAY))
+    return found
+
+
+ROWS_SPANNED = re.compile(rb'number-rows-spanned="(?:[2-9]|[1-9][0-9]+)"')
+NOT_COMPUTED = "a value: the spreadsheet could not compute this cell"
+NOT_SAVED = "the value of the formula: open the file in a spreadsheet and save it"
+
+
+def _content(raw: bytes) -> bytes:
+    with zipfile.ZipFile(io.BytesIO(raw)) as archive:
+        names = archive.namelist()
+        return archive.read("content.xml") if "content.xml" in names else b""
+
+
+def _is_error(value: Any) -> bool:
+    return isinstance(value, str) and value.startswith("#") and value.rstrip("!?/A").isupper()
 
 
 def _load(raw: bytes, *, values: bool) -> Any:
@@ -308,62 +453,69 @@ def _unpacked(raw: bytes) -> int:
 
 
 def _sheet(
-    file: str,
-    sheet: Any,
-    several: bool,
-    formulas: set[tuple[str, str]],
-    problems: list[RowProblem],
+    file: str, grid: Grid, several: bool, layout: Layout, problems: list[RowProblem]
 ) -> Sheet | None:
-    from openpyxl.utils.datetime import CALENDAR_MAC_1904  # noqa: PLC0415 (slow to import)
-
-    label = f"{file}, sheet {sheet.title}" if several else file
+    label = f"{file}, sheet {grid.title}" if several else file
+    if layout.merged:
+        _fill(grid)
     lines: list[Line] = []
     dated: set[tuple[int, int]] = set()
     written: set[tuple[int, int]] = set()
-    for row in sheet.iter_rows():
+    for line, row in enumerate(grid.rows, 1):
         texts = []
-        for cell in row:
-            text, fault = _text(cell.value, cell.data_type)
-            if cell.value is None and (sheet.title, cell.coordinate) in formulas:
-                fault = "the value of the formula: open the file in a spreadsheet and save it"
-            if fault:
-                problems.append(RowProblem(label, cell.row, cell.column_letter, text, fault))
-            if cell.data_type == "d":
-                dated.add((cell.row, cell.column - 1))
-            elif cell.data_type != "n" and is_number(text):
-                written.add((cell.row, cell.column - 1))
+        for column, (value, fault) in enumerate(row):
+            text = _text(value)
+            if fault and line >= (layout.header or 0):
+                problems.append(RowProblem(label, line, _letters(column), text, fault))
+            if isinstance(value, dt.date):
+                dated.add((line, column))
+            elif isinstance(value, str) and is_number(text):
+                written.add((line, column))
             texts.append(text)
         if any(texts):
-            lines.append((row[0].row, tuple(texts)))
-    cells = packed(lines)
+            lines.append((line, tuple(texts)))
+    cells = packed(lines, layout)
     if cells is None:
         return None
-    for merged in sheet.merged_cells.ranges:
-        if merged.max_row > cells.first:
-            accepted = "cells that are not merged: each row with values of its own"
-            problems.append(RowProblem(label, merged.min_row, "", str(merged), accepted))
-    name = sheet.title if several else PurePath(file).stem
+    for top, _, bottom, _ in () if layout.merged else grid.merged:
+        if bottom + 1 > cells.first:
+            accepted = "cells that are not merged: each row with values of its own (or merged = "
+            accepted += "true in columns.toml)"
+            problems.append(RowProblem(label, top + 1, "", "merged cells", accepted))
+    name = grid.title if several else PurePath(file).stem
     return Sheet(
         label,
         name,
         cells,
-        ("workbook",),
+        ("workbook", *grid.words),
         dated=frozenset(dated),
         written=frozenset(written),
-        first_day=FIRST_DAY_1904 if sheet.parent.epoch == CALENDAR_MAC_1904 else FIRST_DAY,
+        first_day=grid.first_day,
+        title=grid.title,
     )
 
 
-def _text(value: Any, kind: str) -> tuple[str, str]:
-    """A cell as text, and what would be accepted if it cannot be."""
+def _fill(grid: Grid) -> None:
+    """Give each cell of a merged one its value."""
+    for top, left, bottom, right in grid.merged:
+        for row in grid.rows[top : bottom + 1]:
+            row[left : right + 1] = [grid.rows[top][left]] * (right + 1 - left)
+
+
+def _letters(column: int) -> str:
+    """The name of a column (from 0) in a spreadsheet."""
+    first, last = divmod(column, 26)
+    return (_letters(first - 1) if first else "") + chr(ord("A") + last)
+
+
+def _text(value: Any) -> str:
+    """A cell as text."""
     if value is None:
-        return "", ""
-    if kind == "e":
-        return str(value), "a value: the spreadsheet could not compute this cell"
+        return ""
     if isinstance(value, bool):
-        return str(int(value)), ""
+        return str(int(value))
     if isinstance(value, float):
-        return (str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)), ""
+        return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
     if isinstance(value, dt.datetime):
-        return value.date().isoformat(), ""
-    return unicodedata.normalize("NFC", str(value)).strip(), ""
+        return value.date().isoformat()
+    return unicodedata.normalize("NFC", str(value)).strip()

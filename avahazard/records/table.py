@@ -14,11 +14,14 @@ from pathlib import Path as FilePath
 import numpy as np
 
 from avahazard.arrays import Ints
-from avahazard.records.conventions import FIRST_DAY
+from avahazard.records.conventions import FIRST_DAY, Conversion, Decimal, Order
 from avahazard.records.errors import RowProblem
 from avahazard.records.sheet import (
     AT_ONCE,
+    PLAIN,
+    Layout,
     Sheet,
+    SheetCells,
     Texts,
     decode,
     is_workbook,
@@ -36,8 +39,10 @@ class Table:
     """Cells without the blanks around them: of each column of the header those of `lines`.
 
     `name` hints at the form, `words` say how the file was read, `separator` is that of a text
-    file; `spelt` gives a column as the file has it, where that differs. `dated`, `written` and
-    `first_day` are those of the sheet, cells as `(line, column)`.
+    file; `spelt` gives a column as the file has it, where that differs. `first` is the line of the
+    header; `title`, `dated`, `written` and `first_day` are those of the sheet, cells as
+    `(line, column)`; `units` are those of a row under the header. The last four are what a mapping
+    says of the cells.
     """
 
     file: str
@@ -47,10 +52,17 @@ class Table:
     name: str = ""
     words: tuple[str, ...] = ()
     separator: str = ","
+    title: str = ""
+    first: int = 1
     dated: frozenset[tuple[int, str]] = frozenset()
     written: frozenset[tuple[int, str]] | None = None
     first_day: dt.date = FIRST_DAY
     spelt: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    unknown: tuple[str, ...] = ()
+    decimal: Decimal | None = None
+    dates: Order | None = None
+    conversions: Mapping[str, Conversion] = field(default_factory=dict)
 
     def numbered(
         self, columns: Sequence[str] | None = None
@@ -104,20 +116,20 @@ def table_of(
     return Table(file, tuple(header), array("q", [line for line, _ in numbered]), columns)
 
 
-def read_tables(path: FilePath, problems: list[RowProblem]) -> list[Table]:
+def read_tables(path: FilePath, problems: list[RowProblem], layout: Layout = PLAIN) -> list[Table]:
     """Read the table of a text file, or those of a workbook, cells as they were written.
 
     What is wrong is added to `problems`; a table without a usable header is left out.
     """
     file, raw = str(path), path.read_bytes()
     if is_workbook(raw):
-        sheets = read_sheets(file, raw, problems)
+        sheets = read_sheets(file, raw, problems, layout)
         if not sheets and not problems:
             problems.append(no_header(file))
     else:
         text = decode(file, raw, problems)
         del raw
-        sheet = text and split(file, *text, problems)
+        sheet = text and split(file, *text, problems, layout)
         sheets = [sheet] if sheet else []
     return [table for sheet in sheets if (table := _table(sheet, problems))]
 
@@ -125,7 +137,7 @@ def read_tables(path: FilePath, problems: list[RowProblem]) -> list[Table]:
 def _table(sheet: Sheet, problems: list[RowProblem]) -> Table | None:
     cells = sheet.cells
     used = [k for k, name in enumerate(cells.names) if name or k in cells.nameless]
-    header = _header(sheet.file, cells.first, [cells.names[k] for k in used], problems)
+    header = _header(sheet.file, cells, used, problems)
     if not header:
         return None
     for line, n in cells.uneven:
@@ -142,9 +154,12 @@ def _table(sheet: Sheet, problems: list[RowProblem]) -> Table | None:
         sheet.name,
         sheet.words,
         sheet.separator,
+        sheet.title,
+        cells.first,
         _named(sheet.dated, column),
         None if sheet.written is None else _named(sheet.written, column),
         sheet.first_day,
+        units={column[k]: text for k, text in enumerate(cells.units) if text and k in column},
     )
 
 
@@ -154,9 +169,20 @@ def _named(
     return frozenset((line, column[k]) for line, k in cells if k in column)
 
 
-def _header(file: str, line: int, cells: list[str], problems: list[RowProblem]) -> tuple[str, ...]:
+def _header(
+    file: str, table: SheetCells, used: Sequence[int], problems: list[RowProblem]
+) -> tuple[str, ...]:
     """Check the names of the columns; an empty tuple when they cannot be used."""
-    before = len(problems)
+    before, line = len(problems), table.first
+    cells = [table.names[k] for k in used]
+    if table.likely and (len(cells) < 2 or not all(cells)):
+        accepted = (
+            f"the header: it seems to be in row {table.likely}, and row {line} a title; take the "
+            f"rows above it away, or write header = {table.likely} in columns.toml (import FILE "
+            "--guess-columns writes one)"
+        )
+        problems.append(RowProblem(file, line, "", cells[0] if cells else "", accepted))
+        return ()
     for i, name in enumerate(cells):
         if not name:
             accepted = f"a name for column {i + 1}"

@@ -115,6 +115,28 @@ class Import(Result):
 
 
 @dataclass(frozen=True, slots=True)
+class Guessed(Result):
+    """What a column of a file seems to be, why, and how sure that is (0 to 1)."""
+
+    table: str
+    column: str
+    source: str
+    unit: str
+    reason: str
+    confidence: float
+
+
+@dataclass(frozen=True, slots=True)
+class GuessedColumns(Result):
+    """A first `columns.toml` that was written, its guesses, and what they leave open."""
+
+    file: str
+    written: str
+    guesses: Rows[Guessed]
+    open: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class WrittenReport(Result):
     """A report that was written; `lacking` is missing from it, `notes` are on the model."""
 

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from functools import partial
+from importlib.resources import files
 from pathlib import Path as FilePath
 
 import numpy as np
@@ -17,11 +18,19 @@ from avahazard.records.doubts import dwarfing, repeated, repeated_notes, vague_s
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.event import Event
 from avahazard.records.intake import Drawn
+from avahazard.records.mapping import BESIDE
 from avahazard.records.merge import merge_records
 from avahazard.records.reading import read_files
 from avahazard.records.table import Table
 from avahazard.results.base import Rows
-from avahazard.results.database import Counts, Import, ImportedRecords, ReadColumn
+from avahazard.results.database import (
+    Counts,
+    Guessed,
+    GuessedColumns,
+    Import,
+    ImportedRecords,
+    ReadColumn,
+)
 from avahazard.store.records import load_profiles, load_without_profiles, save_records, save_terrain
 from avahazard.store.session import reading, writing
 
@@ -54,6 +63,7 @@ def import_files(
     update: bool = False,
     dry_run: bool = False,
     given: Conventions = UNKNOWN,
+    columns: str | FilePath | None = None,
 ) -> Import:
     """Import `sources` into `database`.
 
@@ -66,7 +76,8 @@ def import_files(
     that of the lines); `land_cover` is a file of polygons with that attribute. Rows that are stored
     already are no change; with `update` rows that contradict stored ones replace them. A dry run
     reports what would happen. `given` says what files leave open: the decimal sign, and whether the
-    day or the month comes first. Raises `AvahazardError` where the database or a source cannot be
+    day or the month comes first. `columns` is a `columns.toml`, or the name of one that comes with
+    the program. Raises `AvahazardError` where the database or a source cannot be
     used, or there are lines without a terrain model; `RejectedRows` for rows that cannot be taken,
     all of them; nothing was stored.
     """
@@ -81,6 +92,7 @@ def import_files(
             drawn=drawn,
             points=list(points.values()),
             given=given,
+            columns=None if columns is None else mapping_file(columns),
             convert=_converted,
             profiles_of=partial(load_profiles, session),
         )
@@ -120,6 +132,46 @@ def _dwarfing_volumes(events: Sequence[Event], n_new: int) -> list[str]:
         for i in dwarfing(volumes)
         if i >= len(events) - n_new
     ]
+
+
+def guess_columns(source: str | FilePath) -> GuessedColumns:
+    """Write a first `columns.toml` beside the table `source`, to be read and corrected.
+
+    Raises `AvahazardError` where there is one, or the file holds no table that can be guessed;
+    `RejectedRows` where it cannot be read.
+    """
+    from avahazard.records.guess import as_toml, guess_tables  # noqa: PLC0415 (slow to import)
+
+    file = FilePath(source)
+    if not file.is_file():
+        raise AvahazardError(f"There is no file {file}.", "Name one table (.csv, .xlsx, .ods).")
+    target = file.parent / BESIDE
+    if target.exists():
+        raise AvahazardError(f"{target} is there already.", "Read it, or take it away first.")
+    tables, problems = guess_tables(file)
+    if problems:
+        raise RejectedRows(problems)
+    guesses = [(found.table, guess) for found in tables for guess in found.guesses]
+    if not guesses:
+        raise AvahazardError(
+            f"No column of {file} is like one of the forms.",
+            "docs/data_forms.md has the columns; write a columns.toml by hand.",
+        )
+    target.write_text(as_toml(file, tables), encoding="utf-8")
+    return GuessedColumns(
+        str(file),
+        str(target),
+        Rows(Guessed(table.file, *guess) for table, guess in guesses),
+        tuple(text for found in tables if found.guesses for text in found.open),
+    )
+
+
+def mapping_file(name: str | FilePath) -> FilePath:
+    """A `columns.toml`: a file, or one of those that come with the program, by its name."""
+    shipped = FilePath(str(files("avahazard.data"))) / "mappings"
+    if not FilePath(name).is_file() and (shipped / f"{name}.toml").is_file():
+        return shipped / f"{name}.toml"
+    return FilePath(name)
 
 
 def _converted(point: Floats, source: str, target: str) -> Floats:

@@ -86,6 +86,6 @@ def _import(database: str, folders: list[Path], case: dict[str, Any]) -> Any:
         unknown=tuple(options.pop("unknown", ())),
     )
     for name in ("dem", "land_cover", "columns"):
-        if name in options:
+        if name in options and at(options[name]).exists():
             options[name] = at(options[name])
     return import_files(database, [at(name) for name in case["files"]], given=given, **options)

@@ -360,9 +360,9 @@ def test_a_folder_may_hold_workbooks_but_not_two_files_of_one_name(tmp_path: Pat
 
 
 def test_old_spreadsheets_are_not_passed_over(tmp_path: Path) -> None:
-    for name in ("events.ods", "paths.csv"):
+    for name in ("events.numbers", "paths.csv"):
         (tmp_path / name).touch()
-    with pytest.raises(AvahazardError, match=r"events\.ods") as caught:
+    with pytest.raises(AvahazardError, match=r"events\.numbers") as caught:
         find_files([tmp_path])
     assert ".xlsx" in caught.value.hint
 

@@ -1,0 +1,256 @@
+"""A first `columns.toml`: what the columns of a table seem to be, by their names and contents."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from functools import cache
+from pathlib import Path as FilePath
+from typing import NamedTuple
+
+import numpy as np
+from rapidfuzz import fuzz
+
+from avahazard.records.conventions import is_number, read_dates
+from avahazard.records.errors import RowProblem
+from avahazard.records.meanings import MEANINGS, squash
+from avahazard.records.sheet import Layout
+from avahazard.records.table import Table, read_tables
+from avahazard.records.units import known_unit
+
+WORDS = {
+    "event_id": "event id|id|nr|no|number|nummer|numero|numéro|lawinennummer|no avalanche|"
+    "lawinen nr|codice|code|skrednr|skred id|objectid|record",
+    "path_id": "path|path name|avalanche path|slide path|lawinenzug|lawinenstrich|zug|couloir|"
+    "site|percorso|sito|skredbane|skredløp|track",
+    "name": "name|nom|nome|navn|bezeichnung",
+    "date": "date|datum|data|dato|day of event|tag|date of avalanche|ereignisdatum|winter|hiver|"
+    "inverno|saison|season",
+    "year": "year|jahr|année|an|anno|år",
+    "month": "month|monat|mois|mese|måned",
+    "day": "day|tag|jour|giorno|dag",
+    "runout_elevation_m": "runout elevation|stop elevation|deposit elevation|lowest elevation|"
+    "altitude arrêt|altitude d'arrêt|auslaufhöhe|höhe auslauf|tiefster punkt|quota arresto|"
+    "quota minima|stopphøyde|end elevation|toe elevation|zmin|hmin|altitude min",
+    "release_elevation_m": "release elevation|start elevation|starting zone elevation|crown "
+    "elevation|anrisshöhe|höhe anriss|anbruchhöhe|altitude départ|altitude de départ|quota "
+    "distacco|quota massima|utløsningshøyde|zmax|hmax|altitude max|elevation",
+    "runout_x_m": "runout distance|runout|auslauflänge|distance d'arrêt|distanza di arresto|"
+    "utløpslengde|horizontal distance along path",
+    "volume_m3": "volume|volumen|volume deposit|ablagerungsvolumen|kubatur|volume du dépôt|volume "
+    "deposito|cubatura|volum|skredvolum|v",
+    "fall_height_m": "fall height|drop|vertical drop|vertical|h|delta h|deltah|fallhöhe|"
+    "höhendifferenz|dénivelé|dénivelée|hauteur de chute|dislivello|fallhøyde|høydeforskjell|height",
+    "runout_length_m": "runout length|travel distance|length|l|länge|reichweite|laufstrecke|"
+    "longueur|distance parcourue|lunghezza|lengde|rekkevidde|horizontal length",
+    "h_over_l": "h/l|h over l|apparent friction|pauschalgefälle",
+    "deposit_width_m": "deposit width|breite ablagerung|largeur dépôt|larghezza deposito|width|"
+    "breite|largeur|larghezza|bredde",
+    "deposit_length_m": "deposit length|länge ablagerung|longueur dépôt|lunghezza deposito",
+    "deposit_thickness_m": "deposit depth|deposit thickness|mächtigkeit|épaisseur|spessore|"
+    "tykkelse|ablagerungshöhe",
+    "easting_m": "easting|x|ost|rechtswert|est|øst|coord x|x coordinate",
+    "northing_m": "northing|y|nord|hochwert|coord y|y coordinate",
+    "lon": "lon|longitude|long|länge geo|longitudine|lengdegrad|lng",
+    "lat": "lat|latitude|breite geo|latitudine|breddegrad",
+    "snow_type": "snow type|schneeart|type de neige|tipo di neve|snøtype|schneefeuchte|wetness",
+    "orientation": "aspect|orientation|exposition|esposizione|eksposisjon",
+    "location": "location|ort|gemeinde|lieu|commune|comune|località|sted|region|area",
+}
+DATE_PARTS = ("year", "month", "day")
+FROM_UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]|[,;]\s*(\S+)$|_(m3|m2|m|km3|km|ft|ha)$")
+PLAIN = re.compile(r"[0-9]+(?:\.[0-9]*)?")
+MARKS = frozenset(("?", "??", "-", "--", "–", "—", "na", "n/a", "n.a.", "null", "none", "unknown"))
+SURE, LIKELY, NEAR = 0.95, 0.8, 87.0
+"""Confidence in a name of the list, least one that is written, and least likeness (of 100)."""
+
+
+class Guess(NamedTuple):
+    """What a column of a file seems to be, why, and how sure that is (0 to 1)."""
+
+    column: str
+    source: str
+    unit: str
+    reason: str
+    confidence: float
+
+
+class GuessedTable(NamedTuple):
+    """A table's guesses, what they leave open, and where its header and units stand."""
+
+    table: Table
+    layout: Layout
+    guesses: tuple[Guess, ...]
+    open: tuple[str, ...]
+    unknown: tuple[str, ...]
+
+
+def guess_tables(file: FilePath) -> tuple[list[GuessedTable], list[RowProblem]]:
+    """Guess every table of a file; what of it cannot be read is returned too."""
+    problems: list[RowProblem] = []
+    found = []
+    for layout, sheet in _layouts(file, problems):
+        tables = [t for t in read_tables(file, [], layout) if t.title == sheet]
+        found += [_guessed(table, layout) for table in tables]
+    return found, problems
+
+
+def _layouts(file: FilePath, problems: list[RowProblem]) -> Iterator[tuple[Layout, str]]:
+    """Each sheet, with the rows of its header and units."""
+    faults: list[RowProblem] = []
+    heads = read_tables(file, faults, Layout(guess=True))
+    if not heads:
+        problems += faults
+    for table in heads:
+        units = None
+        if len(table.lines):
+            row = {name: cells[0] for name, cells in table.columns.items() if cells[0]}
+            like = [text for text in row.values() if _any_unit(text)]
+            if like and 2 * len(like) >= sum(not is_number(text) for text in row.values()):
+                units = None if any(is_number(text) for text in row.values()) else table.lines[0]
+        merged = any("merged" in fault.value for fault in faults if fault.file == table.file)
+        yield Layout(table.first, units, merged), table.title
+
+
+def _any_unit(text: str) -> bool:
+    return not is_number(text) and any(
+        known_unit(text, unit) for unit in ("m", "m3", "m2", "m/s", "degrees", "years")
+    )
+
+
+def _guessed(table: Table, layout: Layout) -> GuessedTable:
+    candidates = [guess for name in table.header for guess in _candidates(table, name)]
+    candidates.sort(key=lambda guess: -guess.confidence)
+    taken: dict[str, Guess] = {}
+    open_: list[str] = []
+    for guess in candidates:
+        same = [g for g in taken.values() if g.source == guess.source]
+        rival = taken.get(guess.column)
+        if guess.confidence < LIKELY:
+            if not same and not rival:
+                sure = f"{guess.confidence:.0%}: {guess.reason}"
+                open_.append(f"{guess.source!r} may be {guess.column} ({sure})")
+        elif rival and rival.confidence == guess.confidence and not same:
+            open_.append(f"{guess.source!r} or {rival.source!r} is {guess.column}: which one?")
+        elif not rival and not same:
+            taken[guess.column] = guess
+    for guess in taken.values():
+        unit = MEANINGS[guess.column].unit if guess.column in MEANINGS else ""
+        if unit in ("m", "m3", "m a.s.l.") and not guess.unit:
+            open_.append(f"the unit of {guess.source!r} is not said: {unit} is assumed")
+    unused = [n for n in table.header if n not in {g.source for g in taken.values()}]
+    if unused:
+        open_.append(f"kept as columns of your own: {', '.join(map(repr, unused))}")
+    drop, reach = taken.get("fall_height_m"), taken.get("runout_length_m")
+    if drop and reach and drop.unit == reach.unit and _middle(table, reach) < _middle(table, drop):
+        open_.append(f"{reach.source!r} is mostly below {drop.source!r}: is it in km?")
+    counts: dict[str, None] = {}
+    for name in table.header:
+        counts |= {t: None for t in table.counts(name) if t.casefold() in MARKS}
+    if "event_id" not in taken and {"fall_height_m", "volume_m3", "date"} & taken.keys():
+        open_.append("no column names the events: their rows do (event_id = row number)")
+    return GuessedTable(table, layout, tuple(taken.values()), tuple(open_), tuple(counts))
+
+
+def _middle(table: Table, guess: Guess) -> float:
+    found = table.counts(guess.source).elements()
+    return float(np.median([float(t) for t in found if PLAIN.fullmatch(t)] or [np.nan]))
+
+
+def _candidates(table: Table, name: str) -> Iterator[Guess]:
+    """What a column may be, by its name and unit, each held against its contents."""
+    given = FROM_UNIT.search(name)
+    unit = next((g for g in given.groups() if g), "") if given else table.units.get(name, "")
+    bare = FROM_UNIT.sub("", name).strip() if given and _any_unit(unit) else name
+    unit = unit if _any_unit(unit) else ""
+    texts = [text for text in table.counts(name) if text.casefold() not in MARKS]
+    for column, (word, likeness) in _like(bare).items():
+        confidence = SURE if likeness == 100.0 else LIKELY * likeness / 100.0 + 0.04
+        reason = f"{bare!r} is {word!r}" if likeness == 100.0 else f"{bare!r} is near {word!r}"
+        of_unit = MEANINGS[column].unit if column in MEANINGS else ""
+        if unit and of_unit:
+            if not known_unit(unit, of_unit):
+                continue
+            reason += f", in {unit}"
+        elif len(word) <= 2 and not unit:
+            confidence -= 0.2
+        share = _share(column, texts)
+        if share < 0.5:
+            continue
+        if share < 1.0:
+            confidence -= 0.2 * (1.0 - share)
+            reason += f", {share:.0%} of its values fit"
+        yield Guess(column, name, unit if of_unit else "", reason, round(confidence, 2))
+
+
+def _share(column: str, texts: Sequence[str]) -> float:
+    """Share of the values that a column could hold."""
+    content = MEANINGS[column].content if column in MEANINGS else "number"
+    if not texts or content in ("name", "text"):
+        return 1.0
+    if content == "date":
+        dates, faults, _ = read_dates(texts, "dmy")
+        good = sum(bool(re.fullmatch(r"[0-9]{4}(?:-[0-9]{2}-[0-9]{2})?", d)) for d in dates)
+        return max(0, good - len(faults)) / len(texts)
+    return sum(is_number(text.lstrip("<>~≈ ")) or "-" in text for text in texts) / len(texts)
+
+
+def _like(name: str) -> dict[str, tuple[str, float]]:
+    """Columns whose words are like a name, with the nearest word and its likeness of 100."""
+    own = squash(name)
+    found: dict[str, tuple[str, float]] = {}
+    for column, words in _squashed().items():
+        word, likeness = max(
+            ((w, 100.0 if own == s else fuzz.ratio(own, s)) for s, w in words),
+            key=lambda pair: pair[1],
+        )
+        if likeness >= NEAR:
+            found[column] = word, likeness
+    return found
+
+
+@cache
+def _squashed() -> dict[str, list[tuple[str, str]]]:
+    return {
+        column: [(squash(w), w) for w in (*words.split("|"), column)]
+        for column, words in WORDS.items()
+    }
+
+
+def as_toml(file: FilePath, tables: Sequence[GuessedTable]) -> str:
+    """The guesses as a `columns.toml`, each with its reason, and what is open as comments."""
+    lines = [f"# What the columns of {file.name} seem to be. Read it, correct it, then import.", ""]
+    for found in tables:
+        if not found.guesses:
+            continue
+        table = found.table
+        lines += ["[[table]]", f"file = {_quoted(file.name)}"]
+        lines += [f"sheet = {_quoted(table.title)}"] if table.title else []
+        lines += [f"header = {found.layout.header}"] if found.layout.header != 1 else []
+        lines += [f"units = {found.layout.units}"] if found.layout.units else []
+        lines += ["merged = true"] if found.layout.merged else []
+        if found.unknown:
+            lines.append(f"unknown = [{', '.join(map(_quoted, found.unknown))}]")
+        lines += [f"# open: {text}" for text in found.open]
+        lines.append("[table.columns]")
+        by_column = {guess.column: guess for guess in found.guesses}
+        parts = [by_column[p] for p in DATE_PARTS if p in by_column]
+        if "event_id" not in by_column and len(by_column.keys() - {"path_id", "name"}) > 1:
+            lines.append('event_id = {value = "{row}"}')
+        for guess in found.guesses:
+            unit = f", unit = {_quoted(guess.unit)}" if guess.unit else ""
+            source = _quoted(guess.source)
+            value = f"{{from = {source}{unit}}}" if unit else source
+            said = f"  # {guess.confidence:.0%}: {guess.reason}"
+            if guess.column not in DATE_PARTS:
+                lines.append(f"{guess.column} = {value}{said}")
+        if parts and parts[0].column == "year" and "date" not in by_column:
+            sources = ", ".join(_quoted(guess.source) for guess in parts)
+            lines.append(f"date = {{from = [{sources}]}}")
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _quoted(text: str) -> str:
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return '"' + "".join(c if c >= " " else f"\\u{ord(c):04x}" for c in escaped) + '"'
