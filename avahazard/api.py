@@ -50,6 +50,7 @@ from avahazard.workflow.requests import (
     DiagnoseRequest,
     HazardRequest,
     ReportRequest,
+    RunoutRequest,
     VolumesRequest,
     ZonesRequest,
 )
@@ -242,7 +243,7 @@ class Model:
         >>> base.add("season", name="season").result.effects
         ('season',)
         """
-        from avahazard.workflow.add import add  # noqa: PLC0415
+        from avahazard.workflow.calibrate import add  # noqa: PLC0415
 
         files = (*self.effect_files, *_files(effect_files))
         with show_progress(log=False) as report:
@@ -311,18 +312,17 @@ class Model:
         >>> base.runout("P01", volume_m3=2e4).mu_from
         'posterior median'
         """
-        from avahazard.workflow.runout import run_model  # noqa: PLC0415
+        from avahazard.workflow.runout import run_block  # noqa: PLC0415
 
-        return run_model(
-            self.database,
-            path_id,
-            self.name,
-            volume_m3=volume_m3,
+        request = RunoutRequest(
             mu=mu,
+            volume_m3=volume_m3,
+            model=self.name,
             table=table,
             plot=None if plot is None else Path(plot),
             effect_files=self.effect_files,
         )
+        return run_block(self.database, path_id, request)
 
     @taking(ReportRequest)
     def report(self, file: str | Path, request: ReportRequest) -> WrittenReport:
@@ -491,10 +491,10 @@ class Region:
         >>> region.runout("P01", 0.5).status
         'stopped'
         """
-        from avahazard.workflow.runout import run_path  # noqa: PLC0415
+        from avahazard.workflow.runout import run_block  # noqa: PLC0415
 
         file = None if plot is None else Path(plot)
-        return run_path(self.database, path_id, mu, table=table, plot=file)
+        return run_block(self.database, path_id, RunoutRequest(mu=mu, table=table, plot=file))
 
     def friction(
         self,

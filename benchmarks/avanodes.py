@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from avahazard.physics.cells import GRAVITY
-from avahazard.workflow.add import add
-from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.database import init_database
 from avahazard.workflow.diagnose import diagnose_model

@@ -15,8 +15,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from avahazard.workflow.add import add
-from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.database import init_database
 from avahazard.workflow.diagnose import diagnose_model

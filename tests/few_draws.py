@@ -9,7 +9,7 @@ import pytest
 
 FEW: dict[str, object] = {
     "avahazard.workflow.compare.RECORD_DRAWS": 200,
-    "avahazard.workflow.report_paths.RECORD_DRAWS": 200,
+    "avahazard.workflow.report.RECORD_DRAWS": 200,
     "avahazard.workflow.report_loop.RECORD_DRAWS": 200,
     "avahazard.workflow.report_loop.STRENGTHS": (0.0, 0.5, 1.0, 2.0),
     "avahazard.criticism.scoring.error_budget.N_DRAWS": 120,

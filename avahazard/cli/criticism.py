@@ -111,7 +111,10 @@ def diagnose(
             console.print(best.physics, soft_wrap=True)
         if found.verdict == "adequate" and best is not None:
             _nearest(console, best, len(found.candidates))
-        _next_steps(console, found)
+        _findings(console, found)
+        # Where an effect is named it is added first; what parts it from others comes after.
+        if found.verdict != "missing-effect" or settings(context).verbose:
+            show(console, measure_table(found, TERMINAL))
 
     emit(context, found, render)
     warn(*found.notes)
@@ -140,7 +143,8 @@ def _witnesses(console: Console, found: Diagnosis) -> None:
             )
 
 
-def _next_steps(console: Console, found: Diagnosis) -> None:
+def _findings(console: Console, found: Diagnosis) -> None:
+    """What else was found, beside the candidates."""
     _witnesses(console, found)
     if found.impossible_stops:
         n = len(found.impossible_stops)
@@ -158,7 +162,6 @@ def _next_steps(console: Console, found: Diagnosis) -> None:
     for effect, loss in found.still_needed.items():
         need = "is still needed" if loss > 0 else "is no longer needed"
         console.print(f"{effect} {need} (evidence {loss:+.1f} nats).")
-    show(console, measure_table(found, TERMINAL))
 
 
 def ladder(

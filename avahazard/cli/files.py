@@ -26,12 +26,8 @@ def init(context: typer.Context) -> None:
     from avahazard.workflow.database import init_database  # noqa: PLC0415
 
     found = init_database(settings(context).database)
-
-    def render(console: Console) -> None:
-        done = "was created" if found.created else "exists"
-        console.print(f"The database {found.database} {done}.", soft_wrap=True)
-
-    emit(context, found, render)
+    done = "was created" if found.created else "exists"
+    emit(context, found, f"The database {found.database} {done}.")
     if found.state == "old":
         warn("it was made by an older version: run `avahazard db upgrade`.")
     elif found.state == "newer":
@@ -58,18 +54,11 @@ def upgrade(context: typer.Context) -> None:
 
     found = upgrade_database(settings(context).database)
 
-    def render(console: Console) -> None:
-        if found.backup is not None:
-            console.print(f"Copied it to {found.backup} before.", soft_wrap=True)
-        if found.from_ == found.to:
-            console.print(f"The database {found.database} is up to date.", soft_wrap=True)
-        else:
-            console.print(
-                f"The database {found.database} went from revision {found.from_} to {found.to}.",
-                soft_wrap=True,
-            )
-
-    emit(context, found, render)
+    words = f"went from revision {found.from_} to {found.to}"
+    if found.from_ == found.to:
+        words = "is up to date"
+    copied = "" if found.backup is None else f"Copied it to {found.backup} before.\n"
+    emit(context, found, f"{copied}The database {found.database} {words}.")
 
 
 @db.command()
@@ -122,15 +111,13 @@ def check(
             f"The database {found.database} is not whole.\n{faults}", "Go back to a backup."
         )
 
-    def render(console: Console) -> None:
-        console.print(f"The database {found.database} is whole.", soft_wrap=True)
-        for model in found.recomputed or ():
-            words = "as stored, to the last bit"
-            if not model.identical:
-                words = f"could not be held against it: {model.why_not}"
-            console.print(f"{model.model} calibrated again: {words}", soft_wrap=True)
-
-    emit(context, found, render)
+    lines = [f"The database {found.database} is whole."]
+    for model in found.recomputed or ():
+        words = "as stored, to the last bit"
+        if not model.identical:
+            words = f"could not be held against it: {model.why_not}"
+        lines.append(f"{model.model} calibrated again: {words}")
+    emit(context, found, "\n".join(lines))
 
 
 @db.command()
@@ -147,13 +134,7 @@ def backup(
     from avahazard.workflow.database import backup_database  # noqa: PLC0415
 
     found = backup_database(settings(context).database, file)
-    emit(
-        context,
-        found,
-        lambda console: console.print(
-            f"Copied {found.database} to {found.backup}.", soft_wrap=True
-        ),
-    )
+    emit(context, found, f"Copied {found.database} to {found.backup}.")
 
 
 def report(
@@ -179,16 +160,8 @@ def report(
 
     with show_progress() as progress:
         found = write_report(settings(context).database, name, output, request, progress)
-
-    def render(console: Console) -> None:
-        size = found.bytes / 1e6
-        console.print(
-            f"{found.file}: paths {found.n_paths}, events {found.n_events}, "
-            f"{size:.1f} MB. Open it in a browser.",
-            soft_wrap=True,
-        )
-
-    emit(context, found, render)
+    size = f"paths {found.n_paths}, events {found.n_events}, {found.bytes / 1e6:.1f} MB"
+    emit(context, found, f"{found.file}: {size}. Open it in a browser.")
     warn(*found.lacking, *found.notes)
 
 
@@ -317,14 +290,10 @@ def synth(
         seed=seed,
     )
 
-    def render(console: Console) -> None:
-        hidden = ", ".join(found.effects) or "none"
-        console.print(
-            f"{counted(found.n_events, 'event')} on {counted(found.n_paths, 'path')}, "
-            f"{found.n_left_profile} beyond the profile, {found.n_speeds} speeds."
-        )
-        console.print(f"Hidden effects: {hidden}.")
-        for file in found.files:
-            console.print(file, soft_wrap=True)
-
-    emit(context, found, render)
+    size = f"{counted(found.n_events, 'event')} on {counted(found.n_paths, 'path')}"
+    lines = (
+        f"{size}, {found.n_left_profile} beyond the profile, {found.n_speeds} speeds.",
+        f"Hidden effects: {', '.join(found.effects) or 'none'}.",
+        *found.files,
+    )
+    emit(context, found, "\n".join(lines))

@@ -6,9 +6,12 @@ help is there at once. To add one, add its line to COMMANDS.
 
 from __future__ import annotations
 
+import ast
 import keyword
 import os
+from functools import cache
 from importlib import import_module
+from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import typer
@@ -18,13 +21,39 @@ from typer.main import get_command
 from avahazard import __version__
 from avahazard.records.errors import AvahazardError, did_you_mean
 
+HERE = Path(__file__).parent
+
 
 class Entry(NamedTuple):
-    """A command: its name, its module under `avahazard.cli`, and the first line of its help."""
+    """A command: its name, and its module under `avahazard.cli`."""
 
     name: str
     module: str
-    help: str
+
+    @property
+    def function(self) -> str:
+        """What it is called there; a name that Python keeps for itself ends in an underscore."""
+        name = self.name.replace("-", "_")
+        return f"{name}_" if keyword.iskeyword(name) else name
+
+    @property
+    def help(self) -> str:
+        """The first line of its help, read without loading the module."""
+        return _helps(self.module)[self.function]
+
+
+@cache
+def _helps(module: str) -> dict[str, str]:
+    """By name, the first line of the help of each function of a module, and of each group."""
+    found = {}
+    for node in ast.parse((HERE / f"{module}.py").read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.FunctionDef):
+            found[node.name] = (ast.get_docstring(node) or "").partition("\n")[0]
+        elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Call):
+            given = {k.arg: k.value for k in node.value.keywords}
+            if "help" in given:
+                found[ast.unparse(node.targets[0])] = ast.literal_eval(given["help"])
+    return found
 
 
 class Commands(TyperGroup):
@@ -70,15 +99,10 @@ class Commands(TyperGroup):
 
 
 def load(entry: Entry) -> Any:
-    """Return the command of `entry`: the function, or the group, that bears its name.
-
-    A name that Python keeps for itself, such as import, has an underscore after it.
-    """
+    """Return the command of `entry`: the function, or the group, that bears its name."""
     from avahazard.cli.options import add_engine_options, taking_requests  # noqa: PLC0415
 
-    module = import_module(f"avahazard.cli.{entry.module}")
-    name = entry.name.replace("-", "_")
-    found = getattr(module, f"{name}_" if keyword.iskeyword(name) else name)
+    found = getattr(import_module(f"avahazard.cli.{entry.module}"), entry.function)
     if isinstance(found, typer.Typer):
         command = get_command(found)
     else:
@@ -96,88 +120,35 @@ COMPUTING = frozenset(
 )
 """Commands that compute for long, with the options of the engine."""
 COMMANDS: tuple[Entry, ...] = (
-    Entry("run", "project", "Run a whole project: only what is out of date is done."),
-    Entry("init", "files", "Create the database."),
-    Entry("db", "files", "Upgrade, look at, check or copy the database."),
-    Entry(
-        "import",
-        "records",
-        "Import tables, or folders of them, or paths drawn as lines on a terrain model.",
-    ),
-    Entry("paths", "records", "List the paths."),
-    Entry("path", "records", "Show how the profile of a path was smoothed, and check it."),
-    Entry(
-        "runout",
-        "records",
-        "Run the block once: its stop and its speeds; or F(μ), where it stops under any friction.",
-    ),
-    Entry("friction", "records", "Show the apparent friction of the events and its density."),
-    Entry("fit", "records", "Fit laws of friction against volume by least squares."),
-    Entry("calibrate", "models", "Calibrate a model on the records and store it."),
-    Entry("models", "models", "List the stored models."),
-    Entry("model", "models", "Show a stored model: its posterior, and whether it converged."),
-    Entry(
-        "rerun",
-        "models",
-        "Calibrate a stored model again, and say whether the result is identical.",
-    ),
-    Entry(
-        "compare",
-        "criticism",
-        "Set a model against the measurements: its scores, and where it fails.",
-    ),
-    Entry("diagnose", "criticism", "Ask which effect a model lacks, if any; what to measure next."),
-    Entry(
-        "effects",
-        "models",
-        "List the effects that a model can have, and whether the present data can tell them.",
-    ),
-    Entry(
-        "effect",
-        "models",
-        "Show the physics of one effect; `effect new FILE` writes a template for one's own.",
-    ),
-    Entry("add", "models", "Add effects to a model: the child is calibrated, compared and stored."),
-    Entry("ladder", "criticism", "List every model and its error, oldest first."),
-    Entry(
-        "predict",
-        "criticism",
-        "Predict the runout of each event of a file; its own runout only serves for scores.",
-    ),
-    Entry(
-        "volumes",
-        "hazard",
-        "Fit how often which volumes come down the paths: return levels and their error.",
-    ),
-    Entry(
-        "hazard",
-        "hazard",
-        "Give the design runout of return periods, and the runout of volumes, path by path.",
-    ),
-    Entry(
-        "zones",
-        "hazard",
-        "Find speed, pressure and hazard zones along the paths, by return period.",
-    ),
-    Entry(
-        "alpha-beta",
-        "records",
-        "Give the alpha-beta runout of the paths: a baseline from the terrain alone.",
-    ),
-    Entry("report", "files", "Write a report of a model as one HTML file that needs no network."),
-    Entry(
-        "paper-figures",
-        "files",
-        "Draw every figure of Ancey (2005) from the records and stored models.",
-    ),
-    Entry("export", "files", "Write the bounds and zones of a model for a GIS or a spreadsheet."),
-    Entry(
-        "demo",
-        "project",
-        "Do the main job on the bundled data, a twin of the paper's seven paths; "
-        "find what is hidden.",
-    ),
-    Entry("synth", "files", "Make a synthetic dataset with known hidden effects."),
+    Entry("run", "project"),
+    Entry("init", "files"),
+    Entry("db", "files"),
+    Entry("import", "records"),
+    Entry("paths", "records"),
+    Entry("path", "records"),
+    Entry("runout", "records"),
+    Entry("friction", "records"),
+    Entry("fit", "records"),
+    Entry("calibrate", "models"),
+    Entry("models", "models"),
+    Entry("model", "models"),
+    Entry("rerun", "models"),
+    Entry("compare", "criticism"),
+    Entry("diagnose", "criticism"),
+    Entry("effects", "models"),
+    Entry("effect", "models"),
+    Entry("add", "models"),
+    Entry("ladder", "criticism"),
+    Entry("predict", "criticism"),
+    Entry("volumes", "hazard"),
+    Entry("hazard", "hazard"),
+    Entry("zones", "hazard"),
+    Entry("alpha-beta", "records"),
+    Entry("report", "files"),
+    Entry("paper-figures", "files"),
+    Entry("export", "files"),
+    Entry("demo", "project"),
+    Entry("synth", "files"),
 )
 
 

@@ -19,7 +19,7 @@ from avahazard.report.model_tables import parameters_table
 from avahazard.report.sentences import before_and_after_words
 from avahazard.report.tables import cell
 from avahazard.results.calibration import Calibration
-from avahazard.results.models import EffectDetails, WrittenTemplate
+from avahazard.results.models import EffectDetails
 from avahazard.workflow.requests import CalibrateRequest
 
 
@@ -229,7 +229,7 @@ def add(
       avahazard add first forest-drag --as forest
       avahazard add first my-effect --as mine --effect-file mine.py
     """
-    from avahazard.workflow.add import add as run  # noqa: PLC0415
+    from avahazard.workflow.calibrate import add as run  # noqa: PLC0415
 
     with show_progress() as report:
         found = run(
@@ -294,18 +294,11 @@ def effect(
         raise typer.BadParameter("it is either KEY or new FILE", ctx=context, param_hint="KEY")
     if file is not None:
         written = write_template(file)
-        emit(context, written, lambda console: _say_next(console, written))
+        then = f"avahazard add MODEL KEY --as NEW --effect-file {written.file}"
+        emit(context, written, f"Written: {written.file}\nChange it, then: {then}")
         return
     found = show_effect(settings(context).database, key)
     emit(context, found, lambda console: _render_effect(console, found))
-
-
-def _say_next(console: Console, written: WrittenTemplate) -> None:
-    console.print(f"Written: {written.file}", soft_wrap=True)
-    console.print(
-        f"Change it, then: avahazard add MODEL KEY --as NEW --effect-file {written.file}",
-        soft_wrap=True,
-    )
 
 
 def _render_effect(console: Console, effect: EffectDetails) -> None:

@@ -116,14 +116,17 @@ class SafeHook(RenderHook):
         return [SafeText(one) for one in renderables]
 
 
-def emit(context: typer.Context, document: Any, render: Callable[[Console], None]) -> None:
-    """Print `document` as JSON where that was asked for, else let `render` print it."""
+def emit(context: typer.Context, document: Any, render: Callable[[Console], None] | str) -> None:
+    """Print `document` as JSON where that was asked for, else `render`, which prints or is text."""
     if settings(context).as_json:
         text = json.dumps(plain(document), ensure_ascii=False, allow_nan=False, indent=2)
         typer.echo(safe_json(text))
     else:
         console = output()
-        render(console)
+        if isinstance(render, str):
+            console.print(render, soft_wrap=True)
+        else:
+            render(console)
         show_next(context, console, getattr(document, "next", None))
 
 

@@ -21,6 +21,7 @@ from avahazard.report.model_tables import fits_table
 from avahazard.report.tables import alpha_beta_table, cell, paths_table, thinned
 from avahazard.results.friction import ApparentEvent, Frictions, PerturbationCheck
 from avahazard.results.terrain import Runout, RunoutAt
+from avahazard.workflow.requests import RunoutRequest
 
 
 def import_(
@@ -245,34 +246,7 @@ SHOWN = 10
 """Places in the table of speeds for people."""
 
 
-def _positive(value: float | None) -> float | None:
-    """The value of an option that must be a number over 0."""
-    if value is not None and not (math.isfinite(value) and value > 0.0):
-        raise typer.BadParameter(f"{value:g} will not do, it must be a number over 0")
-    return value
-
-
-def runout(
-    context: typer.Context,
-    path: OnePath,
-    mu: Annotated[
-        float | None, typer.Option(metavar="MU", callback=_positive, help="Coulomb friction.")
-    ] = None,
-    volume: Annotated[
-        float | None,
-        typer.Option(metavar="M3", callback=_positive, help="Volume: the model then gives MU."),
-    ] = None,
-    model: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Run with the effects of a stored model.")
-    ] = None,
-    curve: Annotated[
-        bool, typer.Option("--table", help="Tell F(μ) and its derivative F′(μ) as well.")
-    ] = False,
-    plot: Annotated[
-        Path | None, picture("Draw the run and its speeds, or F and F′ with --table")
-    ] = None,
-    effect_file: EffectFiles = None,
-) -> None:
+def runout(context: typer.Context, path: OnePath, *, request: RunoutRequest) -> None:
     """Run the block once: its stop and its speeds; or F(μ), where it stops under any friction.
 
     \b
@@ -281,13 +255,9 @@ def runout(
       avahazard runout P01 --model first --volume 50000
       avahazard runout P01 --mu 0.4 --table --plot curve.png
     """
-    if mu is None and (model is None or volume is None):
-        raise typer.BadParameter("Give --mu MU, or --model NAME with --volume M3.")
-    if volume is not None and model is None:
-        raise typer.BadParameter("A --volume changes the run only through a --model.")
-    found = _run_block(
-        settings(context).database, path, mu, volume, model, curve, plot, effect_file
-    )
+    from avahazard.workflow.runout import run_block  # noqa: PLC0415
+
+    found = run_block(settings(context).database, path, request)
 
     def render(console: Console) -> None:
         console.print(_how_it_ended(found), soft_wrap=True)
@@ -301,33 +271,6 @@ def runout(
     if found.lift_off_x_m is not None:
         warn(f"the block loses the ground at x = {found.lift_off_x_m:.0f} m.")
     warn(*(found.notes or ()))
-
-
-def _run_block(
-    database: str,
-    path: str,
-    mu: float | None,
-    volume: float | None,
-    model: str | None,
-    curve: bool,
-    plot: Path | None,
-    effect_files: list[Path] | None,
-) -> Runout:
-    from avahazard.workflow.runout import run_model, run_path  # noqa: PLC0415
-
-    if model is not None:
-        return run_model(
-            database,
-            path,
-            model,
-            volume_m3=volume,
-            mu=mu,
-            table=curve,
-            plot=plot,
-            effect_files=effect_files or (),
-        )
-    assert mu is not None
-    return run_path(database, path, mu, table=curve, plot=plot)
 
 
 def _how_it_ended(found: Runout) -> str:

@@ -6,7 +6,7 @@ import datetime as dt
 import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -30,7 +30,11 @@ from avahazard.store.tables import (
 
 @dataclass(frozen=True, slots=True)
 class StoredModel:
-    """A model by name; `effect_file` is the text of a user's own effects, for the record only."""
+    """A model by name, with its last calibration but for the draws, which `calibration` finds.
+
+    `effect_file` is the text of a user's own effects, for the record only; `result` is the document
+    of the calibration, empty without one, and `settings` are those of the sampler.
+    """
 
     name: str
     specification: dict[str, Any]
@@ -38,6 +42,25 @@ class StoredModel:
     effect_file: str | None
     effect_sha256: str | None
     created: dt.datetime
+    calibration: int = 0
+    settings: dict[str, Any] = field(default_factory=dict)
+    result: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """The keys of its effects."""
+        return tuple(self.specification["specification"]["effects"])
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """The paths that it was calibrated on; none: all."""
+        return tuple(self.specification["paths"])
+
+    @property
+    def version(self) -> str | None:
+        """The version of the program that calibrated it; None where it was not kept."""
+        versions: dict[str, str] = (self.settings.get("made_with") or {}).get("versions", {})
+        return versions.get("avahazard")
 
 
 def save_model(
@@ -98,12 +121,27 @@ def load_model(session: Session, name: str) -> StoredModel:
         if names:
             hint = f"{did_you_mean(name, names)}Stored are: {', '.join(names)}."
         raise AvahazardError(f"There is no model {name}.", hint)
-    return _stored(row)
+    return _stored(session, row)
+
+
+def load_calibrated(session: Session, name: str) -> StoredModel:
+    """Return the model `name` with its calibration.
+
+    Raises:
+        AvahazardError: there is no such model, or it has not been calibrated.
+    """
+    found = load_model(session, name)
+    if not found.calibration:
+        raise AvahazardError(
+            f"The model {name} has no calibration.", "Calibrate it under another name."
+        )
+    return found
 
 
 def list_models(session: Session) -> list[StoredModel]:
     """Return all models, oldest first."""
-    return [_stored(row) for row in session.scalars(select(ModelTable).order_by(ModelTable.id))]
+    rows = session.scalars(select(ModelTable).order_by(ModelTable.id)).all()
+    return [_stored(session, row) for row in rows]
 
 
 def now() -> dt.datetime:
@@ -111,10 +149,13 @@ def now() -> dt.datetime:
     return dt.datetime.now(dt.UTC).replace(tzinfo=None)
 
 
-def _stored(row: ModelTable) -> StoredModel:
-    return StoredModel(
-        row.name, row.specification, row.parent, row.effect_file, row.effect_sha256, row.created
-    )
+def _stored(session: Session, row: ModelTable) -> StoredModel:
+    made = row.name, row.specification, row.parent, row.effect_file, row.effect_sha256, row.created
+    query = select(CalibrationTable).where(CalibrationTable.model == row.name)
+    found = session.scalar(query.order_by(CalibrationTable.id.desc()).limit(1))
+    if found is None:
+        return StoredModel(*made)
+    return StoredModel(*made, found.id, found.settings, found.result)
 
 
 def document_checksum(model: str, document: Any) -> str:
@@ -218,21 +259,6 @@ def chunk_fault(row: DrawChunkTable, expected: int) -> str | None:
     return None
 
 
-@dataclass(frozen=True, slots=True)
-class StoredCalibration:
-    """A calibration without its draws; `id` finds those."""
-
-    id: int
-    model: str
-    settings: dict[str, Any]
-    seed: int
-    data_fingerprint: str
-    diagnostics: dict[str, Any]
-    converged: bool
-    result: dict[str, Any]
-    created: dt.datetime
-
-
 def save_calibration(
     session: Session,
     model: str,
@@ -266,32 +292,6 @@ def save_calibration(
     session.flush()
     save_draws(session, row.id, draws)
     return row.id
-
-
-def latest_calibration(session: Session, model: str) -> StoredCalibration:
-    """Return the last calibration of `model`.
-
-    Raises:
-        AvahazardError: there is no such model, or it has not been calibrated.
-    """
-    load_model(session, model)
-    query = select(CalibrationTable).where(CalibrationTable.model == model)
-    row = session.scalar(query.order_by(CalibrationTable.id.desc()).limit(1))
-    if row is None:
-        raise AvahazardError(
-            f"The model {model} has no calibration.", "Calibrate it under another name."
-        )
-    return StoredCalibration(
-        row.id,
-        row.model,
-        row.settings,
-        row.seed,
-        row.data_fingerprint,
-        row.diagnostics,
-        row.converged,
-        row.result,
-        row.created,
-    )
 
 
 Kind = type[ResultTable]

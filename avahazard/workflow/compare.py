@@ -61,7 +61,6 @@ from avahazard.store.results import (
     save_result,
 )
 from avahazard.store.session import reading, writing
-from avahazard.workflow.effects import effects_of, own_effects
 from avahazard.workflow.next_step import StoredModels, next_step
 from avahazard.workflow.stored import load_stored, notes_of, notes_of_fit, require_unchanged
 
@@ -84,7 +83,7 @@ def compare(
     not the name of a picture.
     """
     require_picture(plot)
-    stored, _ = load_stored(database, name, own_effects(database, name, effect_files))
+    stored, _ = load_stored(database, name, effect_files)
     require_comparable(stored)
     require_unchanged(stored)
     found = comparison(name, stored, lambda share: report(f"Comparing {name}", share, 1.0))
@@ -93,7 +92,7 @@ def compare(
         parent = load_model(session, name).parent
         if parent is not None:
             before = stored_comparison(latest_result(session, COMPARISON, parent))
-            of_parent = effects_of(load_model(session, parent))
+            of_parent = load_model(session, parent).effects
             added = [key for key in stored.specification.effects if key not in of_parent]
             found = with_explained(found, before, added)
         save_result(session, COMPARISON, name, plain(found, keyed=True))
@@ -219,7 +218,7 @@ def ladder(database: str, *, plot: Path | None = None, report: Report = silent) 
     with reading(database) as session:
         models = list_models(session)
         records = load_records(session)
-        told = {model.name: notes_of(session, model.name, records) for model in models}
+        told = {model.name: notes_of(model, records) for model in models}
         known = {
             model.name: stored_comparison(latest_result(session, COMPARISON, model.name))
             for model in models
@@ -254,7 +253,7 @@ def ladder_rows(
     notes: Mapping[str, tuple[Note, ...]],
 ) -> Rows[Rung]:
     """A rung for each model, with its notes; its scores are None where there is no comparison."""
-    effects = {model.name: effects_of(model) for model in models}
+    effects = {model.name: model.effects for model in models}
     rows = []
     for model in models:
         found = comparisons[model.name]

@@ -17,8 +17,7 @@ from avahazard.synth.effects import DEMO_EFFECT
 from avahazard.synth.making import make_world
 from avahazard.synth.world import Settings
 from avahazard.synth.writing import write_records
-from avahazard.workflow.add import add
-from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.database import init_database
 from avahazard.workflow.diagnose import diagnose_model

@@ -69,7 +69,7 @@ def diagnose_model(
     with reading(database) as session:
         own_files = read_own_of(load_model(session, name), request.effect_files)
     own = tuple(effect.definition for effect in own_files.values())
-    stored, _ = load_stored(database, name, own)
+    stored, _ = load_stored(database, name, own=own)
     if not stored.knows_errors:
         raise AvahazardError(
             f"The model {name} was calibrated by {stored.method}, which cannot test effects.",

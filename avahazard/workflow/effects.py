@@ -27,7 +27,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Rows
 from avahazard.results.models import EffectDetails, EffectEntry, EffectParameter, WrittenTemplate
 from avahazard.store.records import load_records
-from avahazard.store.results import StoredModel, load_model
+from avahazard.store.results import StoredModel
 from avahazard.store.session import reading
 
 NO_DATA = "there are no events yet"
@@ -124,18 +124,16 @@ def stored_text(own: dict[str, EffectFile], effects: Iterable[str]) -> str | Non
     return BETWEEN_FILES.join(texts) if texts else None
 
 
-def own_effects(database: str, name: str, files: Sequence[Path]) -> tuple[Definition, ...]:
-    """The user's effects of the stored model `name`, from the files that are named again.
+def own_effects(model: StoredModel, files: Sequence[Path]) -> tuple[Definition, ...]:
+    """The user's effects of a stored model, from the files that are named again.
 
     Raises `AvahazardError` where a file is missing, is not the model's, or has changed.
     """
-    with reading(database) as session:
-        model = load_model(session, name)
     own = read_own_of(model, files)
     for key in own:
-        if key not in effects_of(model):
+        if key not in model.effects:
             raise AvahazardError(
-                f"The model {name} does not have the effect '{key}' of the effect file.",
+                f"The model {model.name} does not have the effect '{key}' of the effect file.",
                 "Leave --effect-file out, or name the model that has it.",
             )
     return tuple(effect.definition for effect in own.values())
@@ -155,7 +153,7 @@ def read_own_of(model: StoredModel, files: Sequence[Path]) -> dict[str, EffectFi
     known = () if model.effect_file is None else model.effect_file.split(BETWEEN_FILES)
     for file in files:
         text = read_text(file)
-        if text not in known and declared_key(text) in effects_of(model):
+        if text not in known and declared_key(text) in model.effects:
             found = hashlib.sha256(text.encode()).hexdigest()
             raise AvahazardError(
                 f"The effect file {file} is not the one that {model.name} was made with (its "
@@ -171,7 +169,7 @@ def read_own_of(model: StoredModel, files: Sequence[Path]) -> dict[str, EffectFi
         own[key] = effect
     if model.effect_sha256 is None:
         return own
-    given = stored_text(own, effects_of(model))
+    given = stored_text(own, model.effects)
     if given is None:
         raise AvahazardError(
             f"The model {model.name} has an effect from a file of its user's.",
@@ -185,8 +183,3 @@ def read_own_of(model: StoredModel, files: Sequence[Path]) -> dict[str, EffectFi
             "Name the old file, or add the changed effect to the parent under a new name.",
         )
     return own
-
-
-def effects_of(model: StoredModel) -> tuple[str, ...]:
-    """Keys of a stored model's effects."""
-    return tuple(model.specification["specification"]["effects"])

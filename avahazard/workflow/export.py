@@ -71,11 +71,11 @@ def export(database: str, name: str, file: FilePath) -> Export:
     if ending == ".parquet":
         return _parquet(database, name, file)
     with reading(database) as session:
-        load_model(session, name)
+        model = load_model(session, name)
         rows = latest_documents(session, BOUNDS, name)
         zones = latest_documents(session, ZONES, name)
         records = load_records(session)
-        known = notes_of(session, name, records)
+        known = notes_of(model, records)
     if not rows:
         raise _no_bounds(name)
     bounds = [_bounds(row, known) for row in rows]
@@ -96,12 +96,12 @@ def _parquet(database: str, name: str, file: FilePath) -> Export:
     """Write the rows as Parquet, a few in memory at a time."""
     require_parquet()
     with reading(database) as session:
-        load_model(session, name)
+        model = load_model(session, name)
         run = latest_run(session, BOUNDS, name)
         if run is None:
             raise _no_bounds(name)
 
-        known = notes_of(session, name, load_records(session))
+        known = notes_of(model, load_records(session))
 
         def rows() -> Iterator[HazardRow]:
             for found in read_run(session, run):

@@ -50,7 +50,6 @@ from avahazard.results.friction import (
 )
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
-from avahazard.workflow.effects import own_effects
 from avahazard.workflow.stored import load_stored, notes_of_fit, on_events
 
 Kappa = float | Literal["auto"]
@@ -235,51 +234,42 @@ def show_frictions(
     profile, or `plot` is not the name of a picture.
     """
     require_picture(plot)
+    fitted = None
     if model is not None:
-        return _by_model(database, model, path_id, kappa, plot, effect_files)
-    with reading(database) as session:
-        records = load_records(session)
-    if path_id is not None:
-        mine = _events_of(records, path_id)
-        records = Records(records.paths, records.profiles, mine, records.speeds)
-    observations = build_observations(records)
-    predicted = predict_records(observations, (), {})
-    frictions = _frictions(observations, back_calculate(observations, predicted), predicted, kappa)
-    if plot is not None:
-        from avahazard.report.friction_pictures import draw_densities  # noqa: PLC0415 (slow)
-
-        draw_densities(plot, frictions.density)
-    return frictions
-
-
-def _by_model(
-    database: str,
-    name: str,
-    path_id: str | None,
-    kappa: Kappa,
-    plot: FilePath | None,
-    effect_files: Sequence[FilePath],
-) -> Frictions:
-    stored, records = load_stored(database, name, own_effects(database, name, effect_files))
-    fitted = stored
-    if path_id is not None:
-        fitted = on_events(stored, records, _events_of(records, path_id))
-    observations = fitted.observations
-    found, predicted = apparent_friction(fitted)
-    reference = found.mu * np.exp(-from_reference(fitted))
-    frictions = _frictions(observations, found, predicted, kappa)
-    events = zip(frictions.events, reference, strict=True)
-    frictions = replace(
-        frictions,
-        model=name,
-        notes=notes_of_fit(stored),
-        events=Rows(replace(event, mu_reference=_finite(mu)) for event, mu in events),
+        stored, records = load_stored(database, model, effect_files)
+        fitted = (
+            stored if path_id is None else on_events(stored, records, _events_of(records, path_id))
+        )
+        observations = fitted.observations
+        found, predicted = apparent_friction(fitted)
+    else:
+        with reading(database) as session:
+            records = load_records(session)
+        if path_id is not None:
+            records = replace(records, events=_events_of(records, path_id))
+        observations = build_observations(records)
+        predicted = predict_records(observations, (), {})
+        found = back_calculate(observations, predicted)
+    frictions = Frictions(
+        events=_events(found, observations),
+        density=friction_densities(found.mu, observations, kappa),
+        perturbation=perturbation_check(found, observations),
+        jumps=largest_jumps(observations, predicted, found),
     )
+    if fitted is not None:
+        reference = found.mu * np.exp(-from_reference(fitted))
+        events = zip(frictions.events, reference, strict=True)
+        rows = Rows(replace(event, mu_reference=_finite(mu)) for event, mu in events)
+        notes = notes_of_fit(fitted)
+        frictions = replace(frictions, model=model, notes=notes, events=rows)
     if plot is not None:
-        from avahazard.report.friction_pictures import draw_frictions  # noqa: PLC0415 (slow)
+        from avahazard.report import friction_pictures  # noqa: PLC0415 (slow)
 
-        volume = np.exp(observations.columns.log_volume)
-        draw_frictions(plot, frictions, friction_view(fitted), volume, reference)
+        if fitted is None:
+            friction_pictures.draw_densities(plot, frictions.density)
+        else:
+            volume, view = np.exp(observations.columns.log_volume), friction_view(fitted)
+            friction_pictures.draw_frictions(plot, frictions, view, volume, reference)
     return frictions
 
 
@@ -291,17 +281,6 @@ def _events_of(records: Records, path_id: str) -> tuple[Event, ...]:
             f"Path {path_id} has no events.", "Import some: avahazard import FOLDER."
         )
     return mine
-
-
-def _frictions(
-    observations: Observations, found: BackCalculation, predicted: Predicted, kappa: Kappa
-) -> Frictions:
-    return Frictions(
-        events=_events(found, observations),
-        density=friction_densities(found.mu, observations, kappa),
-        perturbation=perturbation_check(found, observations),
-        jumps=largest_jumps(observations, predicted, found),
-    )
 
 
 def _events(found: BackCalculation, observations: Observations) -> Rows[ApparentEvent]:
@@ -331,8 +310,7 @@ def fit_laws(database: str, path_id: str | None = None, plot: FilePath | None = 
     laws on the points is written there. Raises `AvahazardError` where the database or the path is
     missing, there are too few such events, or `plot` is not the name of a picture.
     """
-    if plot is not None:
-        require_picture(plot)
+    require_picture(plot)
     with reading(database) as session:
         records = load_records(session)
     observations = build_observations(only_paths(records, () if path_id is None else (path_id,)))

@@ -44,7 +44,6 @@ from avahazard.workflow.by_path import (
     run_paths,
     went_on,
 )
-from avahazard.workflow.effects import own_effects
 from avahazard.workflow.requests import HazardRequest
 from avahazard.workflow.stored import hazard_notes, load_for_paths
 
@@ -124,8 +123,7 @@ def hazard_work(
     if not periods and not sizes:
         periods = (DEFAULT_RETURN_PERIOD,)
     n_draws, seed, source = request.draws, request.seed, request.source
-    own = own_effects(database, name, request.effect_files)
-    model, survey = load_for_paths(database, name, own)
+    model, survey = load_for_paths(database, name, request.effect_files)
     path_ids = survey.paths_to_run(request.paths)
     notes = hazard_notes(model)
     answer = partial(

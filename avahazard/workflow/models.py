@@ -19,10 +19,9 @@ from avahazard.results.base import Report, Rows, silent
 from avahazard.results.calibration import Calibration
 from avahazard.results.models import Difference, ModelSummary, Provenance, Rerun, Surroundings
 from avahazard.store.records import load_records
-from avahazard.store.results import latest_calibration, list_models, load_model
+from avahazard.store.results import list_models, load_calibrated
 from avahazard.store.session import reading
-from avahazard.workflow.add import start_from
-from avahazard.workflow.effects import own_effects
+from avahazard.workflow.calibrate import start_from
 from avahazard.workflow.stored import (
     load_parameter_draws,
     load_stored,
@@ -31,7 +30,7 @@ from avahazard.workflow.stored import (
     surroundings,
 )
 
-IN_SHORT = ("parent", "law", "scatter", "distribution", "method", "effects", "n_events")
+IN_SHORT = ("model", "parent", "law", "scatter", "distribution", "method", "effects", "n_events")
 
 
 def show_models(database: str) -> Rows[ModelSummary]:
@@ -42,17 +41,9 @@ def show_models(database: str) -> Rows[ModelSummary]:
     rows = []
     with reading(database) as session:
         for model in list_models(session):
-            found = latest_calibration(session, model.name)
-            rows.append(
-                ModelSummary.from_dict(
-                    {
-                        "model": model.name,
-                        **{key: found.result[key] for key in IN_SHORT},
-                        "converged": found.converged,
-                        "created": _utc(model.created),
-                    }
-                )
-            )
+            found = {key: model.result[key] for key in IN_SHORT}
+            found["converged"] = model.result["diagnostics"]["converged"]
+            rows.append(ModelSummary.from_dict(found | {"created": _utc(model.created)}))
     return Rows(rows)
 
 
@@ -62,13 +53,12 @@ def show_model(database: str, name: str) -> Calibration:
     Raises `AvahazardError` where there is no such model.
     """
     with reading(database) as session:
-        created = load_model(session, name).created
-        result = latest_calibration(session, name).result
-        known = notes_of(session, name, load_records(session))
-    found = Calibration.from_dict(result)
+        model = load_calibrated(session, name)
+        known = notes_of(model, load_records(session))
+    found = Calibration.from_dict(model.result)
     # Those of the calibration and those of today; the former have not converged in figures.
     notes = [n for n in known if n.key != "unconverged" and n not in found.notes]
-    return replace(found, notes=(*found.notes, *notes), created=_utc(created))
+    return replace(found, notes=(*found.notes, *notes), created=_utc(model.created))
 
 
 def _utc(time: dt.datetime) -> str:
@@ -81,24 +71,23 @@ def show_provenance(database: str, name: str) -> Provenance:
     Raises `AvahazardError` where there is no such model.
     """
     with reading(database) as session:
-        model = load_model(session, name)
-        calibration = latest_calibration(session, name)
+        model = load_calibrated(session, name)
         records = load_records(session)
-    kept, settings = model.specification, calibration.settings
+    kept, settings = model.specification, model.settings
     made_with = settings.get("made_with")
-    training = only_paths(records, tuple(kept["paths"]))
+    training = only_paths(records, model.paths)
     return Provenance(
         model=name,
         parent=model.parent,
         created=_utc(model.created),
-        data_fingerprint=calibration.data_fingerprint,
-        records_changed=data_fingerprint(training) != calibration.data_fingerprint,
+        data_fingerprint=model.result["data_fingerprint"],
+        records_changed=data_fingerprint(training) != model.result["data_fingerprint"],
         specification=kept["specification"],
         method=kept["method"],
-        paths=tuple(kept["paths"]),
+        paths=model.paths,
         chains=settings["chains"],
         draws=settings["draws"],
-        seed=calibration.seed,
+        seed=model.result["seed"],
         effect_sha256=model.effect_sha256,
         made_with=None if made_with is None else Surroundings.from_dict(made_with),
         now=surroundings(),
@@ -113,8 +102,8 @@ def rerun(
     Raises `AvahazardError` where there is no such model, its records have changed, or the files of
     its own effects are missing or others.
     """
-    own = own_effects(database, name, effect_files)
-    stored, records = load_stored(database, name, own)
+    stored, records = load_stored(database, name, effect_files)
+    own = stored.definitions
     require_unchanged(stored)
     kept = load_parameter_draws(database, name)
     if "speed_sigma" in kept:
@@ -126,7 +115,7 @@ def rerun(
     start, told = None, stored.calibration
     if told.parent is not None:
         child = assemble(observations, stored.specification, stored.facts, own)
-        start = start_from(load_stored(database, told.parent, own)[0], child)
+        start = start_from(load_stored(database, told.parent, own=own)[0], child)
     found = calibrate_model(
         observations,
         stored.specification,

@@ -18,14 +18,12 @@ from avahazard.store.results import (
     COMPARISON,
     DIAGNOSIS,
     Kind,
-    latest_calibration,
     latest_result,
     latest_run,
     list_models,
 )
 from avahazard.store.session import Session, reading
 from avahazard.workflow.by_path import Survey, fingerprint_of, survey
-from avahazard.workflow.effects import effects_of
 
 OPTIONS = {"law": "exponential", "scatter": "constant", "distribution": "lognormal"}
 OPTIONS |= {"tails": "normal", "method": "marginal"}
@@ -51,8 +49,9 @@ class StoredModels:
         self.session, self.done = session, done
         self.models = {model.name: model for model in list_models(session)}
         self.found = {
-            name: Calibration.from_dict(latest_calibration(session, name).result)
-            for name in self.models
+            name: Calibration.from_dict(model.result)
+            for name, model in self.models.items()
+            if model.result
         }
         self.today: dict[tuple[str, ...], str] = {}
 
@@ -82,7 +81,7 @@ class StoredModels:
 
     def stale(self, name: str) -> bool:
         """Whether the records have changed since a model was calibrated."""
-        paths = tuple(self.models[name].specification["paths"])
+        paths = self.models[name].paths
         if paths not in self.today:
             self.today[paths] = (
                 fingerprint_of(self.session, paths) if paths else self.survey.fingerprint
@@ -148,9 +147,9 @@ class StoredModels:
 
     def _child(self, name: str, effects: Sequence[str]) -> str | None:
         """The latest child that has these effects more, on today's records."""
-        before = set(effects_of(self.models[name]))
+        before = set(self.models[name].effects)
         for child in reversed(self.models.values()):
-            more = set(effects_of(child)) - before
+            more = set(child.effects) - before
             if child.parent == name and more == set(effects) and not self.stale(child.name):
                 return child.name
         return None
@@ -163,7 +162,7 @@ class StoredModels:
                 words += [f"--{key}", value]
         words += [word for key in found.effects for word in ("--with", key)]
         words += [] if found.centrifugal else ["--without", "centrifugal"]
-        paths = self.models[found.model].specification["paths"]
+        paths = self.models[found.model].paths
         return (*words, *(word for path in paths for word in ("--path", path)))
 
     def _free(self, name: str) -> str:

@@ -29,7 +29,7 @@ from avahazard.results.made import PaperFigure
 from avahazard.store.records import load_records
 from avahazard.store.results import load_model
 from avahazard.store.session import reading
-from avahazard.workflow.effects import effects_of, files_of, own_effects
+from avahazard.workflow.effects import files_of
 from avahazard.workflow.friction import (
     apparent_friction,
     fit_laws_of,
@@ -37,7 +37,8 @@ from avahazard.workflow.friction import (
     friction_view,
     from_reference,
 )
-from avahazard.workflow.runout import run_path
+from avahazard.workflow.requests import RunoutRequest
+from avahazard.workflow.runout import run_block
 from avahazard.workflow.stored import load_parameter_draws, load_stored
 
 KINDS = tuple(name.removeprefix(".") for name in FORMATS)
@@ -127,7 +128,7 @@ def _of_records(database: str, records: Records, observations: Observations) -> 
 
 
 def _draw_runout(database: str, path_id: str, mu: float, file: Path) -> None:
-    run_path(database, path_id, mu, table=True, plot=file)
+    run_block(database, path_id, RunoutRequest(mu=mu, table=True, plot=file))
 
 
 def _frictions(found: BackCalculation, observations: Observations, name: str) -> Floats:
@@ -190,9 +191,8 @@ def load_models(
     stored = []
     for name in dict.fromkeys(names):
         with reading(database) as session:
-            effects = effects_of(load_model(session, name))
-        own = own_effects(database, name, files_of(effect_files, effects))
-        stored.append(load_stored(database, name, own)[0])
+            effects = load_model(session, name).effects
+        stored.append(load_stored(database, name, files_of(effect_files, effects))[0])
     return stored
 
 

@@ -26,7 +26,6 @@ from avahazard.records.reading import read_records
 from avahazard.results.base import RATIO, Rows
 from avahazard.results.prediction import PredictedEvent, Prediction, PredictionScores
 from avahazard.workflow.compare import RECORD_DRAWS, coordinate_name, require_comparable
-from avahazard.workflow.effects import own_effects
 from avahazard.workflow.stored import load_stored, notes_of_fit, on_events
 
 STOP_DRAWS = 2000
@@ -44,7 +43,7 @@ def predict(
     the profile counts as reaching its end. Raises `AvahazardError` where there is no such model, or
     it cannot predict these events; `RejectedRows` for rows of the file that cannot be taken.
     """
-    stored, records = load_stored(database, name, own_effects(database, name, effect_files))
+    stored, records = load_stored(database, name, effect_files)
     require_comparable(stored)
     new = _new_events(file, records)
     if not new.events:

@@ -34,12 +34,11 @@ from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.store.results import StoredModel
 from avahazard.workflow.compare import RECORD_DRAWS
-from avahazard.workflow.effects import effects_of
 from avahazard.workflow.friction import apparent_friction, from_reference
-from avahazard.workflow.report_paths import QUANTILES
 from avahazard.workflow.stored import load_stored
 
 MOST_MODELS, MOST_SWEEPS = 8, 2
+QUANTILES = (0.05, 0.5, 0.95)
 
 
 def loop_view(
@@ -149,9 +148,9 @@ def _others(
             left_out[name] = Note("too_many_models", n=MOST_MODELS)
             continue
         try:
-            has = next(effects_of(model) for model in models if model.name == name)
+            has = next(model.effects for model in models if model.name == name)
             own = tuple(entry for entry in stored.definitions if entry.key in has)
-            fit, _ = load_stored(database, name, own)
+            fit, _ = load_stored(database, name, own=own)
         except AvahazardError:
             left_out[name] = Note("effects_not_given")
             continue
@@ -170,7 +169,7 @@ def _others(
 def _movable(stored: FittedModel, models: Sequence[StoredModel]) -> list[str]:
     """Effects to move, what was added last first."""
     parent = next((m for m in models if m.name == stored.calibration.parent), None)
-    before = () if parent is None else effects_of(parent)
+    before = () if parent is None else parent.effects
     layout = stored.posterior.layout
     # Those that add parameters, and so have a strength.
     places = {**layout.places, **layout.spreads}

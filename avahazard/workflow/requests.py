@@ -152,6 +152,46 @@ class DiagnoseRequest(Request):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RunoutRequest(Request):
+    """The friction of a run of the block, or the model and the volume (m3) that give it."""
+
+    mu: Annotated[
+        float | None, Option(help="Coulomb friction.", metavar="MU", what="friction", over=0.0)
+    ] = None
+    volume_m3: Annotated[
+        float | None,
+        Option(
+            help="Volume: the model then gives MU.",
+            flag="--volume",
+            metavar="M3",
+            what="volume",
+            unit="m3",
+            over=0.0,
+        ),
+    ] = None
+    model: Annotated[
+        str | None, Option(help="Run with the effects of a stored model.", metavar="NAME")
+    ] = None
+    table: Annotated[bool, Option(help="Tell F(μ) and its derivative F′(μ) as well.")] = False
+    plot: Annotated[
+        Path | None, _picture("Draw the run and its speeds, or F and F′ with --table")
+    ] = None
+    effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()
+
+    def __post_init__(self) -> None:
+        Request.__post_init__(self)
+        if self.mu is None and (self.model is None or self.volume_m3 is None):
+            raise AvahazardError(
+                "There is no friction for the run.",
+                "Give --mu MU, or --model NAME with --volume M3.",
+            )
+        if self.volume_m3 is not None and self.model is None:
+            raise AvahazardError(
+                "A volume changes the run only through a model.", "Name one: --model NAME."
+            )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class HazardRequest(Request):
     """Return periods (years) and volumes (m3), and on which paths.
 

@@ -36,16 +36,15 @@ from avahazard.store.results import (
     COMPARISON,
     DIAGNOSIS,
     Kind,
-    latest_calibration,
     latest_documents,
     latest_key,
     latest_result,
     list_models,
+    load_calibrated,
 )
 from avahazard.store.session import reading
-from avahazard.workflow.add import add
 from avahazard.workflow.by_path import PathWork, run_key
-from avahazard.workflow.calibrate import asked_for, calibrate
+from avahazard.workflow.calibrate import add, asked_for, calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.database import database_status, init_database
 from avahazard.workflow.diagnose import diagnose_model
@@ -219,7 +218,7 @@ def run_project(
     run.answers(model)
     with reading(database) as session:
         # Also where every step is up to date.
-        run.notes += notes_of(session, model, load_records(session))
+        run.notes += notes_of(load_calibrated(session, model), load_records(session))
     done = [name for name in ("hazard", "report") if name not in project.skip]
     return run.result(file, model, next_step(database, model, done))
 
@@ -383,17 +382,17 @@ class RunningProject:
     def _known(self, name: str, fits: Callable[[Calibration], bool]) -> tuple[str | None, str]:
         """The latest model NAME or NAME-n that fits, on today's records, and a free name."""
         with reading(self.database) as session:
-            names = [model.name for model in list_models(session)]
+            models = {model.name: model for model in list_models(session)}
             stored = {
-                n: Calibration.from_dict(latest_calibration(session, n).result)
-                for n in names
+                n: Calibration.from_dict(model.result)
+                for n, model in models.items()
                 if not self.everything and (n == name or n.removeprefix(f"{name}-").isdigit())
             }
             records = load_records(session)
         today = data_fingerprint(only_paths(records, self.project.model.paths)) if stored else ""
         right = [n for n, one in stored.items() if one.data_fingerprint == today and fits(one)]
         free, k = name, 2
-        while free in names:
+        while free in models:
             free, k = f"{name}-{k}", k + 1
         return (right[-1] if right else None), free
 

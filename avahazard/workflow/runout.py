@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path as FilePath
 
 import numpy as np
 
 from avahazard.effects.site import Site, path_site
-from avahazard.hazard.future_events import classes_of
+from avahazard.hazard.future_events import FutureEvents, classes_of
+from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.prediction import extrapolation
 from avahazard.physics.block import LEFT_PROFILE, STATUS_NAMES, run
 from avahazard.physics.cells import Resistance, build_cells, no_resistance
 from avahazard.physics.runout_curve import MU
 from avahazard.physics.speed import speeds_along
 from avahazard.records.collection import Records
-from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.lookup import find_path, find_profile
 from avahazard.report.picture import require_picture
@@ -24,86 +22,66 @@ from avahazard.results.base import Rows
 from avahazard.results.terrain import Runout, RunoutAt, RunoutJump, SpeedHere
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
-from avahazard.workflow.effects import own_effects
+from avahazard.workflow.requests import RunoutRequest
 from avahazard.workflow.stored import load_stored, notes_of_fit
 
 SPEED_EVERY_M, MOST_PLACES = 10.0, 100
 """Speeds are told about so far apart, at so many places at most."""
 
 
-def run_path(
-    database: str, path_id: str, mu: float, *, table: bool = False, plot: FilePath | None = None
-) -> Runout:
-    """Run the block of friction `mu` down a path from its release.
+def run_block(database: str, path_id: str, request: RunoutRequest) -> Runout:
+    """Run the block down a path from its release, by itself or with the effects of a model.
 
-    With `table` F(μ) and F'(μ) are told as well. `plot` is a picture of these, or else of the path
-    with the run and its speeds. Raises `AvahazardError` where the database, the path or its profile
-    is missing, μ is not a positive number, or `plot` is not the name of a picture.
+    By a model the friction is the posterior median of that of an event of the volume, unless it is
+    given; effects on the motion are at their posterior means, for F and F' (`table`) too. `plot` is
+    a picture of these, or else of the path with the run and its speeds. Raises `AvahazardError`
+    where there is no such path, profile or model, or `plot` is not the name of a picture.
     """
-    require_picture(plot)
-    if not (np.isfinite(mu) and mu > 0.0):
-        raise AvahazardError(f"The friction is {mu:g}.", "It must be a number over 0, such as 0.4.")
-    with reading(database) as session:
-        records = load_records(session)
-    path = find_path(records, path_id)
-    site = path_site(path, find_profile(records, path))
-    found = run_site(site, mu)
-    if table:
-        found = with_table(found, site)
-    if plot is not None:
-        _draw(plot, site, found)
-    return found
-
-
-def run_model(
-    database: str,
-    path_id: str,
-    name: str,
-    *,
-    volume_m3: float | None,
-    mu: float | None = None,
-    table: bool = False,
-    plot: FilePath | None = None,
-    effect_files: Sequence[FilePath] = (),
-) -> Runout:
-    """Run the block down a path with the effects of model `name`.
-
-    The friction is the posterior median of that of an event of `volume_m3`, or `mu` where that is
-    given; effects on the motion are at their posterior means, for `table` (F and F') too. `plot` as
-    in `run_path`. Raises `AvahazardError` where there is no such model, path or profile, neither
-    `mu` nor a volume over 0 is given, or `plot` is not the name of a picture.
-    """
-    require_picture(plot)
-    if mu is None and not (volume_m3 is not None and np.isfinite(volume_m3) and volume_m3 > 0.0):
-        raise AvahazardError("The volume must be a number over 0.", "Give it in m3: --volume 20000")
-    model, records = load_stored(database, name, own_effects(database, name, effect_files))
+    require_picture(request.plot)
+    if request.model is not None:
+        model, records = load_stored(database, request.model, request.effect_files)
+    else:
+        model = None
+        with reading(database) as session:
+            records = load_records(session)
     path = find_path(records, path_id)
     profile = find_profile(records, path)
-    # One event of that volume, from the path's own release.
-    event = Event("", path_id=path_id, volume_m3=volume_m3)
-    future = classes_of(Records((path,), (profile,), (event,)))
-    source = "given"
-    if mu is None:
-        assert volume_m3 is not None
-        mu = float(model.median_friction(np.array([volume_m3]), future.columns)[0])
-        source = "posterior median"
-    site = future.site
-    resistance = model.resistance(site, model.layout.effect_values(model.draws.mean(axis=0)))
-    notes = list(notes_of_fit(model))
-    if volume_m3 is not None and not model.ignores_volume:
-        notes += extrapolation(model, path_id, volume_m3).notes(path_id)
-    found = replace(
-        run_site(site, mu, resistance),
-        model=name,
-        volume_m3=volume_m3,
-        mu_from=source,
-        notes=tuple(notes),
-    )
-    if table:
+    if model is None:
+        assert request.mu is not None
+        site, resistance = path_site(path, profile), None
+        found = run_site(site, request.mu)
+    else:
+        # One event of that volume, from the path's own release.
+        event = Event("", path_id=path_id, volume_m3=request.volume_m3)
+        future = classes_of(Records((path,), (profile,), (event,)))
+        site = future.site
+        resistance = model.resistance(site, model.layout.effect_values(model.draws.mean(axis=0)))
+        found = _by_model(model, future, resistance, request)
+    if request.table:
         found = with_table(found, site, resistance)
-    if plot is not None:
-        _draw(plot, site, found)
+    if request.plot is not None:
+        from avahazard.report.path_pictures import draw_curve, draw_run  # noqa: PLC0415 (slow)
+
+        if request.table:
+            draw_curve(request.plot, found)
+        else:
+            draw_run(request.plot, site.smooth, found)
     return found
+
+
+def _by_model(
+    model: FittedModel, future: FutureEvents, resistance: Resistance, request: RunoutRequest
+) -> Runout:
+    mu, volume = request.mu, request.volume_m3
+    source = "given" if mu is not None else "posterior median"
+    if mu is None:
+        mu = float(model.median_friction(np.array([volume]), future.columns)[0])
+    notes = list(notes_of_fit(model))
+    path_id = future.site.path.path_id
+    if volume is not None and not model.ignores_volume:
+        notes += extrapolation(model, path_id, volume).notes(path_id)
+    found = run_site(future.site, mu, resistance)
+    return replace(found, model=model.name, volume_m3=volume, mu_from=source, notes=tuple(notes))
 
 
 def run_site(site: Site, mu: float, resistance: Resistance | None = None) -> Runout:
@@ -174,12 +152,3 @@ def with_table(found: Runout, site: Site, resistance: Resistance | None = None) 
 
 def _finite(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
-
-
-def _draw(file: FilePath, site: Site, found: Runout) -> None:
-    from avahazard.report.path_pictures import draw_curve, draw_run  # noqa: PLC0415 (slow)
-
-    if found.table is not None:
-        draw_curve(file, found)
-    else:
-        draw_run(file, site.smooth, found)

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from importlib.metadata import version
 from pathlib import Path as FilePath
-from typing import Any
 
 import numpy as np
 
@@ -24,7 +23,7 @@ from avahazard.effects.effect import Definition
 from avahazard.effects.site import Site
 from avahazard.inference.fitted_model import FittedModel, in_slots
 from avahazard.inference.fitting.star import REACH
-from avahazard.inference.likelihood.assemble import build_effects, definitions_of, find_definition
+from avahazard.inference.likelihood.assemble import build_effects, definitions_of
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.friction_model import friction_model
 from avahazard.inference.model.laws import LAWS
@@ -64,14 +63,14 @@ from avahazard.results.models import Surroundings
 from avahazard.store.records import load_records, load_without_profiles
 from avahazard.store.results import (
     StoredModel,
-    latest_calibration,
+    load_calibrated,
     load_draws,
-    load_model,
     save_calibration,
     save_model,
 )
 from avahazard.store.session import Session, reading
 from avahazard.workflow.by_path import Survey, any_events, fingerprint_of, survey
+from avahazard.workflow.effects import own_effects
 
 COORDINATE, OFFSET = "coordinate:", "offset:"
 """How the draws of coordinates and path offsets are told from readable ones in the store."""
@@ -137,16 +136,20 @@ def save_calibrated(
 
 
 def load_stored(
-    database: str, name: str, own: Sequence[Definition] = ()
+    database: str,
+    name: str,
+    effect_files: Sequence[FilePath] = (),
+    own: Sequence[Definition] | None = None,
 ) -> tuple[FittedModel, Records]:
     """The model `name` on the records of its calibration, and all records of the database.
 
-    All of one moment. `own` are the effects of the user's file, which is never run from the
-    database. Raises `AvahazardError` where there is no such model, its own effects are not given,
-    or there is nothing left of the records that it was calibrated on.
+    All of one moment. `effect_files` hold the user's effects, which are never run from the
+    database; or these are known already (`own`). Raises `AvahazardError` where there is no such
+    model, its own effects are not given as they were, or there is nothing left of the records that
+    it was calibrated on.
     """
     with reading(database) as session:
-        model = _load(session, name, own)
+        model = _load(session, name, effect_files, own)
         records = load_records(session)
     training = only_paths(records, model.paths)
     observations = build_observations(training)
@@ -165,14 +168,14 @@ def load_stored(
 
 
 def load_for_paths(
-    database: str, name: str, own: Sequence[Definition] = ()
+    database: str, name: str, effect_files: Sequence[FilePath] = ()
 ) -> tuple[FittedModel, Survey]:
     """The model `name` for work path by path, without the records of the region in memory.
 
     It has the columns of its events, and no likelihood. Raises as `load_stored`.
     """
     with reading(database) as session:
-        model = _load(session, name, own)
+        model = _load(session, name, effect_files)
         found = survey(session)
         for path_id in model.paths:
             if path_id not in found.digests:
@@ -202,9 +205,9 @@ def on_events(model: FittedModel, records: Records, events: Sequence[Event]) -> 
 def load_parameter_draws(database: str, name: str) -> dict[str, Floats]:
     """Draws `[n_chains, n_draws]` of the parameters that people read, in the result's order."""
     with reading(database) as session:
-        calibration = latest_calibration(session, name)
-        draws = load_draws(session, calibration.id)
-    return {key: draws[key] for key in calibration.result["parameters"] if key in draws}
+        model = load_calibrated(session, name)
+        draws = load_draws(session, model.calibration)
+    return {key: draws[key] for key in model.result["parameters"] if key in draws}
 
 
 def require_unchanged(model: FittedModel) -> None:
@@ -216,16 +219,15 @@ def require_unchanged(model: FittedModel) -> None:
         )
 
 
-def version_of(settings: Mapping[str, Any]) -> str | None:
-    """The version of the program that made a calibration; None where it was not kept."""
-    versions: dict[str, str] = (settings.get("made_with") or {}).get("versions", {})
-    return versions.get("avahazard")
-
-
-def _load(session: Session, name: str, own: Sequence[Definition]) -> FittedModel:
+def _load(
+    session: Session,
+    name: str,
+    effect_files: Sequence[FilePath],
+    own: Sequence[Definition] | None = None,
+) -> FittedModel:
     """What is stored of a model, on no events yet."""
-    stored = load_model(session, name)
-    calibration = latest_calibration(session, name)
+    stored = load_calibrated(session, name)
+    own = own_effects(stored, effect_files) if own is None else own
     kept = stored.specification
     fields = kept["specification"]
     specification = Specification(
@@ -236,10 +238,9 @@ def _load(session: Session, name: str, own: Sequence[Definition]) -> FittedModel
             "given": tuple(GivenPrior(**told) for told in fields.get("given", ())),
         }
     )
-    _require_own(stored, specification, own)
     effects = build_effects(specification, kept["facts"], own)
     slots = kept["slots"]
-    draws = {key: v.ravel() for key, v in load_draws(session, calibration.id).items()}
+    draws = {key: v.ravel() for key, v in load_draws(session, stored.calibration).items()}
     u = np.column_stack([draws[f"{COORDINATE}{slot}"] for slot in slots])
     friction = friction_model(specification, effects, kept.get("arms"), speeds=TRACK_SLOT in slots)
     if "arms" not in kept:
@@ -254,9 +255,9 @@ def _load(session: Session, name: str, own: Sequence[Definition]) -> FittedModel
         method=kept["method"],
         definitions=definitions_of(specification, own),
         facts=kept["facts"],
-        stored=Calibration.from_dict(calibration.result),
-        paths=tuple(kept["paths"]),
-        version=version_of(calibration.settings),
+        stored=Calibration.from_dict(stored.result),
+        paths=stored.paths,
+        version=stored.version,
     )
 
 
@@ -274,21 +275,6 @@ def _on_draws(layout: Layout, slots: Sequence[str], u: Floats) -> Layout:
             high = min(slot.high, max(middle + reach, np.max(drawn)))
             arms[slot.name] = arm_between(float(middle), float(low), float(high), POINTS_ON_DRAWS)
     return with_arms(layout, arms)
-
-
-def _require_own(
-    model: StoredModel, specification: Specification, own: Sequence[Definition]
-) -> None:
-    for key in specification.effects:
-        try:
-            find_definition(key, own)
-        except AvahazardError as error:
-            if model.effect_file is None:
-                raise
-            raise AvahazardError(
-                f"The model {model.name} has the effect '{key}' from its user's file.",
-                "Name that file again: --effect-file FILE. It is never run from the database.",
-            ) from error
 
 
 KDE_DRAWS, KDE_POINTS = 4000, 401
@@ -442,21 +428,15 @@ def notes_of_fit(model: FittedModel) -> tuple[Note, ...]:
     return model_notes(model.calibration, model.records_changed, model.version)
 
 
-def notes_of(session: Session, name: str, records: Records) -> tuple[Note, ...]:
-    """The notes on the model `name`, without loading its draws; `records` are those of today."""
-    try:
-        calibration = latest_calibration(session, name)
-    except AvahazardError:  # nothing to say of a model that has not been calibrated
+def notes_of(model: StoredModel, records: Records) -> tuple[Note, ...]:
+    """The notes on a stored model, without loading its draws; `records` are those of today."""
+    if not model.result:  # nothing to say of a model that has not been calibrated
         return ()
-    paths: Sequence[str] = load_model(session, name).specification["paths"]
     changed = True
-    known = {path.path_id for path in records.paths}
-    if known.issuperset(paths):
-        mine = only_paths(records, tuple(paths))
-        changed = data_fingerprint(mine) != calibration.data_fingerprint
-    return model_notes(
-        Calibration.from_dict(calibration.result), changed, version_of(calibration.settings)
-    )
+    if {path.path_id for path in records.paths}.issuperset(model.paths):
+        mine = only_paths(records, model.paths)
+        changed = data_fingerprint(mine) != model.result["data_fingerprint"]
+    return model_notes(Calibration.from_dict(model.result), changed, model.version)
 
 
 def model_notes(

@@ -24,7 +24,6 @@ from avahazard.store.records import load_paths
 from avahazard.store.results import ZONES, read_run
 from avahazard.store.session import reading
 from avahazard.workflow.by_path import PathDocuments, PathTask, PathWork, run_paths, went_on
-from avahazard.workflow.effects import own_effects
 from avahazard.workflow.hazard import source_settings
 from avahazard.workflow.requests import ZonesRequest
 from avahazard.workflow.stored import load_for_paths, notes_of_fit
@@ -60,8 +59,7 @@ def zones_work(
 ) -> tuple[PathWork, tuple[Note, ...]]:
     """What is done on each path, and the notes that go with all. Raises as `zones`."""
     wanted = load_limits(request.limits)
-    own = own_effects(database, name, request.effect_files)
-    model, survey = load_for_paths(database, name, own)
+    model, survey = load_for_paths(database, name, request.effect_files)
     if model.sigma_m is not None:
         raise AvahazardError(
             f"The scatter of {name} is in metres of the stop: it says nothing of speeds.",

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from avahazard.hazard.rows import draw_stops
 from avahazard.inference.fitted_model import diagnose_chains
 from avahazard.inference.model.laws import law
-from avahazard.inference.paper.gibbs import run_gibbs
+from avahazard.inference.paper.calibration import run_gibbs
 from avahazard.inference.paper.metropolis import runout_records, squared_residuals, walk
 from avahazard.physics.cells import build_cells, no_resistance
 from avahazard.physics.runout_curve import EVEN, MU, MU_STEP, friction_grid, pieces, tabulate

@@ -17,8 +17,7 @@ from avahazard.inference.model.specification import Specification
 from avahazard.store import upkeep
 from avahazard.synth.making import make_world
 from avahazard.synth.writing import write_world
-from avahazard.workflow.add import add
-from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.effects import list_effects, show_effect
 from avahazard.workflow.hazard import hazard

@@ -23,11 +23,11 @@ from avahazard.store.results import (
     drop_run,
     finish_run,
     interrupted_run,
-    latest_calibration,
     latest_documents,
     latest_result,
     latest_run,
     list_models,
+    load_calibrated,
     load_draws,
     load_model,
     read_run,
@@ -309,14 +309,13 @@ def test_the_latest_comes_back_with_its_draws(any_database: str) -> None:
                 data_fingerprint="f" * 64,
                 diagnostics={"rhat_max": float("nan"), "ess_bulk_min": 7.5},
                 converged=bool(seed == 1),
-                result={"model": "m", "parameters": {"a": {"mean": np.float64(0.5)}}},
+                result={"model": "m", "seed": seed, "parameters": {"a": {"mean": np.float64(0.5)}}},
                 draws=draws,
             )
     with reading(any_database) as session:
-        found = latest_calibration(session, "m")
-        back = load_draws(session, found.id)
-    assert (found.seed, found.converged, found.settings) == (2**62, False, {"chains": 1})
-    assert found.diagnostics == {"rhat_max": None, "ess_bulk_min": 7.5}
+        found = load_calibrated(session, "m")
+        back = load_draws(session, found.calibration)
+    assert (found.result["seed"], found.settings) == (2**62, {"chains": 1})
     assert found.result["parameters"]["a"]["mean"] == 0.5
     assert back.keys() == draws.keys()
     for name, values in draws.items():
@@ -326,10 +325,10 @@ def test_the_latest_comes_back_with_its_draws(any_database: str) -> None:
 def test_a_missing_model_or_calibration_is_said(database: str) -> None:
     with writing(database) as session:
         with pytest.raises(AvahazardError, match="no model m"):
-            latest_calibration(session, "m")
+            load_calibrated(session, "m")
         save_model(session, "m", {})
         with pytest.raises(AvahazardError, match="no calibration"):
-            latest_calibration(session, "m")
+            load_calibrated(session, "m")
 
 
 P = PathResult(0, "P", ({"path_id": "P", "x": 1.5},), ("far",))

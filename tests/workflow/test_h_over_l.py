@@ -106,7 +106,7 @@ def test_its_apparent_friction_is_h_over_l(stored: str) -> None:
 
 
 @pytest.mark.usefixtures("drawn_little")
-def test_people_read_no_metres(stored: str, write: Write) -> None:
+def test_people_read_h_over_l(stored: str, write: Write) -> None:
     avahazard = command_line(stored)
     told = avahazard("compare", "base").stdout
     assert "H/L" in told

@@ -39,9 +39,10 @@ from avahazard.workflow.requests import (
     DiagnoseRequest,
     HazardRequest,
     ReportRequest,
+    RunoutRequest,
     ZonesRequest,
 )
-from avahazard.workflow.runout import run_model
+from avahazard.workflow.runout import run_block
 from avahazard.workflow.stored import load_stored, model_notes, record_notes, volume_notes
 from avahazard.workflow.zones import zones
 from tests.inference import studies
@@ -107,7 +108,9 @@ def test_every_command_says_all_of_a_model(
     commands: dict[str, Callable[[], tuple[str, ...]]] = {
         "model": lambda: (*show_model(poor, "base").notes, UNCONVERGED),
         "predict": lambda: predict(poor, "base", events).notes,
-        "runout": lambda: run_model(poor, path_id, "base", volume_m3=2e4).notes or (),
+        "runout": lambda: (
+            run_block(poor, path_id, RunoutRequest(model="base", volume_m3=2e4)).notes or ()
+        ),
         "friction": lambda: show_frictions(poor, path_id, model="base").notes or (),
         "hazard": lambda: hazard(poor, "base", HazardRequest(draws=200)).notes,
         "ladder": lambda: ladder(poor).notes,

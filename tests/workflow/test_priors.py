@@ -12,9 +12,9 @@ from avahazard.inference.model.specification import GivenPrior
 from avahazard.records.errors import AvahazardError
 from avahazard.store import upkeep
 from avahazard.store.records import load_records
+from avahazard.store.results import load_model
 from avahazard.store.session import reading
-from avahazard.workflow.add import add
-from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.models import rerun, show_model, show_provenance
 from avahazard.workflow.requests import CalibrateRequest
@@ -70,7 +70,7 @@ def test_it_stays_with_the_model(database: str) -> None:
     assert shown.prior.source == "given:a"
     assert "given" in show_provenance(database, "told").specification
     with reading(database) as session:
-        notes = notes_of(session, "told", load_records(session))
+        notes = notes_of(load_model(session, "told"), load_records(session))
     assert note in notes
     # So narrow, the prior dominates; the note of it knows the numbers, not the weak prior.
     assert any("log sigma is weakly identified" in note for note in notes)

@@ -21,8 +21,13 @@ from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.report import gather, write_report
-from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ReportRequest
-from avahazard.workflow.runout import run_model
+from avahazard.workflow.requests import (
+    CalibrateRequest,
+    HazardRequest,
+    ReportRequest,
+    RunoutRequest,
+)
+from avahazard.workflow.runout import run_block
 from tests.criticism.lengths import as_csv, lengths
 from tests.workflow.worlds import height
 
@@ -54,7 +59,7 @@ def test_equal_databases_give_equal_files(report_database: str, tmp_path: Path) 
     assert one.read_bytes() == other.read_bytes()
     assert document.to_dict() == {
         "model": "m", "file": str(one), "bytes": one.stat().st_size, "n_paths": 3, "n_events": 61,
-        "lacking": [], "notes": list(document.notes),
+        "lacking": [], "notes": list(document.notes), "next": "measure speeds on 5 events",
     }  # fmt: skip
     assert told == sorted(told)
     assert told[-1] == 1.0
@@ -101,7 +106,9 @@ def test_speeds_are_those_of_the_command_runout(
 ) -> None:
     (scey,) = (view for view in content.paths if view.path.path_id == "scey")
     for line in scey.speeds:
-        run = run_model(report_database, "scey", "m", volume_m3=line.row.volume_m3)
+        run = run_block(
+            report_database, "scey", RunoutRequest(model="m", volume_m3=line.row.volume_m3)
+        )
         assert line.x[-1] == pytest.approx(run.runout_x_m)
         assert line.speed.max() == pytest.approx(run.speed_max_m_s, rel=0.01)
 

@@ -19,7 +19,8 @@ from avahazard.report.path_pictures import with_gaps
 from avahazard.results.terrain import SpeedHere
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
-from avahazard.workflow.runout import run_model, run_path, run_site, with_table
+from avahazard.workflow.requests import RunoutRequest
+from avahazard.workflow.runout import run_block, run_site, with_table
 from avahazard.workflow.stored import load_stored
 from tests.workflow.worlds import bowl, smooth_bowl, stop_x
 
@@ -109,22 +110,22 @@ def test_a_terrace_is_a_jump_of_the_curve() -> None:
 def test_from_the_database(database: str) -> None:
     with writing(database) as session:
         save_records(session, bowl())
-    found = run_path(database, "B", 0.45)
+    found = run_block(database, "B", RunoutRequest(mu=0.45))
     assert found == run_site(_site(), 0.45)
     assert (found.path_id, found.lift_off_x_m) == ("B", None)
     with pytest.raises(AvahazardError, match="friction is 0"):
-        run_path(database, "B", 0.0)
+        run_block(database, "B", RunoutRequest(mu=0.0))
 
 
 @pytest.mark.parametrize(("name", "law"), [("plain", "exponential"), ("gibbs", "exponential")])
 def test_friction_is_the_median_over_the_posterior(twin_models: str, name: str, law: str) -> None:
-    found = run_model(twin_models, "scey", name, volume_m3=2e4)
+    found = run_block(twin_models, "scey", RunoutRequest(model=name, volume_m3=2e4))
     model = load_stored(twin_models, name)[0]
     u = model.draws[:, :2]
     expected = np.median(np.exp(LAWS[law].log_friction(u, np.array([2e4]))))
     assert found.mu == pytest.approx(expected, rel=1e-12)
     assert found.mu_from == "posterior median"
-    plain = run_path(twin_models, "scey", found.mu)
+    plain = run_block(twin_models, "scey", RunoutRequest(mu=found.mu))
     assert found.runout_x_m == plain.runout_x_m
     assert found.speeds == plain.speeds
     assert (found.model, found.volume_m3) == (name, 2e4)
@@ -132,12 +133,12 @@ def test_friction_is_the_median_over_the_posterior(twin_models: str, name: str, 
 
 
 def test_normal_friction_without_centrifugal(twin_models: str) -> None:
-    found = run_model(twin_models, "scey", "normal", volume_m3=2e4)
+    found = run_block(twin_models, "scey", RunoutRequest(model="normal", volume_m3=2e4))
     model = load_stored(twin_models, "normal")[0]
     natural = LAWS["power"].to_natural(model.draws[:, :2])
     assert found.mu == pytest.approx(np.median(natural[:, 0] * 2e4 ** -natural[:, 1]))
     # Without the load of curvature the block runs further at the same friction.
-    curved = run_path(twin_models, "scey", found.mu)
+    curved = run_block(twin_models, "scey", RunoutRequest(mu=found.mu))
     assert found.runout_x_m > curved.runout_x_m + 20.0
 
 
@@ -145,38 +146,40 @@ def test_a_path_has_its_own_friction(twin_models: str) -> None:
     model = load_stored(twin_models, "paths")[0]
     base = np.exp(model.draws[:, 0] - model.draws[:, 1] * 0.02)
     for path_id in ("scey", "saugy"):
-        found = run_model(twin_models, path_id, "paths", volume_m3=2e4)
+        found = run_block(twin_models, path_id, RunoutRequest(model="paths", volume_m3=2e4))
         expected = np.median(base * np.exp(model.offsets[path_id]))
         assert found.mu == pytest.approx(expected)
 
 
 def test_an_effect_on_the_motion_acts(twin_models: str) -> None:
-    found = run_model(twin_models, "scey", "drag", volume_m3=None, mu=0.45)
-    plain = run_path(twin_models, "scey", 0.45)
+    found = run_block(twin_models, "scey", RunoutRequest(model="drag", mu=0.45))
+    plain = run_block(twin_models, "scey", RunoutRequest(mu=0.45))
     assert found.mu_from == "given"
     assert found.speed_max_m_s < plain.speed_max_m_s
     assert found.runout_x_m < plain.runout_x_m
 
 
 def test_the_curve_is_that_of_the_models_motion(twin_models: str) -> None:
-    found = run_model(twin_models, "scey", "drag", volume_m3=None, mu=0.45, table=True)
+    found = run_block(twin_models, "scey", RunoutRequest(model="drag", mu=0.45, table=True))
     assert found.table is not None
     row = next(row for row in found.table if row.mu == 0.45)
     assert row.runout_x_m == pytest.approx(found.runout_x_m, abs=3.0)
-    plain = run_path(twin_models, "scey", 0.45)
+    plain = run_block(twin_models, "scey", RunoutRequest(mu=0.45))
     assert plain.table is None
     assert row.runout_x_m < plain.runout_x_m - 5.0
 
 
 def test_a_path_that_the_model_does_not_know(twin_models: str) -> None:
-    found = run_model(twin_models, "gurraz", "plain", volume_m3=2e4)
-    assert found.mu == run_model(twin_models, "scey", "plain", volume_m3=2e4).mu
+    found = run_block(twin_models, "gurraz", RunoutRequest(model="plain", volume_m3=2e4))
+    assert (
+        found.mu == run_block(twin_models, "scey", RunoutRequest(model="plain", volume_m3=2e4)).mu
+    )
 
 
 @pytest.mark.parametrize("volume", [None, 0.0, -5.0, float("nan")])
 def test_neither_friction_nor_volume(twin_models: str, volume: float | None) -> None:
-    with pytest.raises(AvahazardError, match="volume must be"):
-        run_model(twin_models, "scey", "plain", volume_m3=volume)
+    with pytest.raises(AvahazardError, match=r"volume is|no friction"):
+        run_block(twin_models, "scey", RunoutRequest(model="plain", volume_m3=volume))
 
 
 def test_records_that_changed_are_noted(twin_models: str, tmp_path: Path) -> None:
@@ -185,5 +188,6 @@ def test_records_that_changed_are_noted(twin_models: str, tmp_path: Path) -> Non
         new = Event("new", "scey", runout_elevation_m=1100.0, volume_m3=1e4)
         save_records(session, Records(events=(new,)))
     assert any(
-        "have changed" in n for n in run_model(database, "scey", "gibbs", volume_m3=1e4).notes
+        "have changed" in n
+        for n in run_block(database, "scey", RunoutRequest(model="gibbs", volume_m3=1e4)).notes
     )

@@ -232,10 +232,10 @@ def test_a_users_effect_is_asked_for_again(database: str) -> None:
         "my-own", "", "", lambda _: Effect("my-own", (Parameter("k", "", 0.0, 0.0, 1.0),))
     )
     _store(database, _found(None, own), effect_file="raise SystemExit")
-    with pytest.raises(AvahazardError, match="'my-own' from its user's file") as error:
+    with pytest.raises(AvahazardError, match="an effect from a file of its user's") as error:
         load_stored(database, "m")
     assert "--effect-file" in error.value.hint
-    assert own in load_stored(database, "m", [own])[0].definitions
+    assert own in load_stored(database, "m", own=[own])[0].definitions
 
 
 def _calibrated(draws: np.ndarray, offsets: Mapping[str, np.ndarray], **others: Any) -> FittedModel:

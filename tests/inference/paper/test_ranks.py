@@ -14,7 +14,7 @@ import pytest
 from scipy import stats
 
 from avahazard.inference.model.laws import Law, law
-from avahazard.inference.paper.gibbs import WEAK_ON_SIGMA, gibbs
+from avahazard.inference.paper.calibration import WEAK_ON_SIGMA, gibbs
 from avahazard.inference.paper.least_squares import fit_law
 from avahazard.inference.paper.metropolis import metropolis
 from avahazard.inference.seeds import generator

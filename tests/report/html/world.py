@@ -14,8 +14,7 @@ from avahazard.store.records import save_terrain
 from avahazard.store.session import writing
 from avahazard.synth.making import make_world
 from avahazard.synth.writing import write_records
-from avahazard.workflow.add import add
-from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
