@@ -215,13 +215,16 @@ def read_drawn(
     dem: FilePath,
     land_cover: FilePath | None = None,
     crs: str | None = None,
+    releases: Sequence[FilePath] = (),
+    only: str | None = None,
 ) -> list[Drawn]:
     """Read the lines of `files` on the terrain model `dem`, each a path drawn from its top.
 
     The attribute `path_id` names a path, else `name`, else `id`, in any case; the other
     attributes are those of `paths.csv`. With `land_cover` each point has the attribute
     `land_cover` of the polygon around it, else `open`. `crs` is the system of a terrain model that
-    does not name its own; without it that of the lines is taken, and said.
+    does not name its own; without it that of the lines is taken, and said. A path's release is
+    the middle of its part in the polygons of `releases`. `only` names the line of a file of one.
 
     Raises:
         AvahazardError: a file cannot be used. What is wrong with single lines is returned.
@@ -235,7 +238,7 @@ def read_drawn(
     systems = {layer.crs for layer in layers}
     assumed = given or (systems.pop() if len(systems) == 1 else None)
     with open_terrain(dem, assumed) as terrain:
-        drawn = [_drawn(layer, terrain, land_cover) for layer in layers]
+        drawn = [_drawn(layer, terrain, land_cover, releases, only) for layer in layers]
         if not terrain.assumed:
             return drawn
         whose = "--crs" if given else "the lines"
@@ -261,8 +264,57 @@ def read_points(file: FilePath) -> Table:
     return table_of(layer.file, (*own, *names, *(["crs"] if code else [])), rows)
 
 
-def _drawn(layer: VectorLayer, terrain: TerrainModel, land_cover: FilePath | None) -> Drawn:
+def avaframe_files(folder: FilePath) -> tuple[FilePath, FilePath, list[FilePath]]:
+    """The path, the terrain model and the release areas of a folder as AvaFrame has it.
+
+    Raises:
+        AvahazardError: it has not exactly one path and one terrain model.
+    """
+    inputs = folder / "Inputs"
+    models = sorted(f for f in inputs.iterdir() if f.suffix.lower() in (".asc", ".tif", ".tiff"))
+    lines = sorted((inputs / "LINES").glob("*.shp"))
+    path = [f for f in lines if f.stem.lower() == "path_aimec"]
+    path = path or [f for f in lines if "AB" in f.stem]
+    for found, what in ((models, "terrain model in Inputs"), (path, "path in Inputs/LINES")):
+        if len(found) != 1:
+            names = ", ".join(f.name for f in found) or "none"
+            raise AvahazardError(
+                f"{folder} needs one {what}, and has {names}.",
+                "A terrain model is .asc or .tif; a path is path_aimec.shp, or has AB in its name.",
+            )
+    return path[0], models[0], sorted((inputs / "REL").glob("*.shp"))
+
+
+def _release_elevation(profile: LineProfile, releases: Sequence[FilePath]) -> float | None:
+    """Elevation (m) in the middle of the part of a path that lies in a release area."""
+    crs = CRS.from_user_input(profile.crs)
+    points = shapely.points(np.column_stack([profile.easting, profile.northing]))
+    inside = np.zeros(len(points), np.bool_)
+    for file in releases:
+        layer = read_layer(file, "polygon")
+        for area in layer.geometry:
+            if area is not None and not area.is_empty:
+                moved_there = shapely.transform(area, lambda xy, of=layer: moved(xy, of.crs, crs))
+                inside |= shapely.contains_properly(shapely.make_valid(moved_there), points)
+    within = np.flatnonzero(inside)
+    if not len(within):
+        return None
+    middle = 0.5 * (profile.x[within[0]] + profile.x[within[-1]])
+    return float(np.interp(middle, profile.x, profile.y))
+
+
+def _drawn(
+    layer: VectorLayer,
+    terrain: TerrainModel,
+    land_cover: FilePath | None,
+    releases: Sequence[FilePath],
+    only: str | None,
+) -> Drawn:
+    if only is not None and len(layer.geometry) == 1:
+        layer = replace(layer, columns=("path_id",), attributes=({"path_id": only},))
     columns, attributes = _path_columns(layer)
+    if releases and "release_elevation_m" not in columns:
+        columns = (*columns, "release_elevation_m")
     rows: list[tuple[int, dict[str, str]]] = []
     points: list[tuple[int, dict[str, str]]] = []
     crops: list[TerrainCrop] = []
@@ -285,6 +337,9 @@ def _drawn(layer: VectorLayer, terrain: TerrainModel, land_cover: FilePath | Non
             problems.append(RowProblem(layer.file, number, "geometry", fault.value, fault.accepted))
             rows.append((number, row))
             continue
+        release = _release_elevation(profile, releases)
+        if release is not None:
+            row = {"release_elevation_m": f"{release:.1f}", **row}  # noqa: PLW2901
         if len(row) > 1:
             # Else it says nothing of its path, which may have its row in a paths.csv.
             rows.append((number, row))

@@ -69,7 +69,7 @@ def import_files(
 
     Tables (.csv, .xlsx) or folders of them (docs/data_forms.md), and files of lines (GeoPackage,
     GeoJSON, Shapefile, KML, GPX), each line a path drawn from its top, or of points, the stops of
-    events.
+    events; folders as AvaFrame has them (`Inputs/`).
 
     The profile of a line is read off the terrain model `dem` (GeoTIFF or ESRI ASCII grid, in
     metres), and the ground around it is kept; `crs` is its system where it names none (default:
@@ -81,10 +81,13 @@ def import_files(
     used, or there are lines without a terrain model; `RejectedRows` for rows that cannot be taken,
     all of them; nothing was stored.
     """
+    of_avaframe = [FilePath(s) for s in sources if (FilePath(s) / "Inputs").is_dir()]
     lines = [FilePath(s) for s in sources if FilePath(s).suffix.lower() in LINES]
-    tables = [source for source in sources if FilePath(source) not in lines]
+    tables = [s for s in sources if FilePath(s) not in lines and FilePath(s) not in of_avaframe]
     points = _points(lines)
-    drawn = _drawn([file for file in lines if file not in points], dem, land_cover, crs)
+    drawn = [one for folder in of_avaframe for one in _of_avaframe(folder, land_cover, crs)]
+    if not drawn or lines or dem is not None:
+        drawn += _drawn([file for file in lines if file not in points], dem, land_cover, crs)
     with (reading if dry_run else writing)(database) as session:
         intake = read_files(
             tables,
@@ -197,6 +200,20 @@ def _points(files: Sequence[FilePath]) -> dict[FilePath, Table]:
     from avahazard.gis.vector_layer import holds_points  # noqa: PLC0415 (may be missing)
 
     return {file: read_points(file) for file in files if holds_points(file)}
+
+
+def _of_avaframe(
+    folder: FilePath, land_cover: str | FilePath | None, crs: str | None
+) -> list[Drawn]:
+    """The path of a folder as AvaFrame has it, on its own terrain model."""
+    from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
+
+    require_packages()
+    from avahazard.gis.drawn_lines import avaframe_files, read_drawn  # noqa: PLC0415
+
+    path, dem, releases = avaframe_files(folder)
+    cover = None if land_cover is None else FilePath(land_cover)
+    return read_drawn([path], dem, cover, crs, releases, folder.resolve().name)
 
 
 def _drawn(

@@ -11,7 +11,7 @@ import rasterio
 import shapely
 from pyproj import CRS, Geod
 
-from avahazard.gis.drawn_lines import LineFault, line_profile, read_drawn
+from avahazard.gis.drawn_lines import LineFault, avaframe_files, line_profile, read_drawn
 from avahazard.gis.systems import WGS84, moved
 from avahazard.gis.terrain_model import TerrainModel, open_terrain
 from avahazard.records.errors import AvahazardError
@@ -277,3 +277,33 @@ def test_a_model_without_cells_under_the_line(
     monkeypatch.setattr(TerrainModel, "cell_size", lambda *_: cell)
     with pytest.raises(LineFault, match="no cells"):
         line_profile("P", LINE_LINE_PROFILE, SYSTEM, terrain)
+
+
+def avaframe_folder(folder: Path, release: bool = True) -> Path:
+    """Write a folder as AvaFrame has it."""
+    (folder / "Inputs" / "LINES").mkdir(parents=True)
+    (folder / "Inputs" / "REL").mkdir()
+    write_dem(folder / "Inputs" / "dem.asc", crs=None)
+    write_lines(folder / "Inputs" / "LINES" / "path_aimec.shp", [LINE], {"name": ["p"]})
+    write_lines(folder / "Inputs" / "LINES" / "splitAB.shp", [LINE], {"name": ["q"]})
+    if release:
+        area = shapely.box(TOP[0] - 400.0, TOP[1] - 400.0, TOP[0] + 50.0, TOP[1] - 100.0)
+        write_lines(folder / "Inputs" / "REL" / "rel.shp", [area], {"name": ["r"]})
+    return folder
+
+
+def test_folders_of_avaframe(tmp_path: Path) -> None:
+    path, dem, releases = avaframe_files(avaframe_folder(tmp_path / "avaTest"))
+    (drawn,) = read_drawn([path], dem, releases=releases, only="avaTest")
+    assert not drawn.problems
+    ((_, row),) = drawn.paths.numbered()
+    assert row["path_id"] == "avaTest"
+    middle = TOP[1] - 250.0
+    share = (TOP[1] - middle) / (TOP[1] - BOTTOM[1])
+    there = surface(TOP[0] + share * (BOTTOM[0] - TOP[0]), middle)
+    assert float(row["release_elevation_m"]) == pytest.approx(there, abs=8.0)
+    none, *_ = read_drawn([path], dem, only="avaTest")
+    assert list(none.paths.numbered()) == []
+    (tmp_path / "avaTest" / "Inputs" / "other.tif").touch()
+    with pytest.raises(AvahazardError, match=r"one terrain model in Inputs.*dem\.asc, other\.tif"):
+        avaframe_files(tmp_path / "avaTest")
