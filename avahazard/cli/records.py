@@ -102,7 +102,8 @@ def import_(
 
     Tables are workbooks (.xlsx, .xls, .ods) or texts with commas, semicolons or tabs; how each was
     read is said. What may be read in two ways is refused until --decimal or --dates decides.
-    A folder with Inputs/ is one of AvaFrame. Each line is a path, drawn from its top; its attributes are the columns of paths.csv.
+    Each line is a path, drawn from its top; its attributes are the columns of paths.csv. A folder
+    with Inputs/ is read as AvaFrame does.
     All files are imported or none: every row that cannot be taken is listed.
 
     \b

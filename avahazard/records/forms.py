@@ -69,6 +69,7 @@ KNOWN_FORMS = (
     "or fall_height_m and runout_length_m, or h_over_l) or velocities (event_id, x_m or "
     "elevation_m, speed_m_s)"
 )
+OTHER_NAMES = "; or a columns.toml with the names here (import FILE --guess-columns writes one)"
 
 
 def recognise(table: Table, problems: list[RowProblem], *, need_runout: bool = True) -> Kind | None:
@@ -76,11 +77,13 @@ def recognise(table: Table, problems: list[RowProblem], *, need_runout: bool = T
     columns = set(table.header)
     kind = _kind(columns, (table.name or PurePath(table.file).stem).lower())
     if kind is None:
-        problems.append(RowProblem(table.file, 1, "", ", ".join(table.header), KNOWN_FORMS))
+        problems.append(
+            RowProblem(table.file, 1, "", ", ".join(table.header), KNOWN_FORMS + OTHER_NAMES)
+        )
         return None
     lacking = [names for names in _required(kind, columns, need_runout) if not columns & set(names)]
     for names in lacking:
-        accepted = "a column " + " or ".join(names)
+        accepted = "a column " + " or ".join(names) + OTHER_NAMES
         problems.append(RowProblem(table.file, 1, names[0], "", accepted))
     return None if lacking else kind
 
@@ -259,6 +262,12 @@ def _check_numbers(
     for k, text, value in _outside(table, column, low, high):
         if first <= value <= last:
             unusual.append((table.lines[k], text))
+        elif value in USUAL_MARKS:
+            accepted = (
+                f"a number from {first:g} to {last:g} {unit}; or, if it means unknown, import "
+            )
+            accepted += f"with --unknown={text}"
+            problems.append(RowProblem(table.file, table.lines[k], column, text, accepted))
         elif value > 0 or first < 0 or meaning.further:  # a row's form refuses what is not over 0
             accepted = f"a number from {first:g} to {last:g} {unit}".rstrip()
             problems.append(RowProblem(table.file, table.lines[k], column, text, accepted))

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from avahazard.arrays import Ints
 from avahazard.records.conventions import FIRST_DAY, is_number
 from avahazard.records.errors import RowProblem
 from avahazard.records.meanings import known_name
@@ -403,6 +404,8 @@ def _of_others(raw: bytes) -> list[Grid]:
         SheetVisibleEnum,
     )
 
+    if raw.startswith(OLE) and not _ends(raw):
+        raise zipfile.BadZipFile
     book = CalamineWorkbook.from_filelike(io.BytesIO(raw))
     # Of an .ods it does not tell which cells are merged.
     spanned = raw.startswith(ZIP) and ROWS_SPANNED.search(_content(raw)) is not None
@@ -422,6 +425,46 @@ def _of_others(raw: bytes) -> list[Grid]:
         words = ("a hidden sheet",) if hidden else ()
         found.append(Grid(of_sheet.name, rows, merged, words, FIRST_DAY))
     return found
+
+
+def _ends(raw: bytes) -> bool:
+    """Whether the chains of sectors of an `.xls` end: the library follows a ring for ever."""
+
+    def numbers(at: int, n: int) -> Ints:
+        return np.frombuffer(raw[at : at + 4 * n], "<u4").astype(np.int64)
+
+    def sector(k: int) -> Ints:
+        return numbers((k + 1) << shift, size)
+
+    def acyclic(following: Ints) -> bool:
+        n = len(following)
+        after = np.append(np.where(following < n, following, n), n)
+        for _ in range(n.bit_length()):
+            after = after[after]
+        return bool(np.all(after == n))
+
+    shift = int.from_bytes(raw[30:32], "little")
+    if shift not in (9, 12):
+        return False
+    size, lists, seen = (1 << shift) // 4, [numbers(76, 109)], set[int]()
+    more = int(numbers(68, 1)[0])
+    while (more + 1) << shift < len(raw):
+        if more in seen or len(last := sector(more)) < size:
+            return False
+        seen.add(more)
+        lists.append(last[:-1])
+        more = int(last[-1])
+    present = [int(k) for k in np.concatenate(lists) if (int(k) + 1) << shift < len(raw)]
+    if not present:
+        return False
+    table = np.concatenate([sector(k) for k in present])
+    if not acyclic(table):
+        return False
+    small, k = [], int(numbers(60, 1)[0])
+    while k < len(table):
+        small.append(sector(k))
+        k = int(table[k])
+    return not small or acyclic(np.concatenate(small))
 
 
 ROWS_SPANNED = re.compile(rb'number-rows-spanned="(?:[2-9]|[1-9][0-9]+)"')
