@@ -337,7 +337,9 @@ def read_sheets(
         if raw.startswith(ZIP) and _unpacked(raw) > MOST_BYTES:
             raise zipfile.BadZipFile
         grids = _of_xlsx(raw) if _is_xlsx(raw) else _of_others(raw)
-    except Exception:
+    except (KeyboardInterrupt, SystemExit):
+        raise
+    except BaseException:  # a panic of the library, which is in Rust, is no Exception
         problems.append(RowProblem(file, 0, "", PurePath(file).name, SHEET_ACCEPTED))
         return []
     found = [_sheet(file, grid, len(grids) > 1, layout, problems) for grid in grids]

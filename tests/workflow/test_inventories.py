@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from avahazard.workflow.add import add
 
 from avahazard.records.conventions import Conventions
 from avahazard.records.mapping import BESIDE
-from avahazard.workflow.add import add
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.diagnose import diagnose_model
