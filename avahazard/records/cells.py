@@ -11,7 +11,6 @@ import numpy as np
 
 from avahazard.records.conventions import (
     Conventions,
-    Conversion,
     Decimal,
     DecimalMarks,
     canonical,
@@ -26,7 +25,6 @@ from avahazard.records.table import Table
 from avahazard.records.units import factor, known_unit
 
 Place = tuple[int, str]  # index of the row, column
-NO_CONVERSION = Conversion(None, {}, None)
 PLAIN_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 ODD = re.compile("[,\\s'’\u2212]")  # what a number of a file with commas does not hold, unquoted
 ODD_ELSEWHERE = re.compile("[.,\\s'’\u2212]")
@@ -56,7 +54,7 @@ def plain_cells(table: Table, given: Conventions, problems: list[RowProblem]) ->
     words = list(table.words)
     words += _numbers(table, given.decimal, edits, problems)
     words += _dates(table, given, edits, problems)
-    _convert(table, edits, problems)
+    _convert(table, edits)
     row_of = {line: k for k, line in enumerate(table.lines)} if table.dated else {}
     for line, column in sorted(table.dated):
         meaning = MEANINGS.get(column)
@@ -192,52 +190,49 @@ def _dates(
 
 NUMBER = r"([0-9][0-9., '’]*(?:[eE]\+?[0-9]+)?)"
 RANGE = re.compile(rf"[~≈]?\s*{NUMBER}\s*(?:-|–|—|\.\.|to|bis|à|a|til)\s*{NUMBER}")
-NOT_PLAIN = re.compile(r"[^\W\d_eE]|[0-9] *(?:[-–—]|\.\.)")
-RANGE_ACCEPTED = 'a number; or range = "geometric" (mean, low, high) in columns.toml'
 OF_RANGE: dict[str, Callable[[float, float], float]] = {
     "low": lambda low, _: low,
     "high": lambda _, high: high,
     "mean": lambda low, high: 0.5 * (low + high),
     "geometric": lambda low, high: math.sqrt(low * high),
 }
-UNIT_HERE = (
-    "numbers: this row looks like one of units; take it away, or write units = {} in columns.toml"
-)
+USUAL_MARKS = frozenset((-99.0, -999.0, -9999.0, -99999.0, 999.0, 9999.0, 99999.0))
 
 
-def _convert(table: Table, edits: dict[str, dict[int, str]], problems: list[RowProblem]) -> None:
-    """Make numbers of the column's unit of classes, ranges and other units; or say what to write.
-
-    A range, or a row of units, that no mapping speaks of is refused with its remedy.
-    """
-    for name in table.header:
-        meaning = MEANINGS.get(name)
-        if name not in table.conversions:
-            if meaning is None or meaning.content != "number":
-                continue
-            if not any(NOT_PLAIN.search("\n".join(block)) for block in table.blocks(name)):
-                continue
-        unit, classes, kind = table.conversions.get(name, NO_CONVERSION)
-        classes = {word.casefold(): number for word, number in classes.items()}
-        times = factor(unit, meaning.unit) if unit and meaning else None
+def _convert(table: Table, edits: dict[str, dict[int, str]]) -> None:
+    """Make numbers of the column's unit of the classes, ranges and units that a mapping names."""
+    for name, (unit, words, kind) in table.conversions.items():
+        classes = {word.casefold(): number for word, number in words.items()}
+        times = factor(unit, MEANINGS[name].unit) if unit else None
         edited = edits.setdefault(name, {})
         for k, text in table.values(name):
             plain = edited.get(k, text)
-            value, accepted = classes.get(plain.casefold()), ""
-            if value is None and not PLAIN_NUMBER.fullmatch(plain):
-                if found := RANGE.fullmatch(plain):
+            value = classes.get(plain.casefold())
+            if value is None:
+                if PLAIN_NUMBER.fullmatch(plain):
+                    value = float(plain)
+                elif found := RANGE.fullmatch(plain):
                     value = _of_range(found.groups(), kind)
-                    accepted = RANGE_ACCEPTED
-                elif k == 0 and meaning and known_unit(plain, meaning.unit):
-                    accepted = UNIT_HERE.format(table.lines[k])
-                if value is None and accepted:
-                    problems.append(RowProblem(table.file, table.lines[k], name, text, accepted))
-            elif value is None and times is not None:
-                value = float(plain)
+                if value is not None and times is not None:
+                    value *= times
             if value is not None:
-                edited[k] = (
-                    f"{value if plain.casefold() in classes else value * (times or 1.0):.12g}"
-                )
+                edited[k] = f"{value:.12g}"
+
+
+def with_remedy(problem: RowProblem) -> RowProblem:
+    """A problem with what an option or a `columns.toml` can do about its value, if anything."""
+    meaning, text, extra = MEANINGS.get(problem.column), problem.value, ""
+    if meaning is None or meaning.content != "number" or not text:
+        return problem
+    if is_number(text):
+        mark = canonical(text, "point")
+        if mark is not None and float(mark) in USUAL_MARKS:
+            extra = f"if it means unknown, import with --unknown={text}"
+    elif RANGE.fullmatch(text):
+        extra = 'a range needs range = "geometric" (mean, low, high) in columns.toml'
+    elif known_unit(text, meaning.unit):
+        extra = f"a row of units needs units = {problem.line} in columns.toml"
+    return replace(problem, accepted=f"{problem.accepted}; {extra}") if extra else problem
 
 
 def _of_range(ends: Sequence[str], kind: str | None) -> float | None:

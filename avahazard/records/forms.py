@@ -12,7 +12,7 @@ from itertools import islice
 from pathlib import PurePath
 from typing import Literal
 
-from avahazard.records.cells import plain_cells
+from avahazard.records.cells import USUAL_MARKS, plain_cells
 from avahazard.records.collection import Records
 from avahazard.records.conventions import Conventions
 from avahazard.records.errors import RowProblem
@@ -262,12 +262,6 @@ def _check_numbers(
     for k, text, value in _outside(table, column, low, high):
         if first <= value <= last:
             unusual.append((table.lines[k], text))
-        elif value in USUAL_MARKS:
-            accepted = (
-                f"a number from {first:g} to {last:g} {unit}; or, if it means unknown, import "
-            )
-            accepted += f"with --unknown={text}"
-            problems.append(RowProblem(table.file, table.lines[k], column, text, accepted))
         elif value > 0 or first < 0 or meaning.further:  # a row's form refuses what is not over 0
             accepted = f"a number from {first:g} to {last:g} {unit}".rstrip()
             problems.append(RowProblem(table.file, table.lines[k], column, text, accepted))
@@ -275,7 +269,6 @@ def _check_numbers(
         notes.append(_note(table, column, unusual, f"outside {low:g} to {high:g} {unit}".rstrip()))
 
 
-USUAL_MARKS = frozenset((-99.0, -999.0, -9999.0, -99999.0, 999.0, 9999.0, 99999.0))
 FAR, FAR_OF_MARK = 10.0, 1.0
 """How many times the range of the others a repeated value, or a usual mark, lies beyond it."""
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.records import defaults
+from avahazard.records.cells import with_remedy
 from avahazard.records.collection import Records
 from avahazard.records.conventions import UNKNOWN, Conventions
 from avahazard.records.crosscheck import check_one_scale, check_places, check_references
@@ -180,7 +181,7 @@ def read_files(
     check_references(intake, path_ids, event_ids)
     check_places(intake, known)
     check_one_scale(intake, known)
-    intake.problems = told_once(intake.problems)
+    intake.problems = [with_remedy(problem) for problem in told_once(intake.problems)]
     return intake
 
 
