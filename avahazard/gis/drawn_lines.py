@@ -22,6 +22,7 @@ from avahazard.records.rows import PathRow
 from avahazard.records.table import Table, table_of
 
 FEWEST_STEPS, MOST_STEPS = 50, 400
+SHORTEST_M = 1e-6
 MOST_TURN = 150.0
 """Degrees by which a line may turn at a corner."""
 LEAST_STEP_M, STEEPEST = 150.0, 5.0
@@ -151,6 +152,8 @@ def _check_voids(x: Floats, xy: Floats, y: Floats) -> None:
 
 def _densified(xy: Floats, terrain: TerrainModel, system: CRS) -> Floats:
     line = shapely.LineString(xy)
+    if not SHORTEST_M < line.length < np.inf:
+        raise LineFault(f"a line of {line.length:g} m", "a line that leads down a path")
     cell = terrain.cell_size(xy[0], system)
     if not (np.isfinite(cell) and cell > 0.0):
         raise LineFault("a line where the terrain model has no cells", "a line on it")
