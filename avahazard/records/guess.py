@@ -153,7 +153,7 @@ def _guessed(table: Table, layout: Layout) -> GuessedTable:
 
 
 def _middle(table: Table, guess: Guess) -> float:
-    found = table.counts(guess.source).elements()
+    found = [text.replace(",", ".") for text in table.counts(guess.source).elements()]
     return float(np.median([float(t) for t in found if PLAIN.fullmatch(t)] or [np.nan]))
 
 
@@ -172,7 +172,7 @@ def _candidates(table: Table, name: str) -> Iterator[Guess]:
             if not known_unit(unit, of_unit):
                 continue
             reason += f", in {unit}"
-        elif len(word) <= 2 and not unit:
+        elif len(word) <= 2 and of_unit:
             confidence -= 0.2
         share = _share(column, texts)
         if share < 0.5:

@@ -177,3 +177,17 @@ def test_numbers_as_text_must_show_their_sign(tmp_path: Path) -> None:
     (problem,) = read(file).problems
     assert (problem.line, problem.value) == (3, "1.234")
     assert read(file, Conventions("point")).problems == []
+
+
+def test_hidden_rows_and_sheets_are_said(tmp_path: Path) -> None:
+    book = Workbook()
+    first, second = book.worksheets[0], book.create_sheet("old")
+    for sheet, name in ((first, "a"), (second, "b")):
+        sheet.append(["event_id", "fall_height_m", "runout_length_m"])
+        sheet.append([f"{name}1", 500.0, 1200.0])
+    first.row_dimensions[2].hidden = True
+    second.sheet_state = "hidden"
+    book.save(tmp_path / "events.xlsx")
+    one, other = read(tmp_path / "events.xlsx").read
+    assert "1 hidden rows among them" in one
+    assert "a hidden sheet" in other
