@@ -3,7 +3,8 @@
 A case is a folder of `corpus/` with a `case.toml`: `files` to import (those of its folder, else of
 the folder `inputs` beside the repository, whose name `inputs` gives), `options` of the import, and
 either `refused`, texts that the refusal must hold, or what is read: `paths` and `events` with
-some of their values, and texts that `notes` and the lines on reading must hold.
+some of their values, texts that `notes` and the lines on reading must hold, and `outcomes`, the
+columns that are the stop in another form.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from typing import Any
 
 import pytest
 
+from avahazard.inference.model.observations import build_observations
 from avahazard.records.conventions import Conventions
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.store.records import load_records
@@ -57,6 +59,8 @@ def test_case(tmp_path: Path, name: str) -> None:
         assert not found.notes
     with reading(database) as session:
         records = load_records(session)
+    if "outcomes" in case:
+        assert list(build_observations(records).outcomes) == case["outcomes"]
     for kind, of_kind, key in (
         ("paths", records.paths, "path_id"),
         ("events", records.events, "event_id"),
