@@ -7,11 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from avahazard.workflow.add import add
 
 from avahazard.records.conventions import Conventions
 from avahazard.records.mapping import BESIDE
-from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.import_files import import_files
