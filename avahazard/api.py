@@ -221,13 +221,13 @@ class Model:
 
     @taking(DiagnoseRequest)
     def diagnose(self, request: DiagnoseRequest) -> Diagnosis:
-        """Ask which effect the model lacks, against `worlds` made from it.
+        """Ask which effect the model lacks.
 
         Effects to `expect`, declared before looking, are tested first. Raises `AvahazardError`
         where the records have changed, an expected effect is no candidate, or the method cannot
         test effects.
 
-        >>> base.diagnose(worlds=39).verdict in ("adequate", "missing-effect", "ambiguous")
+        >>> base.diagnose().verdict in ("adequate", "missing-effect", "ambiguous")
         True
         """
         from avahazard.workflow.diagnose import diagnose_model  # noqa: PLC0415

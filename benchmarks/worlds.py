@@ -64,7 +64,7 @@ def main() -> None:
             break
         if plan.name in done:
             continue
-        line = judge(plan, given.made)
+        line = judge(plan)
         done[plan.name] = line
         keep(results, line)
         print(
@@ -92,7 +92,6 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--final", action="store_true", help="the traps with seeds of their own")
     parser.add_argument("--further", action="store_true", help="more nulls of two of these")
     parser.add_argument("--settled", action="store_true", help="limits of sight, by who knows them")
-    parser.add_argument("--made", type=int, default=199, help="made worlds for each diagnosis")
     parser.add_argument("--results", type=Path, default=HERE / "worlds.jsonl.gz")
     parser.add_argument("--page", type=Path, default=HERE.parent / "docs" / "worlds.md")
     return parser.parse_args()

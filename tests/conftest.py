@@ -231,7 +231,7 @@ def diagnosed_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
         found = diagnose_model(
             diagnosed,
             "base",
-            DiagnoseRequest(worlds=39, plot=folder / "candidates.png"),
+            DiagnoseRequest(plot=folder / "candidates.png"),
             lambda _what, done, _total: told.append(done),
         )
         (folder / "diagnosis.json").write_text(json.dumps(found.to_dict()), encoding="utf-8")

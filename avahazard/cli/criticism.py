@@ -91,7 +91,7 @@ def diagnose(
     Examples:
       avahazard diagnose first
       avahazard diagnose first --expect snow-type
-      avahazard diagnose first --worlds 399 --plot candidates.png
+      avahazard diagnose first --plot candidates.png
     """
     from avahazard.workflow.diagnose import diagnose_model  # noqa: PLC0415
 

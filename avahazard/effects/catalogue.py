@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
 
 import avahazard.effects as folder
+from avahazard.effects import change, covariate, interaction, scatter_by
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.covariate import PREFIX, covariate
 from avahazard.effects.effect import Definition
 from avahazard.effects.site import Site
 from avahazard.records.errors import AvahazardError
+
+MADE: Mapping[str, Callable[[str], Definition]] = {
+    covariate.PREFIX: covariate.covariate,
+    interaction.PREFIX: interaction.interaction,
+    change.PREFIX: change.change,
+    scatter_by.PREFIX: scatter_by.scatter_by,
+}
+"""Effects that are made for what a file has, by the beginning of their key."""
 
 
 @cache
@@ -24,16 +32,18 @@ def catalogue() -> Mapping[str, Definition]:
 
 
 def definition(key: str) -> Definition:
-    """The entry of that key; `covariate:COLUMN` makes one for any column.
+    """The entry of that key; of a kind such as `covariate:COLUMN` one is made for any column.
 
     Raises `AvahazardError` for an unknown key.
     """
-    if key.startswith(PREFIX) and len(key) > len(PREFIX):
-        return covariate(key[len(PREFIX) :])
+    for prefix, made in MADE.items():
+        if key.startswith(prefix) and len(key) > len(prefix):
+            return made(key.removeprefix(prefix))
     known = catalogue()
     if key not in known:
         raise AvahazardError(
-            f"There is no effect '{key}'.", f"Effects: {', '.join(known)}, {PREFIX}COLUMN."
+            f"There is no effect '{key}'.",
+            f"Effects: {', '.join(known)}, {', '.join(f'{prefix}…' for prefix in MADE)}.",
         )
     return known[key]
 

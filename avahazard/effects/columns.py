@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from datetime import date
 from typing import Any
 
@@ -28,7 +28,8 @@ class EventColumns:
     that one, since most avalanches fall after New Year. `location` is that of the path.
     `volume_error` is the stated error of the log volume. `height_over_length` is the fall of the
     recorded stop over its horizontal distance: the friction of a block on a straight line.
-    `numbers` and `texts` hold every covariate of events and of their paths.
+    `numbers` and `texts` hold every covariate of events and of their paths, `made` what is counted
+    from the records themselves (`counted`).
     """
 
     event_id: tuple[str, ...]
@@ -48,6 +49,7 @@ class EventColumns:
     section: NDArray[np.str_]
     numbers: Mapping[str, Floats]
     texts: Mapping[str, NDArray[np.str_]]
+    made: Mapping[str, Floats] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.event_id)
@@ -62,6 +64,7 @@ class EventColumns:
             event_id=tuple(self.event_id[i] for i in events),
             numbers={name: column[events] for name, column in self.numbers.items()},
             texts={name: column[events] for name, column in self.texts.items()},
+            made={name: column[events] for name, column in self.made.items()},
         )
 
 
@@ -105,6 +108,39 @@ def build_columns(
         numbers=numbers,
         texts=texts,
     )
+
+
+NEARBY_DAYS = 3
+"""Days before and after, within which avalanches at one location count as nearby."""
+
+
+def counted(columns: EventColumns) -> dict[str, Floats]:
+    """Columns that the records of avalanches themselves make, `[n_events]`; nan without a day.
+
+    `order_in_winter` counts the avalanches of a path in a winter from 1; `days_since_last` is since
+    the one before it there (nan for the first); `avalanches_nearby` are the others at its location
+    within `NEARBY_DAYS`; `volume_in_winter` (log of m3) is what came down before, the first's own
+    being nan.
+    """
+    n, day = len(columns), columns.day
+    made = {name: np.full(n, np.nan) for name in MADE}
+    volume = np.nan_to_num(np.exp(columns.log_volume))
+    known = np.isfinite(day)
+    for i in np.flatnonzero(known):
+        same = known & (columns.path_index == columns.path_index[i])
+        before = same & (columns.winter == columns.winter[i]) & (day < day[i])
+        if columns.path_index[i] >= 0:
+            made["order_in_winter"][i] = 1.0 + np.sum(before)
+            if before.any():
+                made["days_since_last"][i] = day[i] - np.max(day[before])
+                if np.sum(volume[before]) > 0.0:
+                    made["volume_in_winter"][i] = np.log(np.sum(volume[before]))
+        near = known & (columns.location == columns.location[i])
+        made["avalanches_nearby"][i] = np.sum(near & (np.abs(day - day[i]) <= NEARBY_DAYS)) - 1.0
+    return made
+
+
+MADE = ("order_in_winter", "days_since_last", "avalanches_nearby", "volume_in_winter")
 
 
 def _november(day: date) -> date:

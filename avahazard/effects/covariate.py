@@ -32,6 +32,7 @@ def covariate(column: str) -> Definition:
         facts=partial(_facts, column),
         event_columns=True,
         uses_volume=column == VOLUME,
+        beyond=1,
         names_cause=False,
         column=column,
     )
@@ -56,7 +57,7 @@ def number_column(columns: EventColumns, name: str) -> Floats | None:
         "day_of_winter": columns.day_of_winter,
         "deposit_length_m": columns.deposit_length,
     }
-    return known[name] if name in known else columns.numbers.get(name)
+    return known[name] if name in known else columns.numbers.get(name, columns.made.get(name))
 
 
 def _facts(column: str, columns: EventColumns, _sites: Sites) -> Facts:

@@ -89,6 +89,14 @@ class FrictionEffect(Effect):
     acts_on: ClassVar[str] = "friction"
 
 
+@dataclass(frozen=True, slots=True)
+class ScatterEffect(Effect):
+    """`design(columns)`: columns `[n_events, n_parameters]` added to the log of the scatter."""
+
+    design: Callable[[EventColumns], Floats]
+    acts_on: ClassVar[str] = "the scatter of friction"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Groups:
     """Groups by name, and that of each event: `index` `[n_events]` into `names`, -1 for none.
@@ -222,6 +230,10 @@ class Definition:
     - `granted_unasked`: it is granted even where the records do not ask for it.
     - `says_what_is_seen`: it is about which avalanches were recorded at all. The diagnosis tests it
       by itself, and what it finds on the motion must hold beside it.
+    - `alternatives(columns, sites)`: other facts that the data might choose, as the dates of a
+      change; `facts` gives the likeliest.
+    - `beyond`: 0 for the catalogue, 1 for a kind that is made for what a file has, 2 for pairs of
+      these. Of effects that explain alike the lowest is named; `family` is the kind's name.
     - `names_cause`: False for a smooth curve, which is no physics yet: a verdict that rests on
       such alone is `unexplained`, and it needs no margin of evidence.
     - `column`: the column that the effect is about; a smooth of it would only repeat the effect.
@@ -246,6 +258,8 @@ class Definition:
     nuisance: Answer | None = None
     granted_unasked: bool = False
     says_what_is_seen: bool = False
+    alternatives: Callable[[EventColumns, Sites], Sequence[Facts]] | None = None
+    beyond: int = 0
     names_cause: bool = True
     column: str | None = None
     reads: str | None = None
@@ -253,6 +267,11 @@ class Definition:
     seen_in: Answer = _no_answer
     trees: bool = False
     order: int = 1000
+
+    @property
+    def family(self) -> str:
+        """The kind that it is one of many of, or its key."""
+        return self.key.partition(":")[0] if self.beyond else self.key
 
     @property
     def in_base(self) -> bool:

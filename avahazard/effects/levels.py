@@ -25,8 +25,9 @@ def text_column(columns: EventColumns, name: str) -> NDArray[np.str_] | None:
     """A column of text, or of numbers as text; None if there is none."""
     if name == "section":
         return columns.section
-    if name in columns.numbers:
-        return np.array(["" if np.isnan(v) else f"{v:g}" for v in columns.numbers[name]])
+    numbers = columns.numbers.get(name, columns.made.get(name))
+    if numbers is not None:
+        return np.array(["" if np.isnan(v) else f"{v:g}" for v in numbers])
     return columns.texts.get(name)
 
 

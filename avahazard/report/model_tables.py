@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from operator import attrgetter
 from typing import Any
 
-from avahazard.criticism.screening.significance import LEVEL
+from avahazard.criticism.screening.screen import LEVEL
 from avahazard.inference.model.laws import LAWS
 from avahazard.report.language import ENGLISH, Language
 from avahazard.report.tables import NO_NAMES, Column, Names, Table, made

@@ -33,7 +33,7 @@ class Candidate(Result):
 
     Gains are in nats of log likelihood (`gain`), of evidence with its price paid, and of records
     held out; `p_value` is family-wise, `p_value_alone` by itself; `chance_gain` is exceeded in one
-    of twenty worlds in which nothing is missing. What a full fit tells is None where it was not
+    of twenty datasets in which nothing is missing. What a full fit tells is None where it was not
     worth one. `error_after_m` is the mean CRPS with the effect. `force_witness` is what speeds say
     of an effect on the motion.
     """

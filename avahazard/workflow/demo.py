@@ -88,12 +88,11 @@ def run_demo(folder: FilePath, report: Report = silent) -> Demo:
 
 
 STRENGTH = 2.0
-"""Strong enough that few events and few worlds show it, and quickly."""
+"""Strong enough that few events show it, and quickly."""
 SEED, N_EVENTS, N_PATHS = 0, 120, 6
 
 WORLD, HIDDEN_DATABASE, HIDDEN_REPORT = "hidden-world", "hidden.db", "hidden-report.html"
 BASE, CHILD = "base", "child"
-N_WORLDS = 39
 LOOP_WEIGHTS = (3.5, 2.5, 8.5, 7.0, 5.0, 4.0)
 """Seconds of calibration, comparison, diagnosis, child, its design runouts, and report."""
 
@@ -114,7 +113,7 @@ def find_hidden(folder: FilePath, report: Report) -> HiddenEffect:
     import_files(database, sources)
     model = calibrate(database, BASE, CalibrateRequest(), tell[0])
     compared = compare(database, BASE, report=tell[1])
-    diagnosis = diagnose_model(database, BASE, DiagnoseRequest(worlds=N_WORLDS), tell[2])
+    diagnosis = diagnose_model(database, BASE, DiagnoseRequest(), tell[2])
     child, last = None, BASE
     if diagnosis.verdict == "missing-effect":
         child, last = add(database, BASE, diagnosis.missing, CHILD, report=tell[3]), CHILD

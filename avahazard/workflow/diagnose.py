@@ -84,7 +84,6 @@ def diagnose_model(
         stored.facts,
         own,
         expected=tuple(expect),
-        n_worlds=request.worlds,
         seed=request.seed,
         progress=lambda share: report(f"Diagnosing {name}", share, 1.0),
     )
@@ -188,7 +187,7 @@ def diagnosis(name: str, found: Findings, seed: int) -> Diagnosis:
 def _groups(found: Findings) -> Iterator[GroupTest]:
     layout = found.base.posterior.layout
     spreads = layout.spread_values(found.base.mode.u)
-    for test, spread in zip(found.screening.groups, spreads, strict=True):
+    for test, spread in zip(found.groups, spreads, strict=True):
         yield GroupTest(test.key, test.gain, test.p_value, float(spread))
 
 

@@ -128,7 +128,7 @@ class CalibrateRequest(Request):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DiagnoseRequest(Request):
-    """Which effects are expected beforehand, and how many simulated datasets judge chance."""
+    """Which effects are expected beforehand."""
 
     expect: Annotated[
         Sequence[str],
@@ -137,16 +137,7 @@ class DiagnoseRequest(Request):
             metavar="EFFECT",
         ),
     ] = ()
-    worlds: Annotated[
-        int,
-        Option(
-            help="Datasets simulated from the model to judge chance by; fewer than 199 name no "
-            "hidden pair.",
-            what="number of simulated datasets",
-            least=39,
-        ),
-    ] = 199
-    seed: Annotated[int, Option(help="Seed of the simulated datasets.", least=0)] = 0
+    seed: Annotated[int, Option(help="Seed of the simulated rows.", least=0)] = 0
     plot: Annotated[Path | None, _picture("Draw the candidates")] = None
     effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()
 

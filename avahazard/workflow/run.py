@@ -155,9 +155,9 @@ class Project(Strict):
         ReportRequest, TomlTable(ReportRequest(), ("title", "author", "place", "date", "language"))
     ] = ReportRequest()
     model: Annotated[ModelRequest, TomlTable(ModelRequest(), MODEL)] = ModelRequest()
-    diagnose: Annotated[
-        RoundsRequest, TomlTable(RoundsRequest(), ("worlds", "seed", "add", "rounds"))
-    ] = RoundsRequest()
+    diagnose: Annotated[RoundsRequest, TomlTable(RoundsRequest(), ("seed", "add", "rounds"))] = (
+        RoundsRequest()
+    )
     hazard: Annotated[
         HazardRequest,
         TomlTable(

@@ -38,7 +38,7 @@ import json, sys, time
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.requests import DiagnoseRequest
 from benchmarks.measuring import peak_mb
-diagnose_model(sys.argv[2], "m", DiagnoseRequest(worlds=39))
+diagnose_model(sys.argv[2], "m", DiagnoseRequest())
 begun = time.process_time()
 diagnose_model(sys.argv[1], "m", DiagnoseRequest())
 print(json.dumps([time.process_time() - begun, peak_mb()]))
@@ -47,7 +47,7 @@ print(json.dumps([time.process_time() - begun, peak_mb()]))
 
 def _diagnosis(observations: Observations) -> object:
     """What the command computes."""
-    return diagnose_(observations, Specification(), {}, n_worlds=199)
+    return diagnose_(observations, Specification(), {})
 
 
 def diagnose() -> Row:

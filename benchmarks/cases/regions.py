@@ -38,17 +38,16 @@ print(json.dumps([time.process_time() - begun, peak_mb()]))
 # until chance plainly does as well is itself chance.
 EVENTS = """
 import json, sys, time
-from avahazard.criticism.screening.screen import BATCH
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
 from benchmarks.measuring import peak_mb
 calibrate(sys.argv[2], "m", CalibrateRequest(draws=100))
-diagnose_model(sys.argv[2], "m", DiagnoseRequest(worlds=39))
+diagnose_model(sys.argv[2], "m", DiagnoseRequest())
 times = []
 for work in (
     lambda: calibrate(sys.argv[1], "m", CalibrateRequest()),
-    lambda: diagnose_model(sys.argv[1], "m", DiagnoseRequest(worlds=BATCH)),
+    lambda: diagnose_model(sys.argv[1], "m", DiagnoseRequest()),
 ):
     begun = time.process_time()
     work()

@@ -34,12 +34,12 @@ DRAWS = 120
 OWN = {**EFFECTS, **TRAPS}
 
 
-def judge(plan: Plan, n_worlds: int) -> dict[str, Any]:
+def judge(plan: Plan) -> dict[str, Any]:
     """Make the world, diagnose it, and hold the answer against the truth and the rivals."""
     began = time.perf_counter()
     observations = world(plan)
     base = Specification(centrifugal="centrifugal" not in plan.effects)
-    found = diagnose(observations, base, {}, n_worlds=n_worlds)
+    found = diagnose(observations, base, {})
     seconds = time.perf_counter() - began
     line: dict[str, Any] = {
         "name": plan.name,
@@ -57,12 +57,12 @@ def judge(plan: Plan, n_worlds: int) -> dict[str, Any]:
     if plan.true == (LIMIT,):
         line["told_gain"] = told_limits_gain(plan, found)
     if plan.speeds_later:
-        again = diagnose(build_observations(with_speeds(plan)), base, {}, n_worlds=n_worlds)
+        again = diagnose(build_observations(with_speeds(plan)), base, {})
         line["with_speeds"] = [again.verdict, list(again.missing)]
     if found.verdict == "ambiguous":
         told = as_told(plan, diagnosis("", found, 0).measure_next[0].to_dict()["measurement"])
         if told is not None and len(plan.true) == 1:
-            again = diagnose(told, base, {}, n_worlds=n_worlds)
+            again = diagnose(told, base, {})
             line["as_told"] = [again.verdict, list(again.missing)]
     line["all_seconds"] = round(time.perf_counter() - began, 1)
     return line
@@ -100,7 +100,7 @@ def _errors(plan: Plan, observations: Observations, found: Diagnosis) -> dict[st
         same = named and true is chosen
         line["oracle"] = line["child"] if same else held_out(observations, true)
     elif plan.true == (PATH_EFFECT,):
-        gains = [g.gain for g in found.screening.groups if g.key == PATH_EFFECT]
+        gains = [g.gain for g in found.groups if g.key == PATH_EFFECT]
         line["oracle_gain"] = round(max(gains, default=0.0), 2)
         line["oracle"] = line["base"]
     if plan.wrong is not None:

@@ -43,7 +43,7 @@ def best_bic(found: Diagnosis) -> str | None:
         score = 2.0 * gain - k * float(np.log(observations.n_events))
         if score > best:
             best, name = score, c.key
-    for group in found.screening.groups:
+    for group in found.groups:
         score = 2.0 * group.gain - float(np.log(observations.n_events))
         if score > best:
             best, name = score, group.key

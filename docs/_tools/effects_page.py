@@ -5,8 +5,11 @@ from __future__ import annotations
 from math import isfinite
 
 from avahazard.effects.catalogue import catalogue
+from avahazard.effects.change import change
 from avahazard.effects.covariate import covariate
 from avahazard.effects.effect import Definition, Parameter
+from avahazard.effects.interaction import interaction
+from avahazard.effects.scatter_by import scatter_by
 
 HEAD = """# Effects
 
@@ -14,12 +17,27 @@ What the sliding block may lack. At its neutral value every effect leaves the re
 it is without it. `avahazard effects` says which of them your own data can tell;
 `avahazard effect KEY` shows one; `avahazard add MODEL KEY --as NEW` adds it. One that is not here
 you can [write yourself](tutorial/own_effect.md).
+
+The keys that begin with `force:`, `covariate:`, `interaction:`, `change:` and `scatter:` are kinds
+rather than effects with a name: `diagnose` tries them with every state of the block, column, pair
+of columns and path that your data have. `COLUMN` and `OTHER` stand for a column of the records or
+one that is counted from them: `order_in_winter` (avalanches of the path in that winter, from 1),
+`days_since_last`, `avalanches_nearby` (others at the location within 3 days) and
+`volume_in_winter` (log of what came down before). `OTHER` may be `volume_m3`; `PATH` is a path or
+`all`.
 """
+
+MADE = (
+    covariate("COLUMN"),
+    interaction("COLUMN*OTHER"),
+    change("PATH"),
+    scatter_by("COLUMN"),
+)
 
 
 def effects_page() -> str:
     """Return the page: every key with its meaning, its needs and its parameters."""
-    return "\n".join([HEAD, *map(_section, [*catalogue().values(), covariate("COLUMN")])])
+    return "\n".join([HEAD, *map(_section, [*catalogue().values(), *MADE])])
 
 
 def _section(entry: Definition) -> str:

@@ -23,18 +23,18 @@ def test_people_and_programs_read_what_is_missing_and_what_to_do(
     asked: list[dict[str, Any]] = []
 
     def diagnose(_database: str, name: str, request: DiagnoseRequest, *_: Any) -> Diagnosis:
-        asked.append({"name": name, "worlds": request.worlds, "seed": request.seed})
+        asked.append({"name": name, "seed": request.seed})
         return found
 
     monkeypatch.setattr("avahazard.workflow.diagnose.diagnose_model", diagnose)
-    words = ("diagnose", "base", "--worlds", "39", "--seed", "3")
+    words = ("diagnose", "base", "--seed", "3")
     assert json.loads(avahazard("--json", *words).stdout) == given
     result = avahazard(*words)
     assert result.exit_code == 0
     verdict = result.stdout.split("\n\n")[0]
     assert untold(verdict, "base", "covariate:column_1") == []
     assert untold(result.stdout, "nats", given["next"].removeprefix("avahazard ")) == []
-    assert asked == [{"name": "base", "worlds": 39, "seed": 3}] * 2
+    assert asked == [{"name": "base", "seed": 3}] * 2
 
 
 def test_an_unknown_model_is_one_message_and_a_hint(avahazard: Command) -> None:
@@ -42,9 +42,3 @@ def test_an_unknown_model_is_one_message_and_a_hint(avahazard: Command) -> None:
     assert result.exit_code == 1
     assert "nobody" in result.stderr
     assert "Traceback" not in result.stderr
-
-
-def test_too_few_worlds_are_wrong_usage(avahazard: Command) -> None:
-    result = avahazard("diagnose", "base", "--worlds", "10")
-    assert result.exit_code == 2
-    assert "39" in result.stderr

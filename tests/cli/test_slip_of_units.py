@@ -28,6 +28,6 @@ def test_a_slip_of_units(
     words = ("--law", law, "--chains", "2", "--draws", "60")
     done = avahazard("calibrate", "base", *words)
     assert done.exit_code == 0, done.output
-    done = avahazard("--json", "diagnose", "base", "--worlds", "39")
+    done = avahazard("--json", "diagnose", "base")
     assert done.exit_code == 0, done.output
     assert json.loads(done.stdout)["suspect_events"][0] == "e7"

@@ -91,7 +91,7 @@ def test_the_loop(database: str, write: Callable[[str, str], Path], on: Any) -> 
     words = ("--law", "power", "--chains", "2", "--draws", "60")
     check("calibrate", on(database, "calibrate", "base", *words))
     check("compare", on(database, "compare", "base"))
-    check("diagnose", on(database, "diagnose", "base", "--worlds", "39"))
+    check("diagnose", on(database, "diagnose", "base"))
     child = on(database, "add", "base", "covariate:column_1", "--as", "child")
     assert child["comparison"]["before"] is not None
     check("add", child)

@@ -29,10 +29,8 @@ KILOBYTES = 150
 SMALLER = {
     "--events 100 --paths 6": "--events 24 --paths 3",
     "--events 80 --paths 4": "--events 24 --paths 2",
-    "--worlds 99": "--worlds 39",
     "avahazard calibrate base": "avahazard calibrate base --chains 2 --draws 60",
     "local --with turbulent-drag": "local --chains 2 --draws 60",
-    "worlds=99": "worlds=39",
     'law="exponential"': "chains=2, draws=60",
 }
 # The same commands again, on another model.

@@ -26,7 +26,12 @@ NEEDS = {
     "speed-weakening": "profile, speeds",
     "cohesion": "profile, speeds",
     "entrainment": "profile, varied release",
+    "force:speed": "profile; speeds help",
     "forest-drag": "land_cover",
+    "force:slope": "profile; speeds help",
+    "force:elevation": "profile; speeds help",
+    "force:curvature": "profile; speeds help",
+    "force:distance": "profile; speeds help",
     "volume-law": "volume",
     "volume-scatter": "volume",
     "snow-type": "snow_type",
@@ -43,7 +48,14 @@ NEEDS = {
     "volume-error": "20 events with volumes and errors of these",
 }
 """The keys that people and stored models rely on, and what each needs."""
-EVERY = (*KEYS, "covariate:wind", "covariate:snow_type")
+EVERY = (
+    *KEYS,
+    "covariate:wind",
+    "covariate:snow_type",
+    "interaction:wind*snow_type",
+    "change:all",
+    "scatter:snow_type",
+)
 SENTENCE = re.compile(r"[.!?](?=\s+[A-Z]|$)")
 
 

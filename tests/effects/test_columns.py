@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from datetime import date, timedelta
+
 import numpy as np
 import pytest
 
-from avahazard.effects.columns import build_columns
+from avahazard.effects.columns import MADE, NEARBY_DAYS, build_columns, counted
 from avahazard.records.event import Event
 from avahazard.records.path import Path
 
@@ -81,3 +83,51 @@ def test_the_fall_height_of_an_event_without_a_profile_is_a_column() -> None:
     assert columns.numbers["fall_height_m"] == pytest.approx(
         [np.nan, np.nan, 500.0, np.nan], nan_ok=True
     )
+
+
+def test_what_the_records_count_is_what_one_counts_by_hand() -> None:
+    rng = np.random.default_rng(11)
+    paths = {f"P{k}": Path(f"P{k}", location=("north", "south")[k // 2]) for k in range(4)}
+    events = []
+    for k in range(60):
+        day = date(1990, 9, 25) + timedelta(int(rng.integers(0, 900)))
+        events.append(
+            Event(
+                f"e{k}",
+                f"P{rng.integers(4)}",
+                str(day) if k % 7 else "1991",
+                volume_m3=float(rng.lognormal(9.0, 1.0)) if k % 5 else None,
+            )
+        )
+    events.append(Event("straight", date="1991-01-05", fall_height_m=500.0, runout_length_m=900.0))
+    made = counted(build_columns(events, paths, np.full(len(events), np.nan)))
+    assert tuple(made) == MADE
+
+    def winter_of(day: date) -> int:
+        return day.year + (day.month >= 10)
+
+    for i, event in enumerate(events):
+        found = {name: float(made[name][i]) for name in MADE}
+        if event.date == "1991":
+            assert all(np.isnan(v) for v in found.values())
+            continue
+        day, order, last, nearby, volume = date.fromisoformat(event.date), 1, None, 0, 0.0
+        for other in events:
+            if other is event or other.date == "1991":
+                continue
+            its = date.fromisoformat(other.date)
+            location = paths[other.path_id].location if other.path_id else ""
+            mine = paths[event.path_id].location if event.path_id else ""
+            nearby += location == mine and abs((its - day).days) <= NEARBY_DAYS
+            same = event.path_id is not None and other.path_id == event.path_id
+            if same and winter_of(its) == winter_of(day) and its < day:
+                order += 1
+                last = max(its, last or its)
+                volume += other.volume_m3 or 0.0
+        expected = {
+            "order_in_winter": order if event.path_id else np.nan,
+            "days_since_last": (day - last).days if last else np.nan,
+            "avalanches_nearby": nearby,
+            "volume_in_winter": np.log(volume) if volume else np.nan,
+        }
+        assert found == pytest.approx(expected, nan_ok=True)

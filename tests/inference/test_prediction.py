@@ -10,7 +10,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from avahazard.criticism.screening.parametric_bootstrap import simulate
 from avahazard.hazard.path_hazard import path_hazard
 from avahazard.hazard.rows import volume_bounds
 from avahazard.inference import prediction as stops
@@ -115,7 +114,7 @@ def test_looked_up_stops_are_the_twins() -> None:
     assert not left.any()
 
 
-@pytest.mark.parametrize("kind", ["compare", "bootstrap", "hazard"])
+@pytest.mark.parametrize("kind", ["compare", "hazard"])
 def test_no_draw_stops_within_a_jump(kind: str) -> None:
     posterior, u = model(), coordinates()
     fitted = fitted_model(posterior, np.repeat(u[None], 10, 0), {})
@@ -123,14 +122,6 @@ def test_no_draw_stops_within_a_jump(kind: str) -> None:
     (far, near), _, _ = gap()
     if kind == "compare":
         x = predict_stops(fitted, N, rng).x
-    elif kind == "bootstrap":
-        predicted = posterior.nodes.predicted_at(u)
-        x = np.array(
-            [
-                simulate(posterior, predicted, u, posterior.plan, np.empty(0), 0.0, rng).observed[0]
-                for _ in range(N)
-            ]
-        )
     else:
         path = path_hazard(fitted, records(), "T", None, [1e4], seed=0)
         found = volume_bounds(path, 1e4, N, rng)

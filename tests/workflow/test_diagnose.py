@@ -36,7 +36,7 @@ def base(diagnosed_world: Path, tmp_path: Path) -> str:
 
 
 def diagnosed(database: str, **options: Any) -> Diagnosis:
-    return diagnose_model(database, "base", DiagnoseRequest(worlds=39, **options))
+    return diagnose_model(database, "base", DiagnoseRequest(**options))
 
 
 def test_the_document_names_the_axis(diagnosed_world: Path) -> None:

@@ -48,7 +48,7 @@ def answers(world: str, folder: Path, engine: EngineName, workers: int) -> dict[
         "draws": {key: draws.tolist() for key, draws in load_parameter_draws(file, "m").items()},
     }
     calibrate(file, "plain", CalibrateRequest(chains=2, draws=60))
-    diagnosis = diagnose_model(file, "plain", DiagnoseRequest(worlds=39, seed=2))
+    diagnosis = diagnose_model(file, "plain", DiagnoseRequest(seed=2))
     return {**found, "diagnose": diagnosis.to_dict()}
 
 

@@ -142,7 +142,7 @@ def test_the_long_commands_say_it_too(snow_database: str, tmp_path: FilePath) ->
     hazard(snow_database, "base", HazardRequest(draws=200))
     found = {
         "compare": compare(snow_database, "base").notes,
-        "diagnose": diagnose_model(snow_database, "base", DiagnoseRequest(worlds=39)).notes,
+        "diagnose": diagnose_model(snow_database, "base", DiagnoseRequest()).notes,
         "zones": zones(snow_database, "base", ZonesRequest()).notes,
     }
     for command, notes in found.items():

@@ -49,7 +49,7 @@ def test_laws_are_fitted_and_calibrated(wild_database: str) -> None:
 
 def test_they_are_diagnosed(wild_database: str) -> None:
     calibrate(wild_database, "power", CalibrateRequest(law="power", chains=2, draws=50))
-    assert diagnose_model(wild_database, "power", DiagnoseRequest(worlds=39)).candidates
+    assert diagnose_model(wild_database, "power", DiagnoseRequest()).candidates
 
 
 @pytest.mark.slow

@@ -14,11 +14,16 @@ from avahazard.criticism.diagnosis.distinguishable import (
     explained,
 )
 from avahazard.criticism.diagnosis.force_witness import ForceWitness
-from avahazard.criticism.diagnosis.naming import (
-    Naming,
+from avahazard.criticism.diagnosis.full_fits import (
+    GroupTest,
     evidence_gain,
+    fitted_in_full,
+    group_tests,
+)
+from avahazard.criticism.diagnosis.naming import (
+    MARGIN,
+    Naming,
     group_comes_first,
-    groups_earn_their_name,
     name_effects,
     verdict_of,
 )
@@ -32,23 +37,19 @@ from avahazard.criticism.diagnosis.record_faults import (
 from avahazard.criticism.diagnosis.refits import (
     Question,
     Refit,
-    refit_each,
     still_needed,
-    without_groups,
 )
 from avahazard.criticism.diagnosis.together import Together, masked_pair, needed_beside
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import crps
 from avahazard.criticism.screening.candidates import candidate_definitions, not_asked
-from avahazard.criticism.screening.screen import screen
-from avahazard.criticism.screening.significance import LEVEL, Screened, Screening
+from avahazard.criticism.screening.screen import LEVEL, Screened, Screening, screen
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.seeds import generator
 
-MAX_REFITS = 6
 ERROR_DRAWS = 400
 ALIKE = 0.7
 """Correlation above which two effects are called confounded."""
@@ -87,6 +88,7 @@ class Diagnosis:
     candidates: tuple[Candidate, ...]
     base: Refit
     screening: Screening
+    groups: tuple[GroupTest, ...]
     error_before_m: float
     still_needed: dict[str, float]
     not_granted: tuple[str, ...]
@@ -105,7 +107,6 @@ def diagnose(
     own: Sequence[Definition] = (),
     *,
     expected: Sequence[str] = (),
-    n_worlds: int = 199,
     seed: int = 0,
     progress: Callable[[float], None] = lambda _share: None,
 ) -> Diagnosis:
@@ -119,31 +120,35 @@ def diagnose(
     """
     plain = with_tails_granted(observations, specification, facts, own)
     base, granted, too_many = with_nuisances_granted(observations, plain, own)
-    bare, u, spreads = without_groups(base, observations, own)
-    screening = screen(
-        bare,
-        u,
-        spreads,
-        candidate_definitions(observations, plain.specification, own),
-        expected=expected,
-        n_worlds=n_worlds,
-        seed=seed,
-        progress=lambda share: progress(0.05 + 0.75 * share),
+    entries = candidate_definitions(observations, plain.specification, own)
+    limits = [entry for entry in entries if entry.says_what_is_seen]
+    progress(0.2)
+    screened = screen(base.posterior, base.mode.u, entries, seed=seed)
+    fits, screening = fitted_in_full(
+        observations,
+        own,
+        base,
+        screened,
+        limits,
+        expected,
+        lambda share: progress(0.3 + 0.5 * share),
     )
-    survivors = those_that_survived(screening, expected)
-    keys = [c.key for c in survivors]
-    fits = refit_each(observations, keys, own, base, lambda share: progress(0.8 + 0.15 * share))
-    evidence = {c.key: evidence_gain(c, fits[c.key], base) for c in survivors}
+    survivors = [c for c in screening.candidates if c.key in fits and c.p_family <= LEVEL]
+    evidence = {c.key: evidence_gain(c, fits, base, screening) for c in survivors}
     ranked = sorted(survivors, key=lambda c: -evidence[c.key])
+    fits = {c.key: fits[c.key] for c in ranked}
     naming = name_effects(ranked, evidence, fits, base, expected)
+    groups = group_tests(observations, own, base)
+    progress(0.85)
     question = Question(observations, own, base, fits, screening)
-    verdict, missing, together = verdict_on(question, naming, granted)
+    verdict, missing, together = verdict_on(question, naming, groups, granted)
     found = Diagnosis(
         verdict=verdict,
         missing=missing,
         candidates=candidates(ranked, screening, fits, evidence, naming, base),
         base=base,
         screening=screening,
+        groups=groups,
         error_before_m=error_of(base),
         still_needed=still_needed(observations, own, plain),
         not_granted=too_many,
@@ -158,14 +163,8 @@ def diagnose(
     return found
 
 
-def those_that_survived(screening: Screening, expected: Sequence[str]) -> list[Screened]:
-    """The candidates that are worth a full fit, those declared beforehand first."""
-    survivors = [c for c in screening.candidates if c.p_family <= LEVEL]
-    return sorted(survivors, key=lambda c: c.key not in expected)[:MAX_REFITS]
-
-
 def verdict_on(
-    question: Question, naming: Naming, granted: Sequence[str]
+    question: Question, naming: Naming, groups: Sequence[GroupTest], granted: Sequence[str]
 ) -> tuple[str, tuple[str, ...], tuple[Together, ...]]:
     """The verdict, the keys that it names, and effects that are needed together.
 
@@ -186,7 +185,7 @@ def verdict_on(
         entries = [find_definition(key, own) for key in pair.effects]
         verdict, missing = verdict_of([e for e in entries if e.names_cause][:1] or entries)
         together, rivals = (pair,), (pair.fit,)
-    if group := named_group(question, rivals, granted):
+    if group := named_group(question, rivals, groups, granted):
         return *verdict_of([find_definition(key, own) for key in group]), ()
     if missing and missing[0] in fits:
         together = needed_beside(question, missing[0])
@@ -197,7 +196,10 @@ def verdict_on(
 
 
 def named_group(
-    question: Question, rivals: Sequence[Refit], granted: Sequence[str]
+    question: Question,
+    rivals: Sequence[Refit],
+    groups: Sequence[GroupTest],
+    granted: Sequence[str],
 ) -> tuple[str, ...]:
     """The granted groups that differ most plainly, where no rival explains more; none or one key.
 
@@ -211,15 +213,14 @@ def named_group(
     lasting = [key for key, lasts in zip(plan.keys, plan.lasting, strict=True) if lasts]
     plain = [
         test
-        for test in question.screening.groups
+        for test in groups
         if test.key in granted
+        and test.evidence > MARGIN
         and (test.key in lasting or not rivals)
         and test.p_value <= test.level
         and find_definition(test.key, question.own).lacking(*data) is None
     ]
     for test in sorted(plain, key=lambda t: -t.gain):
-        if not groups_earn_their_name(question, base, test.key):
-            continue
         if all(group_comes_first(question, rival, test.key) for rival in rivals):
             errors = groups_by_misstated_volumes(question, test.key)
             return (test.key, errors) if errors else (test.key,)

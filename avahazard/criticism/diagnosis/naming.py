@@ -14,7 +14,7 @@ import numpy as np
 from avahazard.criticism.diagnosis.force_witness import ForceWitness, force_witness
 from avahazard.criticism.diagnosis.refits import Question, Refit
 from avahazard.criticism.scoring.speed_misfit import matched_speeds, speed_misfit
-from avahazard.criticism.screening.significance import Screened
+from avahazard.criticism.screening.screen import Screened
 from avahazard.effects.effect import Definition
 from avahazard.inference.seeds import generator
 
@@ -75,7 +75,10 @@ def leaders(
     least = 0.0 if first.key in expected else least_evidence(first.definition)
     if evidence[first.key] <= least:
         return []
-    return [c for c in ranked if evidence[first.key] - evidence[c.key] < MARGIN]
+    close = [c for c in ranked if evidence[first.key] - evidence[c.key] < MARGIN]
+    # What the catalogue explains as well is no new effect, nor a pair what one column explains.
+    nearest = min(c.definition.beyond for c in close)
+    return [c for c in close if c.definition.beyond == nearest]
 
 
 def held_out_gains(
@@ -112,21 +115,6 @@ def least_evidence(entry: Definition) -> float:
     it dear.
     """
     return MARGIN if entry.names_cause else 0.0
-
-
-def evidence_gain(screened: Screened, fit: Refit, base: Refit) -> float:
-    """Evidence (nats) that a candidate adds.
-
-    The estimated detection limit is that of the highest stop recorded on each path: its likelihood
-    rises with every path where nothing is hidden. Its price is that of its one parameter, or what
-    it gains on average in simulated datasets, in the measure of the full fit, if that is more.
-    """
-    gain = fit.evidence - base.evidence
-    if screened.definition.says_what_is_seen:
-        likelier = fit.log_likelihood - base.log_likelihood
-        share = likelier / max(screened.gain, 1e-9)
-        gain = min(gain, likelier - screened.null_mean * min(max(share, 0.0), 1.0))
-    return gain
 
 
 def group_comes_first(question: Question, rival: Refit, key: str) -> bool:

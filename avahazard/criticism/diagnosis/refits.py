@@ -10,14 +10,13 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.criticism.scoring.held_out import choose_groups, held_out_together
-from avahazard.criticism.screening.parametric_bootstrap import GroupSpreads, group_spreads
-from avahazard.criticism.screening.significance import Screening
+from avahazard.criticism.screening.screen import Screening
 from avahazard.effects.effect import Definition, Facts
 from avahazard.engine import spread_map
 from avahazard.inference.fitted_model import FittedModel, fitted_model
 from avahazard.inference.fitting.evidence import log_evidence
 from avahazard.inference.fitting.mode import FIRST_SPREAD, Mode, start_coordinates
-from avahazard.inference.fitting.star import search_mode
+from avahazard.inference.fitting.star import search_mode, short_climbs
 from avahazard.inference.likelihood.assemble import assemble, definitions_of, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations
@@ -69,15 +68,18 @@ def refit(
     effects: Sequence[str] = (),
     own: Sequence[Definition] = (),
     start: Refit | None = None,
+    likely: Mapping[str, Sequence[Floats]] | None = None,
 ) -> Refit:
     """Fit a specification with `effects` added, from the mode of `start` where names agree.
 
+    `likely` are values of effects' parameters by key that are tried (`search_mode`).
     What they need of the data is not asked for: candidates have been asked already.
     """
     wider, more = with_effects(observations, specification, effects, own, granted=True)
     facts = {**facts, **more}
     posterior = assemble(observations, wider, facts, own)
-    posterior, mode = search_mode(posterior, None if start is None else _carried(start, posterior))
+    at = None if start is None else _carried(start, posterior)
+    posterior, mode = search_mode(posterior, at, likely)
     log_likelihood = posterior.exact_log_likelihood(mode.u)
     evidence = log_evidence(posterior, mode).value
     posterior.nodes.forget_runs()
@@ -85,10 +87,14 @@ def refit(
 
 
 def refit_with(
-    observations: Observations, own: Sequence[Definition], start: Refit, *keys: str
+    observations: Observations,
+    own: Sequence[Definition],
+    start: Refit,
+    *keys: str,
+    likely: Mapping[str, Sequence[Floats]] | None = None,
 ) -> Refit:
     """The model of `start` with these effects added."""
-    return refit(observations, start.specification, start.facts, keys, own, start)
+    return refit(observations, start.specification, start.facts, keys, own, start, likely)
 
 
 def refit_without(
@@ -100,12 +106,30 @@ def refit_without(
     return refit(observations, bare, start.facts, (), own, start)
 
 
+def short_climb(
+    observations: Observations,
+    own: Sequence[Definition],
+    start: Refit,
+    key: str,
+    values: Sequence[Floats],
+) -> float:
+    """Gain (nats of log density) of the best short climb with an effect at some of these values."""
+    wider, more = with_effects(observations, start.specification, (key,), own, granted=True)
+    posterior = assemble(observations, wider, {**start.facts, **more}, own)
+    u = _carried(start, posterior)
+    effect = next(e for e in posterior.effects if e.key == key)
+    climbs = short_climbs(posterior, u, effect, values)
+    gain = max((reached for reached, _ in climbs), default=-np.inf)
+    posterior.nodes.forget_runs()
+    return gain - posterior.pinned(u).log_density(u)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Question:
     """What every step to the verdict asks of.
 
-    The data, the user's own effects, a model, its full refits with each surviving candidate by
-    itself, and the screening.
+    The data, the user's own effects, a model, its full refits with each candidate that stood out
+    by itself, and the screening.
     """
 
     observations: Observations
@@ -129,11 +153,13 @@ def refit_each(
     own: Sequence[Definition],
     base: Refit,
     progress: Callable[[float], None] = lambda _share: None,
+    likely: Mapping[str, Sequence[Floats]] | None = None,
 ) -> dict[str, Refit]:
     """The base model with each effect by itself, fitted in full."""
     asked = [(0, key) for key in effects]
     fits: dict[str, Refit] = {}
-    for key, fit in zip(effects, refit_side_by_side(observations, own, [base], asked), strict=True):
+    found = refit_side_by_side(observations, own, [base], asked, likely)
+    for key, fit in zip(effects, found, strict=True):
         fits[key] = fit
         progress(len(fits) / len(effects))
     return fits
@@ -144,26 +170,23 @@ def refit_side_by_side(
     own: Sequence[Definition],
     starts: Sequence[Refit],
     asked: Sequence[tuple[int, str]],
+    likely: Mapping[str, Sequence[Floats]] | None = None,
 ) -> Iterator[Refit]:
     """Of each (start, effect) asked for, that start's model with the effect, fitted in full."""
-    return spread_map(_refit_with, (observations, own, starts), asked)
+    return spread_map(_refit_with, (observations, own, starts, likely), asked)
 
 
 def _refit_with(
-    shared: tuple[Observations, Sequence[Definition], Sequence[Refit]], asked: tuple[int, str]
+    shared: tuple[
+        Observations,
+        Sequence[Definition],
+        Sequence[Refit],
+        Mapping[str, Sequence[Floats]] | None,
+    ],
+    asked: tuple[int, str],
 ) -> Refit:
-    observations, own, starts = shared
-    return refit_with(observations, own, starts[asked[0]], asked[1])
-
-
-def without_groups(
-    fit: Refit, observations: Observations, own: Sequence[Definition]
-) -> tuple[Posterior, Floats, GroupSpreads]:
-    """The model less its groups of events, its coordinates at the mode, and the groups' spreads."""
-    grouped = fit.posterior.plan.keys
-    keys = tuple(key for key in fit.specification.effects if key not in grouped)
-    bare = assemble(observations, replace(fit.specification, effects=keys), fit.facts, own)
-    return bare, _carried(fit, bare), group_spreads(fit.posterior, fit.mode.u)
+    observations, own, starts, likely = shared
+    return refit_with(observations, own, starts[asked[0]], asked[1], likely=likely)
 
 
 def _carried(start: Refit, posterior: Posterior) -> Floats:

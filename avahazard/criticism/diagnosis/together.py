@@ -10,10 +10,9 @@ import numpy as np
 from avahazard.criticism.diagnosis.force_witness import force_witness
 from avahazard.criticism.diagnosis.naming import MARGIN, least_evidence
 from avahazard.criticism.diagnosis.record_faults import explained_by_record_faults
-from avahazard.criticism.diagnosis.refits import Question, Refit, refit_each, without_groups
+from avahazard.criticism.diagnosis.refits import Question, Refit, refit_each
 from avahazard.criticism.screening.candidates import candidate_definitions
-from avahazard.criticism.screening.screen import gains_beside
-from avahazard.criticism.screening.significance import LEVEL, PAIR_LEVEL
+from avahazard.criticism.screening.screen import LEVEL, PAIR_LEVEL, screen
 from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.assemble import find_definition
 
@@ -53,12 +52,10 @@ def needed_beside(question: Question, first: str) -> tuple[Together, ...]:
     chosen: tuple[str, ...] = (first,)
     found: list[Together] = []
     while len(chosen) < MOST:
-        bare, u, spreads = without_groups(fit, observations, own)
-        entries = candidate_definitions(observations, bare.specification, own)
-        gains = gains_beside(bare, u, spreads, entries)
-        chance = question.screening.chance
-        p_values = {key: chance.family_wise(key, gain) for key, gain in gains.items()}
-        tried = sorted((k for k in gains if p_values[k] <= LEVEL), key=lambda k: -gains[k])[:TRIED]
+        entries = candidate_definitions(observations, fit.specification, own)
+        beside = screen(fit.posterior, fit.mode.u, entries).candidates
+        p_values = {c.key: c.p_family for c in beside}
+        tried = [c.key for c in beside if c.p_family <= LEVEL][:TRIED]
         wider = refit_each(observations, tried, own, fit)
         best = _best_needed(replace(question, base=fit, fits=wider))
         if best is None:

@@ -32,6 +32,8 @@ STAGES = 4
 FREEDOM = 5
 FIRST_WIDTH = 1.5
 """The first draws are that much wider than the curvature at the mode promises."""
+NARROWEST = 1e-4
+"""Least standard deviation of a proposal, in coordinates."""
 EDGE = 2e-3
 """A mode that close to a bound, in coordinates of order one, lies on it."""
 
@@ -192,7 +194,8 @@ class _Student(NamedTuple):
 
 
 def _student(centre: Floats, covariance: Floats, unit: Floats) -> _Student:
-    shape = covariance / np.outer(unit, unit)
+    # Nowhere near to flat, as it is at a mode on a bound where the density falls off steeply.
+    shape = covariance / np.outer(unit, unit) + NARROWEST**2 * np.eye(len(centre))
     return _Student(multivariate_t(centre / unit, shape, FREEDOM), unit)
 
 

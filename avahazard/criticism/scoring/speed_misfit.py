@@ -67,7 +67,7 @@ def matched_speeds(model: FittedModel, rng: np.random.Generator) -> MatchedSpeed
         u = model.draws[k]
         if shaped or not columns:
             table = posterior.nodes.predicted_at(u)
-            nodes = _stop_nodes(posterior, table)
+            nodes = stop_nodes(posterior, table)
         location, scatter = posterior.location_and_scatter(u)
         location = posterior.shifted(location, None if offsets is None else offsets[k])
         tracks = []
@@ -88,7 +88,7 @@ def matched_speeds(model: FittedModel, rng: np.random.Generator) -> MatchedSpeed
     )
 
 
-def _stop_nodes(posterior: Posterior, table: Predicted) -> Nodes:
+def stop_nodes(posterior: Posterior, table: Predicted) -> Nodes:
     """Nodes over friction of the stops alone, without the speeds."""
     return build_nodes(
         replace(posterior.observations, speeds=()),

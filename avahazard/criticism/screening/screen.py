@@ -1,321 +1,223 @@
 """Which candidate effects the data ask for, against what chance alone would show.
 
-The gain of a candidate is what the Laplace fit's log likelihood rises when it is added, law,
-scatter and offsets of groups fitted again. Its null distribution comes from datasets made on the
-user's own design in which the model is true.
+All candidates are tried on the linear model at once: none of them is fitted. A gain is turned into
+a p-value of its own (the tail of the mixture of χ² that a penalised score has, by its moments), and
+the smallest of these into a family-wise one by the smallest in simulated rows in which nothing is
+missing (Westfall and Young 1993). What an effect that is fitted in full gains is held against the
+same: to first order it is the same quantity.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import NamedTuple
+from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy import stats
+from scipy.special import gammaincc
 
-from avahazard.arrays import Floats
-from avahazard.criticism.screening.candidates import HeldAlternatives, ModelAtMode, alternatives_of
-from avahazard.criticism.screening.designs import base_coordinates, base_design
-from avahazard.criticism.screening.gains import Gains, Paired, Reference, effect_columns
-from avahazard.criticism.screening.laplace_fit import Design
-from avahazard.criticism.screening.parametric_bootstrap import (
-    BootstrapRecords,
-    GroupSpreads,
-    actual_records,
-    simulate,
-)
-from avahazard.criticism.screening.significance import (
-    LEVEL,
-    PAIR_LEVEL,
-    PairTest,
-    Screening,
-    group_level,
-    judge,
-)
-from avahazard.criticism.screening.tables import make_tables
+from avahazard.arrays import Floats, Ints
+from avahazard.criticism.screening.columns import Block, blocks
+from avahazard.criticism.screening.linear_model import linear_model
 from avahazard.effects.effect import Definition
-from avahazard.engine import LOCAL, chosen, spread_map
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.likelihood.predicted import (
-    Predicted,
-    predict_records,
-    run_blocks,
-    sight_is_limited,
-)
-from avahazard.inference.likelihood.track_nodes import squares
 from avahazard.inference.seeds import generator
-from avahazard.workers import ordered_map
 
-BATCH = 40
-"""Datasets made before it is asked whether more are needed."""
-AT_ONCE = 2
-"""Batches that are made at once where each look at the candidates makes tables anew."""
-PART = 10
-"""Datasets that are given to a worker of another process at once."""
-CURVES = 500
-"""Curves that are looked through together."""
+LEVEL = 0.03
+"""Family-wise level of the candidates. With those of groups, pairs and limits of detection it adds
+up to 5 in 100 (Bonferroni)."""
+EXPECTED_SHARE = 2.0 / 3.0
+"""Share of that level for candidates that were expected before anybody looked."""
+PAIR_LEVEL = 0.005
+"""Level of pairs of which neither shows alone."""
+MOST_PAIRED = 24
+"""Effects that are paired: those of most gain alone where there are more."""
+LOG_2 = float(np.log(2.0))
 
 
-class DatasetGains(NamedTuple):
-    """What all that is asked gains on one dataset.
+@dataclass(frozen=True, slots=True)
+class Screened:
+    """A candidate after the screening.
 
-    Candidates `[n_candidates]`, groupings `[n_groupings]`, the best pair of candidates, and limits
-    of detection where nothing is fitted anew (`limit_by_chance`).
+    Its gain (nats) to first order, and the `shape` and `scale` of the gamma distribution that it
+    has by chance, in half of all cases where it can only be of one sign (`one_sided`). `surprise`
+    is -log p of it by itself; `p_family` family-wise. `likely` `[n_parameters]` are values of its
+    parameters, to first order (none for what is no effect).
     """
 
-    of_candidates: Floats
-    of_groupings: Floats
-    pair: Paired | None
-    limit: float
+    definition: Definition
+    gain: float
+    shape: float
+    scale: float
+    one_sided: bool
+    surprise: float
+    p_family: float
+    likely: Floats
+
+    @property
+    def key(self) -> str:
+        """The effect's key."""
+        return self.definition.key
+
+    @property
+    def p_single(self) -> float:
+        """p-value by itself."""
+        return float(np.exp(-self.surprise))
+
+    @property
+    def null_gain(self) -> float:
+        """Gain that chance exceeds in one of twenty cases."""
+        share = 0.1 if self.one_sided else 0.05
+        return float(stats.gamma.isf(share, self.shape, scale=self.scale))
+
+    def surprise_of(self, gain: float) -> float:
+        """-log p of a gain by itself."""
+        return float(_surprise(np.array([gain]), self.shape, self.scale, self.one_sided)[0])
+
+
+@dataclass(frozen=True, slots=True)
+class PairTest:
+    """Two candidates that gain together what neither does alone, the most surprising such pair.
+
+    Its p-value is against the most surprising one of each simulated dataset.
+    """
+
+    keys: tuple[str, str]
+    surprise: float
+    p_value: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TestedModel:
-    """A model at its mode `u`, what it predicts, and the gains of every candidate on any records.
+class Screening:
+    """All candidates, the most surprising first, and what chance does.
 
-    `without` `[n_groupings]` are the designs that grant all groupings but one, `broken`
-    `[n_events, n_friction - 1]` the cells over which F jumps, `square` the u² of each track.
+    `largest` `[n_worlds]` is the largest surprise of each simulated dataset.
     """
 
-    posterior: Posterior
-    u: Floats
-    spreads: GroupSpreads
-    track_scatter: float
-    predicted: Predicted
-    broken: NDArray[np.bool_]
-    square: tuple[Floats, ...]
-    gains: Gains
-    without: tuple[Design, ...]
+    candidates: tuple[Screened, ...]
+    largest: Floats
+    pair: PairTest | None
+
+    @property
+    def n_worlds(self) -> int:
+        """Number of simulated datasets."""
+        return len(self.largest)
+
+    @property
+    def critical_gain(self) -> float:
+        """Gain of one parameter that some candidate exceeds in a share `LEVEL` of datasets."""
+        surprise = float(np.quantile(self.largest, 1.0 - LEVEL))
+        return 0.5 * float(stats.chi2.isf(np.exp(-surprise), 1))
+
+    def by_key(self) -> dict[str, Screened]:
+        """The candidates by key."""
+        return {c.key: c for c in self.candidates}
+
+    def p_family(self, surprise: float, share: float = 1.0) -> float:
+        """Family-wise p-value of a surprise, over the share of the level that it is held to."""
+        n = len(self.largest) + 1.0
+        return float(min((1.0 + np.sum(self.largest >= surprise)) / n / share, 1.0))
 
 
 def screen(
     posterior: Posterior,
     u: Floats,
-    spreads: GroupSpreads,
     candidates: Sequence[Definition],
-    *,
-    expected: Sequence[str] = (),
-    n_worlds: int = 199,
+    n_worlds: int = 999,
     seed: int = 0,
-    progress: Callable[[float], None] = lambda _share: None,
 ) -> Screening:
-    """Screen the candidates on a model at its mode u, less its groups of events.
-
-    `spreads` are those of the groups, which are granted as nuisances; `expected` the keys of
-    candidates that were declared beforehand.
-
-    At most `n_worlds` datasets are made, fewer where it is soon plain that chance does as well
-    (the sequential test of Besag and Clifford 1991, whose p-values stay valid). Equal seeds give
-    equal results for any number of workers.
-    """
-    tested = tested_model(posterior, u, spreads, candidates, records_alone=False)
-    looked: list[DatasetGains] = []
-    found = None
-    while found is None or (found.n_worlds < n_worlds and not _enough(found, n_worlds)):
-        # The records come before the first simulated dataset.
-        first = len(looked) - 1
-        at_once = AT_ONCE if looked and not tested.gains.alternatives.all_held else 1
-        numbers = range(first, min(max(first, 0) + at_once * BATCH, n_worlds))
-        looked += gains_by_chance(tested, seed, numbers, progress, n_worlds)
-        for n in [*range(max(first, 0) + BATCH, numbers.stop, BATCH), numbers.stop]:
-            found = _judged(tested, candidates, expected, looked[: n + 1])
-            if _enough(found, n_worlds):
-                break
-    return found
-
-
-def tested_model(
-    posterior: Posterior,
-    u: Floats,
-    spreads: GroupSpreads,
-    candidates: Sequence[Definition],
-    records_alone: bool,
-) -> TestedModel:
-    """The model's tables and design, and the alternatives of each candidate.
-
-    Where the `records_alone` are to be looked at, and no simulated datasets, blocks that candidates
-    move are run near these only.
-    """
-    observations, layout = posterior.observations, posterior.layout
-    near = records_alone and not sight_is_limited(observations, posterior.effects)
-    track_scatter = 0.0 if layout.track_scatter is None else float(np.exp(u[layout.track_scatter]))
-    values, curvature = layout.effect_values(u), float(posterior.specification.centrifugal)
-    runs = run_blocks(observations, posterior.effects, values, curvature)
-    predicted = predict_records(observations, posterior.effects, values, curvature, runs)
-    design = base_design(posterior, u, spreads.plan, spreads.scale)
-    coefficients = base_coordinates(posterior, u)
-    about = design.constant + design.x @ coefficients
-    base = make_tables(observations, predicted, observations.limit, track_scatter, about)
-    model = ModelAtMode(posterior, u, base, design, coefficients, track_scatter, runs, near)
-    tried = [each for entry in candidates for each in alternatives_of(entry, model)]
-    keys = [c.key for c in candidates]
-    precomputed = [a for each in tried if isinstance(each, list) for a in each]
-    columns = effect_columns(base, design, precomputed, {key: k for k, key in enumerate(keys)})
-    gains = Gains(
-        base,
-        design,
-        HeldAlternatives(tried),
-        keys,
-        coefficients,
-        float(u[layout.scatter]),
-        spreads.tau,
-        posterior.specification.tails == "student",
-        observations,
-        columns,
-        any(entry.says_what_is_seen for entry in candidates),
+    """Screen the candidates on a model at its mode u, groups of events included."""
+    model = linear_model(posterior, u)
+    tried = blocks(candidates, model)
+    by_key = {entry.key: entry for entry in candidates}
+    if not tried:
+        return Screening((), np.zeros(n_worlds), None)
+    columns = np.hstack([b.columns for b in tried])
+    weighed = model.projected(columns)
+    scores = weighed.T @ np.column_stack(
+        [model.residual, model.by_chance(n_worlds, generator(seed, "screening"))]
     )
-    without = tuple(
-        base_design(posterior, u, spreads.plan.without((key,)), np.delete(spreads.scale, g))
-        for g, key in enumerate(spreads.plan.keys)
-    )
-    firsts = range(0, len(predicted.curve.x), CURVES)
-    broken = np.concatenate([predicted.curve[k : k + CURVES].broken for k in firsts])
-    square = tuple(map(squares, predicted.speeds))
-    return TestedModel(
-        posterior, u, spreads, track_scatter, predicted, broken, square, gains, without
+    ends = np.cumsum([b.columns.shape[1] for b in tried])
+    places = [np.arange(end - b.columns.shape[1], end) for end, b in zip(ends, tried, strict=True)]
+    found: dict[str, Screened] = {}
+    largest = np.zeros(n_worlds + 1)
+    for block, at in zip(tried, places, strict=True):
+        bend = weighed[:, at].T @ columns[:, at]
+        gains, shape, scale, change = _gains(scores[at], bend, block)
+        surprise = _surprise(gains, shape, scale, block.side != 0)
+        largest = np.maximum(largest, surprise)
+        if block.key not in found or surprise[0] > found[block.key].surprise:
+            found[block.key] = Screened(
+                by_key[block.key],
+                float(gains[0]),
+                shape,
+                scale,
+                block.side != 0,
+                float(surprise[0]),
+                1.0,
+                _moved(block.values, change),
+            )
+    pairs = [k for k, b in enumerate(tried) if b.on_friction]
+    pair = _pair([tried[k] for k in pairs], [places[k] for k in pairs], scores, weighed, columns)
+    chance = Screening((), largest[1:], pair)
+    ranked = sorted(found.values(), key=lambda c: -c.surprise)
+    return Screening(
+        tuple(replace(c, p_family=chance.p_family(c.surprise)) for c in ranked), largest[1:], pair
     )
 
 
-def gains_by_chance(
-    tested: TestedModel,
-    seed: int,
-    numbers: range,
-    progress: Callable[[float], None],
-    n_worlds: int,
-) -> list[DatasetGains]:
-    """Gains on datasets in which the model is true, each by its own seed; -1 are the records."""
-    if chosen().name == LOCAL:
-        return _gains_on((tested, seed), numbers, lambda s: progress(_share(numbers, s, n_worlds)))
-    # Each worker goes through the candidates with the datasets that it has.
-    parts = [numbers[k : k + PART] for k in range(0, len(numbers), PART)]
-    looked: list[DatasetGains] = []
-    for k, part in enumerate(spread_map(_gains_on, (tested, seed), parts)):
-        looked += part
-        progress(_share(numbers, (k + 1) / len(parts), n_worlds))
-    return looked
+def _moved(values: Floats, change: Floats) -> Floats:
+    """Values of parameters with this change of the first ones."""
+    moved = values.copy()
+    moved[: len(change)] += change[: len(values)]
+    return moved
 
 
-def _share(numbers: range, share: float, n_worlds: int) -> float:
-    """How much is done with this share of these datasets."""
-    done = max(numbers.start, 0)
-    return (done + share * (numbers.stop - done)) / n_worlds
+def _gains(scores: Floats, bend: Floats, block: Block) -> tuple[Floats, float, float, Floats]:
+    """Gains `[1 + n_worlds]` of one block, the gamma distribution that they have by chance.
 
-
-def _gains_on(
-    shared: tuple[TestedModel, int],
-    numbers: range,
-    progress: Callable[[float], None] = lambda _share: None,
-) -> list[DatasetGains]:
-    tested, seed = shared
-    datasets = list(ordered_map(partial(_dataset, tested, seed), numbers))
-    records, references, beside = zip(*datasets, strict=True)
-    of_candidates = tested.gains.of_candidates(records, references, progress)
-    return [DatasetGains(g, *more) for g, more in zip(of_candidates, beside, strict=True)]
-
-
-def _dataset(
-    tested: TestedModel, seed: int, number: int
-) -> tuple[BootstrapRecords, Reference, tuple[Floats, Paired | None, float]]:
-    """One simulated dataset, or the records themselves (-1), and all but the candidates' gains."""
-    gains = tested.gains
-    if number >= 0:
-        records, alike = _simulated(tested, generator(seed, "screening", number))
-    else:
-        records = actual_records(tested.posterior)
-        alike = [records] * len(tested.without)
-    of_groupings = [
-        gains.of_grouping(g, own, without)
-        for g, (own, without) in enumerate(zip(alike, tested.without, strict=True))
-    ]
-    reference = gains.reference(records)
-    pair = gains.of_pair(records, reference)
-    limit = gains.of_limit_by_chance(records, reference) if gains.asks_detection else 0.0
-    return records, reference, (np.array(of_groupings, np.float64), pair, limit)
-
-
-def _simulated(
-    tested: TestedModel, rng: np.random.Generator
-) -> tuple[BootstrapRecords, list[BootstrapRecords]]:
-    """Records where the model is true, and for each grouping such in which its groups are alike.
-
-    What its groups had shared is then scatter of the events by themselves, or such datasets would
-    vary less than the records do.
+    And the change of its parameters on the records.
     """
-    spreads, layout = tested.spreads, tested.posterior.layout
-
-    def simulated(tau: Floats, u: Floats) -> BootstrapRecords:
-        return simulate(
-            tested.posterior,
-            tested.predicted,
-            u,
-            spreads.plan,
-            tau,
-            tested.track_scatter,
-            rng,
-            tested.broken,
-            tested.square,
-        )
-
-    tau = spreads.drawn(rng)
-    records, alike = simulated(tau, tested.u), []
-    for g, spread in enumerate(spreads.tau):
-        u = tested.u.copy()
-        if layout.log_scatter:
-            u[layout.scatter] = 0.5 * np.log(np.exp(2.0 * u[layout.scatter]) + spread**2)
-        alike.append(simulated(np.where(np.arange(len(tau)) == g, 0.0, tau), u))
-    return records, alike
+    inverse = np.linalg.inv(bend + np.diag(block.precision))
+    gains = 0.5 * np.einsum("in,ij,jn->n", scores, inverse, scores)
+    if block.side:
+        gains = np.where(block.side * scores[0] > 0.0, gains, 0.0)
+    weights = np.maximum(np.linalg.eigvals(bend @ inverse).real, 1e-12)
+    mean, variance = 0.5 * float(np.sum(weights)), 0.5 * float(np.sum(weights**2))
+    return gains, mean**2 / variance, variance / mean, inverse @ scores[:, 0]
 
 
-def _judged(
-    tested: TestedModel,
-    candidates: Sequence[Definition],
-    expected: Sequence[str],
-    looked: Sequence[DatasetGains],
-) -> Screening:
-    """The gains on the records, which come first, beside those on the datasets simulated so far."""
-    plan = tested.spreads.plan
-    levels = map(group_level, plan.lasting)
-    found = judge(
-        candidates,
-        np.array([each.of_candidates for each in looked]),
-        np.array([each.limit for each in looked]),
-        list(zip(plan.keys, levels, strict=True)),
-        np.array([each.of_groupings for each in looked]),
-        expected,
-    )
-    pair = looked[0].pair
-    if pair is None:
-        return found
-    # The most surprising pair beside those of the simulated datasets.
-    null = np.array([0.0 if each.pair is None else each.pair.surprise for each in looked[1:]])
-    p = (1.0 + float(np.sum(null >= pair.surprise))) / (len(null) + 1.0)
-    keys = candidates[pair.first].key, candidates[pair.second].key
-    return replace(found, pair=PairTest(keys, pair.surprise, p))
+def _surprise(gains: Floats, shape: float, scale: float, one_sided: bool) -> Floats:
+    """-log p of gains by themselves; 0 for none."""
+    tail = -stats.gamma.logsf(np.maximum(gains, 0.0), shape, scale=scale)
+    return np.where(gains > 0.0, tail + (LOG_2 if one_sided else 0.0), 0.0)
 
 
-def _enough(found: Screening, n_worlds: int) -> bool:
-    """Whether chance plainly does as well.
+def _pair(
+    tried: Sequence[Block], places: Sequence[Ints], scores: Floats, weighed: Floats, columns: Floats
+) -> PairTest | None:
+    """The pair of effects on friction that gains most over the better of its two.
 
-    Twice as many simulated datasets have exceeded the records as could in all of them if these were
-    to be significant.
+    Where two columns go together and their effects are opposed, each alone is near nothing. Gains
+    over one alone are as χ² with the freedom of both effects, at most.
     """
-    best = min((c.p_family for c in found.candidates), default=1.0)
-    levels = [(best, LEVEL), *((group.p_value, group.level) for group in found.groups)]
-    if found.pair is not None:
-        levels.append((found.pair.p_value, PAIR_LEVEL))
-    return all(p * (found.n_worlds + 1) > 1.0 + 2.0 * level * (n_worlds + 1) for p, level in levels)
+    if len(tried) < 2:
+        return None
 
+    def gains(at: Ints, precision: Floats) -> Floats:
+        bend = weighed[:, at].T @ columns[:, at] + np.diag(precision)
+        return np.asarray(0.5 * np.sum(scores[at] * np.linalg.solve(bend, scores[at]), axis=0))
 
-def gains_beside(
-    posterior: Posterior, u: Floats, spreads: GroupSpreads, candidates: Sequence[Definition]
-) -> dict[str, float]:
-    """What each candidate gains (nats) on the records beside all that a model at its mode has.
-
-    Arguments as in `screen`.
-    """
-    tested = tested_model(posterior, u, spreads, candidates, records_alone=True)
-    records = actual_records(posterior)
-    (gains,) = tested.gains.of_candidates([records], [tested.gains.reference(records)])
-    return {c.key: float(gain) for c, gain in zip(candidates, gains, strict=True)}
+    alone = [gains(at, b.precision) for b, at in zip(tried, places, strict=True)]
+    kept = sorted(range(len(tried)), key=lambda k: -alone[k][0])[:MOST_PAIRED]
+    best, which = np.full(scores.shape[1], -1.0), (0, 0)
+    for a, b in combinations(sorted(kept), 2):
+        at = np.concatenate([places[a], places[b]])
+        precision = np.concatenate([tried[a].precision, tried[b].precision])
+        more = np.maximum(gains(at, precision) - np.maximum(alone[a], alone[b]), 0.0)
+        surprise = -np.log(np.maximum(gammaincc(0.5 * len(at), more), 1e-300))
+        which = (a, b) if surprise[0] > best[0] else which
+        best = np.maximum(best, surprise)
+    p = float(1.0 + np.sum(best[1:] >= best[0])) / len(best)
+    return PairTest((tried[which[0]].key, tried[which[1]].key), float(best[0]), p)

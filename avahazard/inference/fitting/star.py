@@ -9,7 +9,7 @@ So climbs also begin at the best of some plausible values of each effect's param
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -193,10 +193,15 @@ TRACK_SCATTERS = (-1.2, 0.0, 1.2)
 HELD_ITERATIONS = 20
 
 
-def search_mode(posterior: Posterior, start: Floats | None = None) -> tuple[Posterior, Mode]:
+def search_mode(
+    posterior: Posterior,
+    start: Floats | None = None,
+    likely: Mapping[str, Sequence[Floats]] | None = None,
+) -> tuple[Posterior, Mode]:
     """The highest mode found from `start` (or the data) and from plausible values of effects.
 
-    With it, the posterior on the star about it (`star`).
+    With it, the posterior on the star about it (`star`). `likely` are values by effect key that are
+    tried instead.
     """
     layout = posterior.layout
     u = start_coordinates(posterior) if start is None else np.clip(start, layout.low, layout.high)
@@ -204,26 +209,43 @@ def search_mode(posterior: Posterior, start: Floats | None = None) -> tuple[Post
         return posterior, find_mode(posterior, u)
     peaks = [gauss_newton(posterior, u)]
     for effect in posterior.effects:
-        place = layout.places.get(effect.key, slice(0, 0))
-        held = [k for k in layout.tables if place.start <= k < place.stop]
-        if held:
-            best = max(peaks, key=lambda peak: peak.log_density).u
-            scales = [layout.slots[k].scale for k in held]
-            values = [v / scales for v in _tried(effect)]
-            if layout.track_scatter is not None:
-                # With the effect less is left to scatter along tracks.
-                middle = layout.slots[layout.track_scatter].mean
-                held = [*held, layout.track_scatter]
-                values = [np.append(v, middle + s) for v in values for s in TRACK_SCATTERS]
-            tried = [held_climb(posterior, best, held, v) for v in values]
+        best = max(peaks, key=lambda peak: peak.log_density).u
+        given = (likely or {}).get(effect.key)
+        tried = short_climbs(posterior, best, effect, _tried(effect) if given is None else given)
+        if tried:
             peaks.append(gauss_newton(posterior, max(tried, key=lambda climb: climb[0])[1]))
     return starred(posterior, max(peaks, key=lambda peak: peak.log_density))
+
+
+def short_climbs(
+    posterior: Posterior, u: Floats, effect: Effect, values: Sequence[Floats]
+) -> list[tuple[float, Floats]]:
+    """Log density and coordinates of short climbs from u with the effect kept at these values.
+
+    None for an effect that shapes no tables.
+    """
+    layout = posterior.layout
+    place = layout.places.get(effect.key, slice(0, 0))
+    held = [k for k in layout.tables if place.start <= k < place.stop]
+    if not held:
+        return []
+    scales = [layout.slots[k].scale for k in held]
+    starts = [v / scales for v in values]
+    if layout.track_scatter is not None:
+        # With the effect less is left to scatter along tracks.
+        middle = layout.slots[layout.track_scatter].mean
+        held = [*held, layout.track_scatter]
+        starts = [np.append(v, middle + s) for v in starts for s in TRACK_SCATTERS]
+    return [held_climb(posterior, u, held, v) for v in starts]
 
 
 def _tried(effect: Effect) -> list[Floats]:
     """Values of an effect's parameters `[n_parameters]`."""
     first, *others = effect.parameters
-    between = (np.linspace(p.low, p.high, OTHER_POINTS) for p in others)
+    # One that is 0 at neutral is an amount by itself, which Gauss-Newton's steps find.
+    between = (
+        [0.0] if p.neutral == 0.0 else np.linspace(p.low, p.high, OTHER_POINTS) for p in others
+    )
     return [np.array(corner) for corner in product(first.plausible(FIRST_POINTS), *between)]
 
 

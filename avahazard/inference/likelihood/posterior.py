@@ -117,7 +117,7 @@ class Posterior:
         """`log_density`, with the groups' offsets that it rests on where there are any."""
         if (u < self.layout.low).any() or (u > self.layout.high).any():
             return -np.inf, None
-        value, offsets = self._given(u, self._nodes(u), *self.location_and_scatter(u))
+        value, offsets = self._given(u, self.nodes_at(u), *self.location_and_scatter(u))
         return value + float(self.layout.log_prior(u)), offsets
 
     def log_densities(self, u: Floats) -> Floats:
@@ -132,7 +132,7 @@ class Posterior:
         else:
             size = self.observations.volumes.volume.size
             if self.nodes.varies:  # each has nodes of its own
-                size = max(size, 4 * self._nodes(u[inside[0]]).place.size)
+                size = max(size, 4 * self.nodes_at(u[inside[0]]).place.size)
             n_parts = min(len(inside), -(-len(inside) * size // MOST_NUMBERS))
             for part in np.array_split(inside, n_parts):
                 result[part] = self._log_likelihoods(u[part])
@@ -141,7 +141,7 @@ class Posterior:
 
     def log_likelihood(self, u: Floats) -> float:
         """Log likelihood at u, groups' offsets integrated out (Laplace's method)."""
-        return self._given(u, self._nodes(u), *self.location_and_scatter(u))[0]
+        return self._given(u, self.nodes_at(u), *self.location_and_scatter(u))[0]
 
     def exact_log_likelihood(self, u: Floats) -> float:
         """The same from tables made for just these coordinates, not interpolated."""
@@ -163,7 +163,7 @@ class Posterior:
 
     def density_and_slopes(self, u: Floats) -> tuple[float, Floats]:
         """`log_density` at u, within the bounds, and its derivatives `[n_slots]` by `sloped`."""
-        nodes = self._nodes(u)
+        nodes = self.nodes_at(u)
         at = self.location_and_scatter(u)
         weight, student, keep = self.observations.volumes.weight, self.friction.student, self._keep
         terms = event_terms(nodes, *at, weight, student, keep)
@@ -182,7 +182,7 @@ class Posterior:
         weight = self.observations.volumes.weight
         if self.plan or self.nodes.varies or self.layout.wrong_share is not None:
             # Nodes are kept by the chart, which is not for several threads at once.
-            each = u, [self._nodes(v) for v in u], location, scatter
+            each = u, [self.nodes_at(v) for v in u], location, scatter
             given = _side_by_side(self._given, *each, n_numbers=location[0].size)
             return np.array([value for value, _ in given])
         nodes = self.nodes.at(u[0])
@@ -227,13 +227,13 @@ class Posterior:
         location, scatter = self.location_and_scatter(u)
         location = self.shifted(location, offsets)
         weight, student = self.observations.volumes.weight, self.friction.student
-        of_nodes = self._nodes(u), location, scatter, weight, student, keep
+        of_nodes = self.nodes_at(u), location, scatter, weight, student, keep
         return event_terms(*of_nodes, slopes=False).value
 
     def offsets(self, u: Floats) -> Offsets:
         """The offsets of the groups given coordinates u."""
         location, scatter = self.location_and_scatter(u)
-        return self._offsets(self.layout.spread_values(u), self._nodes(u), location, scatter)[0]
+        return self._offsets(self.layout.spread_values(u), self.nodes_at(u), location, scatter)[0]
 
     def log_wrong(self, u: Floats) -> Floats:
         """Log density of each record as a wrong one, times their share, `[n_events]`."""
@@ -241,7 +241,8 @@ class Posterior:
             return np.full(self.observations.n_events, -np.inf)
         return np.asarray(log_wrong(self.observations) + u[self.layout.wrong_share])
 
-    def _nodes(self, u: Floats) -> Nodes:
+    def nodes_at(self, u: Floats) -> Nodes:
+        """What the records say of friction at coordinates u."""
         return self._or_wrong(self.nodes.at(u), u)
 
     def _or_wrong(self, nodes: Nodes, u: Floats) -> Nodes:

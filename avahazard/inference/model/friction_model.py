@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import NO_EVENTS, EventColumns
-from avahazard.effects.effect import Effect, FrictionEffect, GroupEffect, of_kind
+from avahazard.effects.effect import Effect, FrictionEffect, GroupEffect, ScatterEffect, of_kind
 from avahazard.inference.model.friction_scatter import (
     draws,
     friction,
@@ -119,10 +119,12 @@ class EventFriction(NamedTuple):
     """What friction takes of some events.
 
     `shifts`: the slots of each effect that shifts log friction, and what their coordinates are
-    multiplied by, `[n_events, n_parameters]`. `plan`: the groups of the events.
+    multiplied by, `[n_events, n_parameters]`; `widens`: the same of those on the log of the
+    scatter. `plan`: the groups of the events.
     """
 
     shifts: list[tuple[slice, Floats]]
+    widens: list[tuple[slice, Floats]]
     plan: OffsetPlan
 
 
@@ -140,13 +142,16 @@ class FrictionModel:
 
     def of_events(self, columns: EventColumns) -> EventFriction:
         """What friction takes of events."""
-        layout = self.layout
-        shifts = []
-        for effect in of_kind(self.effects, FrictionEffect):
-            place = layout.places[effect.key]
-            scales = np.array([slot.scale for slot in layout.slots[place]])
-            shifts.append((place, effect.design(columns) * scales))
-        return EventFriction(shifts, offset_plan(self.effects, columns))
+        shifts = [self._design(e, columns) for e in of_kind(self.effects, FrictionEffect)]
+        widens = [self._design(e, columns) for e in of_kind(self.effects, ScatterEffect)]
+        return EventFriction(shifts, widens, offset_plan(self.effects, columns))
+
+    def _design(
+        self, effect: FrictionEffect | ScatterEffect, columns: EventColumns
+    ) -> tuple[slice, Floats]:
+        place = self.layout.places[effect.key]
+        scales = np.array([slot.scale for slot in self.layout.slots[place]])
+        return place, effect.design(columns) * scales
 
     @property
     def lasting(self) -> tuple[bool, ...]:
@@ -173,9 +178,9 @@ class FrictionModel:
         `covariate` is `line_covariate` where it is known: its logarithms are most of the work.
         """
         if events is None:
-            return self._located(u, volume, [], np.zeros(len(volume)), covariate)
+            return self._located(u, volume, [], [], np.zeros(len(volume)), covariate)
         own = self.layout.spread_values(u) ** 2 @ events.plan.alone
-        return self._located(u, volume, events.shifts, own, covariate)
+        return self._located(u, volume, events.shifts, events.widens, own, covariate)
 
     def of_future_events(
         self, u: Floats, volume: Floats, columns: EventColumns
@@ -185,14 +190,15 @@ class FrictionModel:
         Its winter or storm is none that is known: that, too, is in its scatter. `u` is
         `[n_draws, n_slots]`, `volume` (m3) `[n_events]`.
         """
-        shifts, _ = self.of_events(columns)
+        shifts, widens, _ = self.of_events(columns)
         passing = ~np.array(self.lasting, dtype=np.bool_)
         own = np.sum(self.layout.spread_values(u)[:, passing] ** 2, axis=1)[:, None]
         # Events that differ in nothing that friction knows are taken once.
-        rows = np.column_stack([volume, *(design for _, design in shifts)])
+        rows = np.column_stack([volume, *(design for _, design in (*shifts, *widens))])
         _, first, kind = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-        different = [(place, design[first]) for place, design in shifts]
-        location, scatter = self._located(u, volume[first, None], different, own)
+        shifts = [(place, design[first]) for place, design in shifts]
+        widens = [(place, design[first]) for place, design in widens]
+        location, scatter = self._located(u, volume[first, None], shifts, widens, own)
         return location[..., 0][:, kind.ravel()], scatter[..., 0][:, kind.ravel()]
 
     def _located(
@@ -200,6 +206,7 @@ class FrictionModel:
         u: Floats,
         volume: Floats,
         shifts: list[tuple[slice, Floats]],
+        widens: list[tuple[slice, Floats]],
         own: Floats,
         covariate: Floats | None = None,
     ) -> tuple[Floats, Floats]:
@@ -220,6 +227,9 @@ class FrictionModel:
             share = volume_share(volume, layout.reference_volume)
             log_scatter = log_scatter - u[..., layout.scatter_slope, None, None] * share
             # Where it falls with volume it stops at the least that the nodes can bear.
+            least = layout.slots[layout.scatter].low
+        for place, design in widens:
+            log_scatter = log_scatter + (u[..., place] @ design.T)[..., None]
             least = layout.slots[layout.scatter].low
         if not layout.log_scatter:
             location = np.exp(location)
@@ -243,19 +253,27 @@ class FrictionModel:
         if not layout.log_scatter:
             # m is μ itself.
             own = np.zeros(len(volume))
-            pull = pull * self._located(u, volume, events.shifts, own)[0]
+            pull = pull * self._located(u, volume, events.shifts, [], own)[0]
         by_law = layout.law.slopes(u[:n], volume.ravel())
         slopes[:n] = by_law @ pull.ravel()
         by_event = np.sum(pull, axis=1)
         for place, design in events.shifts:
             slopes[place] = by_event @ design
+        # Where the scatter stands at a bound nothing moves it.
+        raw = np.broadcast_to(u[layout.scatter], volume.shape)
+        share = volume_share(volume, layout.reference_volume)
+        if layout.scatter_slope is not None:
+            raw = raw - u[layout.scatter_slope] * share
+        for place, design in events.widens:
+            raw = raw + (design @ u[place])[:, None]
+        if layout.scatter_slope is not None or events.widens:
+            low = layout.slots[layout.scatter].low
+            by_scatter = np.where((raw > low) & (raw < MOST_LOG_SCATTER), by_scatter, 0.0)
         slopes[layout.scatter] = np.sum(by_scatter)
         if layout.scatter_slope is not None:
-            share = volume_share(volume, layout.reference_volume)
-            raw = u[layout.scatter] - u[layout.scatter_slope] * share
-            free = (raw > layout.slots[layout.scatter].low) & (raw < MOST_LOG_SCATTER)
-            slopes[layout.scatter] = np.sum(by_scatter[free])
-            slopes[layout.scatter_slope] = -np.sum((by_scatter * share)[free])
+            slopes[layout.scatter_slope] = -np.sum(by_scatter * share)
+        for place, design in events.widens:
+            slopes[place] = np.sum(by_scatter, axis=1) @ design
         return slopes
 
     def shifted(self, location: Floats, shift: Floats) -> Floats:
@@ -277,5 +295,7 @@ def friction_model(
 ) -> FrictionModel:
     """The friction of a model with these effects, on whatever they act; as in `build_layout`."""
     layout = build_layout(specification, effects, arms or {}, speeds=speeds)
-    on_friction = tuple(e for e in effects if isinstance(e, FrictionEffect | GroupEffect))
+    on_friction = tuple(
+        e for e in effects if isinstance(e, FrictionEffect | ScatterEffect | GroupEffect)
+    )
     return FrictionModel(layout, on_friction, specification.tails == "student")

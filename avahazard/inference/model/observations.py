@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import rankdata
 
 from avahazard.arrays import Floats, Ints
-from avahazard.effects.columns import RELEASE_SIGMA, EventColumns, build_columns
+from avahazard.effects.columns import RELEASE_SIGMA, EventColumns, build_columns, counted
 from avahazard.effects.site import Site, build_site, release_place, release_places, stop_place
 from avahazard.engine import spread_map
 from avahazard.inference.model.volumes import VolumeNodes, volume_nodes
@@ -438,6 +438,7 @@ def _arranged(
         if event.path_id is None and event.release_elevation_m is not None:
             elevation[i] = event.release_elevation_m
     columns = build_columns(events, paths, elevation, height_over_length(events, sites, release))
+    columns = replace(columns, made=counted(columns))
     kinds = [_observation(e) for e in events]
     kind = np.array([k for k, _ in kinds], dtype=np.int64)
     observed = np.array([v for _, v in kinds])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from avahazard.criticism.scoring.error_budget import UNEXPLAINED
-from avahazard.criticism.screening.significance import LEVEL
+from avahazard.criticism.screening.screen import LEVEL
 from avahazard.report.html.figure import (
     BLUE,
     COLORS,

@@ -31,7 +31,7 @@ def on_lengths(
     slope: float, seed: int = 1, own: tuple[Definition, ...] = (), n_columns: int = 3
 ) -> Diagnosis:
     observations = build_observations(lengths(90, slope, seed, n_columns))
-    return diagnose(observations, POWER, {}, own, n_worlds=39)
+    return diagnose(observations, POWER, {}, own)
 
 
 def test_a_column_that_matters_is_named_as_an_axis() -> None:
@@ -59,7 +59,7 @@ def test_nothing_is_missing_where_nothing_is() -> None:
 
 
 def test_few_records_could_miss_what_moves_most_of_them() -> None:
-    found = diagnose(build_observations(lengths(12, 0.0, 3)), POWER, {}, n_worlds=39)
+    found = diagnose(build_observations(lengths(12, 0.0, 3)), POWER, {})
     assert found.verdict == "adequate"
     assert found.detectable.share > 0.5
 
@@ -79,7 +79,7 @@ def test_an_effect_of_the_model_is_told_to_be_needed_or_not() -> None:
     observations = build_observations(lengths(90, 0.12))
     keys = ("covariate:column_1", "covariate:column_2")
     specification, facts = with_effects(observations, POWER, keys)
-    found = diagnose(observations, specification, facts, n_worlds=39)
+    found = diagnose(observations, specification, facts)
     assert found.verdict == "adequate"
     assert found.still_needed["covariate:column_1"] > 3.0
     assert found.still_needed["covariate:column_2"] < 0.0
@@ -91,7 +91,7 @@ def test_wrong_records_become_suspects_not_an_effect() -> None:
         replace(e, runout_length_m=(e.runout_length_m or 0.0) * 3.0) if i in (7, 40) else e
         for i, e in enumerate(records.events)
     )
-    found = diagnose(build_observations(replace(records, events=wrong)), POWER, {}, n_worlds=39)
+    found = diagnose(build_observations(replace(records, events=wrong)), POWER, {})
     assert found.heavy_tails
     assert set(found.suspects[:2]) == {"e7", "e40"}
     assert found.verdict == "adequate"
@@ -122,7 +122,7 @@ def test_what_it_could_have_seen_it_mostly_sees() -> None:
 )
 def test_the_hidden_effect_of_a_world_is_named(key: str, strength: float) -> None:
     records, _ = make_world(21, 240, 10, {key: strength})
-    found = diagnose(build_observations(records), Specification(), {}, n_worlds=119)
+    found = diagnose(build_observations(records), Specification(), {})
     assert found.missing == (key,)
     assert found.verdict == "missing-effect"
 
@@ -130,20 +130,20 @@ def test_the_hidden_effect_of_a_world_is_named(key: str, strength: float) -> Non
 @pytest.mark.slow
 def test_a_world_without_hidden_effect_is_adequate() -> None:
     records, _ = make_world(22, 240, 10)
-    found = diagnose(build_observations(records), Specification(), {}, n_worlds=59)
+    found = diagnose(build_observations(records), Specification(), {})
     assert found.verdict == "adequate"
     assert np.isfinite(found.detectable.metres)
 
 
 @pytest.mark.slow
 def test_errors_of_the_records_three_times_as_stated_are_named() -> None:
-    found = diagnose(misstated(3.0, 1.0, 31, 250), Specification(), {}, n_worlds=39)
+    found = diagnose(misstated(3.0, 1.0, 31, 250), Specification(), {})
     assert (found.verdict, found.missing) == ("missing-effect", ("record-error",))
 
 
 @pytest.mark.slow
 def test_errors_of_the_volumes_do_not_pass_for_scatter() -> None:
-    found = diagnose(misstated(1.0, 2.5, 31, 250), Specification(), {}, n_worlds=39)
+    found = diagnose(misstated(1.0, 2.5, 31, 250), Specification(), {})
     assert found.missing[0] == "volume-error"
     # Scatter that grows with volume looks alike: it may be said, never alone.
     assert set(found.missing) <= {"volume-error", "volume-scatter"}

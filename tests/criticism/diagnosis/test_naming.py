@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,6 @@ from avahazard.criticism.diagnosis import naming
 from avahazard.criticism.diagnosis.force_witness import ForceWitness
 from avahazard.criticism.diagnosis.naming import (
     MARGIN,
-    evidence_gain,
     groups_earn_their_name,
     leaders,
     least_evidence,
@@ -22,7 +20,7 @@ from avahazard.criticism.diagnosis.naming import (
 )
 from avahazard.criticism.diagnosis.record_faults import impossible_stops
 from avahazard.criticism.diagnosis.refits import Question, Refit, refit
-from avahazard.criticism.screening.significance import Screened
+from avahazard.criticism.screening.screen import Screened
 from avahazard.effects.catalogue import definition
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
@@ -34,7 +32,7 @@ from tests.inference import studies
 
 
 def screened(key: str) -> Screened:
-    return Screened(definition(key), 10.0, 0.001, 0.01, 1.0, 0.5)
+    return Screened(definition(key), 10.0, 0.5, 1.0, False, 8.0, 0.001, np.zeros(1))
 
 
 def test_one_that_was_declared_needs_no_margin() -> None:
@@ -43,6 +41,19 @@ def test_one_that_was_declared_needs_no_margin() -> None:
     assert leaders(ranked, evidence) == []
     assert leaders(ranked[1:], evidence, ["snow-type"]) == ranked[1:]
     assert leaders(ranked[1:], {"snow-type": -1.0}, ["snow-type"]) == []
+
+
+def test_of_those_that_explain_alike_the_simplest_is_named() -> None:
+    season, change, pair = (
+        screened(key) for key in ("season", "change:all", "interaction:wind*snow_type")
+    )
+    evidence = {"season": 10.0, "change:all": 12.0, "interaction:wind*snow_type": 12.5}
+    assert leaders([pair, change, season], evidence) == [season]
+    assert leaders([pair, change], evidence) == [change]
+    evidence["season"] = 9.0
+    assert leaders([pair, change, season], evidence) == [change]
+    evidence["change:all"] = 9.0
+    assert leaders([pair, change, season], evidence) == [pair]
 
 
 @pytest.fixture(scope="module")
@@ -137,24 +148,6 @@ def test_only_a_cause_is_a_missing_effect(named: tuple[Any, ...], verdict: str) 
 def test_a_curve_over_a_column_needs_no_margin() -> None:
     assert least_evidence(FOREST) == MARGIN
     assert least_evidence(WIND) == 0.0
-
-
-@pytest.mark.parametrize(
-    ("key", "screened", "chance", "expected"),
-    [
-        ("season", 4.0, 2.0, 5.0),
-        ("observation-limit", 8.0, 2.0, 6.0 - 2.0 * 0.75),  # 6 in full, 8 in the screening
-        ("observation-limit", 3.0, 2.0, 6.0 - 2.0),  # never more than all that chance gives
-        ("observation-limit", 8.0, 0.4, 5.0),  # the price of its parameter is more
-    ],
-)
-def test_the_estimated_limit_pays_one_price(
-    key: str, screened: float, chance: float, expected: float
-) -> None:
-    fit: Any = SimpleNamespace(evidence=15.0, log_likelihood=26.0)
-    base: Any = SimpleNamespace(evidence=10.0, log_likelihood=20.0)
-    candidate: Any = SimpleNamespace(definition=definition(key), gain=screened, null_mean=chance)
-    assert evidence_gain(candidate, fit, base) == pytest.approx(expected)
 
 
 def test_winters_need_evidence_for_a_name() -> None:

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from avahazard.criticism.diagnosis import refits
-from avahazard.criticism.diagnosis.refits import refit, still_needed, without_groups
+from avahazard.criticism.diagnosis.refits import refit, refit_without, still_needed
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from tests.criticism.lengths import lengths
@@ -45,16 +45,14 @@ def test_another_law_starts_at_the_data() -> None:
     assert other.log_likelihood > base.log_likelihood - 3.0
 
 
-def test_the_path_effect_is_taken_away_and_its_spread_told() -> None:
+def test_an_effect_is_taken_away_and_the_others_stay() -> None:
     observations = studies.observations(speeds=False)
     fit = refit(observations, Specification(), {}, (PATH_EFFECT, "snow-type"))
-    bare, u, told = without_groups(fit, observations, ())
-    assert not bare.plan
-    assert [e.key for e in bare.effects] == ["snow-type"]
-    assert told.tau[0] == pytest.approx(fit.parameters(PATH_EFFECT)["path-effect.tau"])
-    names = [s.name for s in fit.posterior.layout.slots]
-    for slot, value in zip(bare.layout.slots, u, strict=True):
-        assert value == fit.mode.u[names.index(slot.name)]
+    bare = refit_without(observations, (), fit, PATH_EFFECT)
+    assert not bare.posterior.plan
+    assert [e.key for e in bare.posterior.effects] == ["snow-type"]
+    fresh = refit(observations, Specification(), {}, ("snow-type",))
+    assert bare.mode.log_density == pytest.approx(fresh.mode.log_density, abs=0.01)
 
 
 EVIDENCE = {("season",): -12.0, ("snow-type",): -9.0}

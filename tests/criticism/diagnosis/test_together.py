@@ -29,9 +29,7 @@ def friction(columns):
 COLD, WIND = (definition_from(OWN.format(name), f"{name}.py") for name in ("cold", "wind"))
 
 
-def diagnosed(
-    cold: float, wind: float, together: float, seed: int, n_worlds: int = 39, n: int = 90
-) -> Diagnosis:
+def diagnosed(cold: float, wind: float, together: float, seed: int, n: int = 90) -> Diagnosis:
     """Friction that follows two columns, whose correlation is `together`."""
     # Other numbers than those of the volumes.
     rng = np.random.default_rng(seed + 100)
@@ -39,9 +37,7 @@ def diagnosed(
     second = together * first + np.sqrt(1.0 - together**2) * rng.standard_normal(n)
     columns = {"cold": first, "wind": second}
     records = shifted(lengths(n, 0.0, seed), columns, cold * first + wind * second)
-    return diagnose(
-        build_observations(records), Specification(law="power"), {}, (COLD, WIND), n_worlds=n_worlds
-    )
+    return diagnose(build_observations(records), Specification(law="power"), {}, (COLD, WIND))
 
 
 @pytest.mark.slow
@@ -66,7 +62,7 @@ def test_what_the_first_name_took_from_the_second_is_given_back() -> None:
 
 
 def test_two_that_hide_each_other_are_named_together() -> None:
-    found = diagnosed(0.3, -0.3, 0.95, seed=2, n_worlds=199)
+    found = diagnosed(0.3, -0.3, 0.95, seed=2)
     assert found.verdict == "missing-effect"
     (more,) = found.together
     assert set(more.effects) == {"by-cold", "by-wind"}
@@ -84,7 +80,7 @@ def test_one_effect_has_no_second_and_none_has_no_pair() -> None:
     one = diagnosed(0.15, 0.0, 0.6, seed=3)
     assert one.missing == ("by-cold",)
     assert one.together == ()
-    none = diagnosed(0.0, 0.0, 0.9, seed=4, n_worlds=119)
+    none = diagnosed(0.0, 0.0, 0.9, seed=4)
     assert none.verdict == "adequate"
     assert none.together == ()
 
@@ -100,7 +96,14 @@ EVIDENCE = {
 
 
 def fitted(*keys: str) -> Any:
-    return SimpleNamespace(keys=keys, evidence=EVIDENCE.get(keys, 0.0), log_likelihood=0.0)
+    return SimpleNamespace(
+        keys=keys,
+        evidence=EVIDENCE.get(keys, 0.0),
+        log_likelihood=0.0,
+        specification=None,
+        posterior=None,
+        mode=SimpleNamespace(u=None),
+    )
 
 
 @pytest.mark.parametrize(
@@ -112,11 +115,12 @@ def test_one_that_errors_may_explain_is_not_needed(
 ) -> None:
     """`otherwise` are those that faults of the records explain as well."""
     rivals = ("volume-scatter", "season")
-    monkeypatch.setattr(
-        together, "without_groups", lambda *_: (SimpleNamespace(specification=0),) * 3
-    )
+    unlikely = SimpleNamespace(key="cohesion", p_family=0.2)
+    screened = [SimpleNamespace(key=key, p_family=0.01) for key in rivals]
     monkeypatch.setattr(together, "candidate_definitions", lambda *_: ())
-    monkeypatch.setattr(together, "gains_beside", lambda *_: dict.fromkeys(rivals, 9.0))
+    monkeypatch.setattr(
+        together, "screen", lambda *_: SimpleNamespace(candidates=[*screened, unlikely])
+    )
     monkeypatch.setattr(
         together, "refit_each", lambda _o, keys, _own, fit: {k: fitted(*fit.keys, k) for k in keys}
     )
@@ -129,9 +133,8 @@ def test_one_that_errors_may_explain_is_not_needed(
         "explained_by_record_faults",
         lambda _question, key: ("volume-error",) if key in otherwise else (),
     )
-    screening: Any = SimpleNamespace(chance=SimpleNamespace(family_wise=lambda _key, _gain: 0.01))
-    observations: Any = None
+    nothing: Any = None
     fits = {"snow-type": fitted("snow-type")}
-    question = Question(observations, (), fitted(), fits, screening)
+    question = Question(nothing, (), fitted(), fits, nothing)
     found = needed_beside(question, "snow-type")
     assert [more.effects for more in found] == ([("snow-type", expected)] if expected else [])

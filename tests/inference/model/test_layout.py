@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from avahazard.criticism.screening.parametric_bootstrap import scale_of
 from avahazard.effects.groups import SPREAD
 from avahazard.inference.fitting.evidence import log_prior_mass
 from avahazard.inference.likelihood.posterior import Posterior
@@ -127,8 +126,6 @@ def test_a_prior_that_is_given_to_a_spread_is_lognormal() -> None:
     other = np.log(np.sqrt(np.pi / 2.0)) - np.log(layout.slots[volume].sd)
     assert log_prior_mass(made) - log_prior_mass(bare) == pytest.approx(half - other, abs=0.02)
     assert slot.lognormal
-    # Screening knows one scale: that of a half-normal as wide.
-    assert scale_of(slot) == pytest.approx(np.hypot(0.1, 0.05))
     # σ_n has either sign: the normal of those numbers, in 1/m3.
     slot = layout.slots[volume]
     reference = layout.reference_volume

@@ -1,0 +1,213 @@
+"""Candidates that stand out, fitted in full, and groups of events: what they gain by chance.
+
+The screening tells to first order what each candidate gains. An effect that is strong, or shapes
+the tables as only a larger amount does, gains more than that once it is fitted, so its p-value is
+that of the larger gain.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import stats
+
+from avahazard.arrays import Floats
+from avahazard.criticism.diagnosis.refits import Refit, refit_each, refit_without, short_climb
+from avahazard.criticism.screening.screen import EXPECTED_SHARE, LEVEL, Screened, Screening
+from avahazard.effects.effect import Definition, FrictionEffect, LimitEffect, shapes_tables
+from avahazard.inference.model.observations import Observations
+
+FITTED, OF_A_FAMILY = 7, 2
+"""Candidates that are fitted in full at most, and of one family beyond the catalogue."""
+BY_PATH = 3
+"""Of those that differ by path alone, however little they gain to first order."""
+WORTH_A_FIT = float(-np.log(0.2))
+"""Surprise of the screening from which on a candidate is."""
+WORTH_BESIDE = 0.5
+"""Share of the largest gain to first order that a candidate must have to be fitted beside it."""
+STRONGER = (1.0, 2.0, 4.0)
+"""Multiples of the values to first order that are tried."""
+LEAST_START = 0.03
+"""Share of a range that a fit begins off a bound which is neutral."""
+DETECTION_LEVEL = 0.003
+"""Level of what says which avalanches were recorded at all, tested by itself."""
+PERSISTENT_LEVEL, TRANSIENT_LEVEL = 0.003, 0.001
+"""Levels of groups of events, each tested by itself: of those that persist, as paths, of winters
+and of storms, which must have evidence besides."""
+
+
+@dataclass(frozen=True, slots=True)
+class GroupTest:
+    """An effect on groups of events, by its key: its gain (nats) beside the others, its p-value.
+
+    `level` is what the p-value is held against; `evidence` (nats) is that for the groups.
+    """
+
+    key: str
+    gain: float
+    p_value: float
+    level: float
+    evidence: float
+
+
+def fitted_in_full(
+    observations: Observations,
+    own: Sequence[Definition],
+    base: Refit,
+    screening: Screening,
+    limits: Sequence[Definition],
+    expected: Sequence[str] = (),
+    progress: Callable[[float], None] = lambda _share: None,
+) -> tuple[dict[str, Refit], Screening]:
+    """The candidates that stand out, fitted, and the screening with their p-values.
+
+    `limits` are candidates that say what was recorded at all, which no screening can try;
+    `expected` the keys of those that were declared beforehand. These are a family of their own,
+    with two thirds of the level; the others have the rest of it, and all of it once every expected
+    one is significant (the fallback procedure, Wiens 2003).
+    """
+    likely = {c.key: _within(c, observations) for c in screening.candidates if len(c.likely)}
+    strong = [_strong(c, likely, observations, own, base) for c in screening.candidates]
+    screening = replace(screening, candidates=tuple(sorted(strong, key=lambda c: -c.surprise)))
+    worth: list[str] = []
+    families: Counter[str] = Counter()
+    least = WORTH_BESIDE * max((c.gain for c in screening.candidates), default=0.0)
+    for c in screening.candidates:
+        families[c.definition.family] += 1
+        rare = not c.definition.beyond or families[c.definition.family] <= OF_A_FAMILY
+        if rare and c.surprise > WORTH_A_FIT and c.gain >= least and len(worth) < FITTED:
+            worth.append(c.key)
+    by_path = [c.key for c in screening.candidates if _by_path(c.definition, observations)]
+    keys = list(dict.fromkeys([*expected, *(d.key for d in limits), *worth, *by_path[:BY_PATH]]))
+    fits = refit_each(observations, keys, own, base, progress, likely)
+    gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in fits.items()}
+    tested = [_fitted(c, gains.get(c.key)) for c in screening.candidates]
+    tested += [_limit(d, fits[d.key], gains[d.key]) for d in limits]
+    declared = [c for c in tested if c.key in expected]
+    p_values = {
+        c.key: min(np.exp(-c.surprise) * len(declared) / EXPECTED_SHARE, 1.0) for c in declared
+    }
+    share = 1.0
+    if any(p > LEVEL for p in p_values.values()):
+        share = 1.0 - EXPECTED_SHARE
+    for c in tested:
+        alone = c.definition.says_what_is_seen
+        p = c.p_single * LEVEL / DETECTION_LEVEL if alone else screening.p_family(c.surprise, share)
+        p_values.setdefault(c.key, min(p, 1.0))
+    ranked = sorted(tested, key=lambda c: (p_values[c.key], -c.surprise))
+    found = tuple(replace(c, p_family=float(p_values[c.key])) for c in ranked)
+    return fits, replace(screening, candidates=found)
+
+
+def _strong(
+    candidate: Screened,
+    likely: Mapping[str, Sequence[Floats]],
+    observations: Observations,
+    own: Sequence[Definition],
+    base: Refit,
+) -> Screened:
+    """The candidate with the gain of a short climb, where it shapes the tables and that is more.
+
+    What gains much is far from neutral, where the tables are no longer linear in it.
+    """
+    if candidate.surprise <= WORTH_A_FIT or not likely.get(candidate.key):
+        return candidate
+    values = [by * v for v in likely[candidate.key] for by in STRONGER]
+    gain = short_climb(observations, own, base, candidate.key, values)
+    return _fitted(candidate, gain)
+
+
+def _by_path(entry: Definition, observations: Observations) -> bool:
+    """Whether a candidate on friction differs by path alone.
+
+    What paths differ by takes its place to first order, until it is fitted and that goes.
+    """
+    if entry.changes is not None:
+        return False
+    effect = entry.build(entry.facts(observations.columns, observations.sites))
+    if not isinstance(effect, FrictionEffect):
+        return False
+    design, path = effect.design(observations.columns), observations.columns.path_index
+    return all(not np.any(np.ptp(design[path == k], axis=0)) for k in np.unique(path))
+
+
+def _within(candidate: Screened, observations: Observations) -> list[Floats]:
+    """Values of the effect's parameters from which its full fit begins, within their ranges."""
+    entry = candidate.definition
+    effect = entry.build(entry.facts(observations.columns, observations.sites))
+    if not shapes_tables(effect):
+        return []
+    low, high = (np.array([getattr(p, end) for p in effect.parameters]) for end in ("low", "high"))
+    least = LEAST_START * (high - low) * (effect.neutral == low)
+    most = LEAST_START * (high - low) * (effect.neutral == high)
+    return [np.clip(candidate.likely, low + least, high - most)]
+
+
+def _fitted(candidate: Screened, gain: float | None) -> Screened:
+    """The candidate with what its full fit gains, if that is more surprising."""
+    if gain is None or candidate.surprise_of(gain) <= candidate.surprise:
+        return candidate
+    return replace(candidate, gain=gain, surprise=candidate.surprise_of(gain))
+
+
+def _limit(entry: Definition, fit: Refit, gain: float) -> Screened:
+    """A limit of detection that is estimated: what it gains by chance is known.
+
+    One just above the highest stop of a path makes every record there likelier: by -n log U of n
+    stops, where the share U that lies below the highest has the distribution of the largest of n,
+    so by an exponential's one nat a path, whatever n is.
+    """
+    observations = fit.posterior.observations
+    effect = next(e for e in fit.posterior.effects if isinstance(e, LimitEffect))
+    lowest = np.array([p.low for p in effect.parameters])
+    limited = np.isfinite(effect.limit(observations.columns, lowest))
+    limited &= np.isnan(observations.limit)
+    n_paths = len(np.unique(observations.columns.path_index[limited]))
+    found = Screened(entry, gain, n_paths + 0.5, 1.0, False, 0.0, 1.0, np.empty(0))
+    return replace(found, surprise=found.surprise_of(gain))
+
+
+def group_tests(
+    observations: Observations, own: Sequence[Definition], base: Refit
+) -> tuple[GroupTest, ...]:
+    """Each of the granted groups beside the others; a spread that is 0 lies at its bound."""
+    plan, found = base.posterior.plan, []
+    for key, lasts in zip(plan.keys, plan.lasting, strict=True):
+        without = refit_without(observations, own, base, key)
+        gain = max(base.log_likelihood - without.log_likelihood, 0.0)
+        found.append(
+            GroupTest(
+                key,
+                gain,
+                0.5 * float(stats.chi2.sf(2.0 * gain, 1)),
+                PERSISTENT_LEVEL if lasts else TRANSIENT_LEVEL,
+                base.evidence - without.evidence,
+            )
+        )
+    return tuple(found)
+
+
+def evidence_gain(
+    candidate: Screened, fits: Mapping[str, Refit], base: Refit, screening: Screening
+) -> float:
+    """Evidence (nats) that a candidate adds.
+
+    Never more than it gains in likelihood: where another law has other priors it would be. The
+    estimated detection limit has a price of a nat a path, what it gains on average by chance. One
+    of many of a kind, or of many dates, is as likely beforehand as they are together.
+    """
+    entry = candidate.definition
+    price = 0.0
+    if entry.beyond and entry.names_cause:
+        price = np.log(sum(c.definition.family == entry.family for c in screening.candidates))
+        if entry.alternatives is not None:
+            observations = base.posterior.observations
+            price += np.log(len(entry.alternatives(observations.columns, observations.sites)))
+    fit = fits[candidate.key]
+    gain = fit.log_likelihood - base.log_likelihood
+    if candidate.definition.says_what_is_seen:
+        gain -= candidate.shape
+    return float(min(fit.evidence - base.evidence, gain) - price)

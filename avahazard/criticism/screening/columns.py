@@ -1,0 +1,102 @@
+"""What each candidate would change, as columns of the linear model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from avahazard.arrays import Floats
+from avahazard.criticism.screening.linear_model import LinearModel
+from avahazard.effects.effect import Definition, Effect, FrictionEffect, LimitEffect
+from avahazard.inference.model.friction_scatter import volume_share
+from avahazard.inference.model.laws import LAWS, Law
+
+NOTHING = np.empty(0)
+MOST_STEPS = 40
+OTHER_POINTS = 4
+"""Values tried of each parameter that only shapes what the first one is the strength of."""
+
+
+class Block(NamedTuple):
+    """Columns `[n_rows, n]` of one candidate by key, of prior `precision` `[n]`.
+
+    They are the changes by the first of its parameters, which stand at `values`.
+    `side` is 1 or -1 where its one coefficient can only be above or below 0; `on_friction`: it is
+    a column of log friction and nothing else.
+    """
+
+    key: str
+    columns: Floats
+    precision: Floats
+    values: Floats
+    side: int = 0
+    on_friction: bool = False
+
+
+def blocks(candidates: Sequence[Definition], model: LinearModel) -> list[Block]:
+    """All candidates' columns; several blocks where something only shapes the effect."""
+    found = [block for entry in candidates for block in _blocks(entry, model)]
+    return [b for b in found if np.any(b.columns)]
+
+
+def _blocks(entry: Definition, model: LinearModel) -> Iterator[Block]:
+    posterior = model.posterior
+    columns, sites = posterior.observations.columns, posterior.observations.sites
+    if entry.changes is None:
+        tried = entry.alternatives or (lambda *data: [entry.facts(*data)])
+        for facts in tried(columns, sites):
+            effect = entry.build(facts)
+            if not isinstance(effect, LimitEffect):
+                yield from _of_effect(effect, model)
+    elif entry.changes.field == "law":
+        for other in LAWS.values():
+            if other.name != posterior.specification.law and other.uses_volume:
+                rows = model.on_friction(_other_law(other, model)[:, None])
+                yield Block(entry.key, rows, np.ones(1), NOTHING)
+    elif entry.changes.field == "scatter":
+        volume = np.exp(posterior.volumes(model.u).mean)
+        share = volume_share(volume, float(np.quantile(volume, 0.9)))
+        yield Block(entry.key, model.on_natural_scatter(-share[:, None]), np.ones(1), NOTHING)
+    else:
+        here = posterior.specification
+        before = model.moved(None, NOTHING, here)
+        after = model.moved(None, NOTHING, here.put(entry.changes, entry.changes.value))
+        rows = model.with_rest(model.by_motion(before, after), before, after)
+        yield Block(entry.key, rows[:, None], np.ones(1), NOTHING, 1)
+
+
+def _other_law(other: Law, model: LinearModel) -> Floats:
+    """What another law, fitted to this one by least squares, has beside it `[n_events]`."""
+    posterior = model.posterior
+    volume = np.exp(posterior.volumes(model.u).mean)
+    mine = posterior.layout.law
+    ours = mine.log_friction(model.u[: len(mine.coordinates)], volume)
+    start = other.start(volume, np.exp(ours))
+    scale = np.maximum(np.abs(start), 0.1)
+
+    def apart(v: Floats) -> Floats:
+        return np.asarray(other.log_friction(v * scale, volume) - ours)
+
+    fitted = least_squares(apart, start / scale, max_nfev=MOST_STEPS)
+    return apart(fitted.x)
+
+
+def _of_effect(effect: Effect, model: LinearModel) -> Iterator[Block]:
+    first, *others = effect.parameters
+    side = int(first.low == first.neutral) - int(first.high == first.neutral)
+    precision = np.array([p.prior_sd**-2.0 for p in effect.parameters])
+    on_friction = isinstance(effect, FrictionEffect)
+    neutral = effect.neutral
+    whole = model.of_effect(effect, neutral)
+    if not others or np.any(whole[:, 1:]):
+        yield Block(effect.key, whole, precision, neutral, 0 if others else side, on_friction)
+        return
+    for corner in product(*(np.linspace(p.low, p.high, OTHER_POINTS) for p in others)):
+        values = np.array([first.neutral, *corner])
+        yield Block(
+            effect.key, model.of_effect(effect, values, of_first=True), precision[:1], values, side
+        )

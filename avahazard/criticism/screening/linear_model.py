@@ -1,0 +1,402 @@
+"""A fitted model as a linear one: what each record says of small changes, in standard errors.
+
+Each event gives rows with unit errors: what is left over of its stop in log friction, of its
+squares of speed beside it, and of how far it scatters. A change of the model (a column on log
+friction, a force, another scatter) is a column of these rows. What the model has itself (law,
+scatter, effects) is projected out, and offsets of groups are random, so that a score is that of the
+marginal likelihood: no refit, and of an effect on the motion one small step of its parameter.
+
+What an effect does to the friction that a record asks for hangs on where the avalanche came to
+lie. Its exact score, by a difference of the likelihood, knows that: a regression of the friction
+found on what was read off at the stop would find it in pure noise. What the exact score has beyond
+the rows is a row of each event by itself, with the variance that the events show.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_matrix, csr_matrix, diags
+from scipy.sparse.linalg import splu
+
+from avahazard.arrays import Floats, Ints
+from avahazard.criticism.scoring.speed_misfit import friction_given_record, stop_nodes
+from avahazard.effects.effect import (
+    Effect,
+    FrictionEffect,
+    GroupEffect,
+    RecordErrorEffect,
+    ScatterEffect,
+    VolumeErrorEffect,
+)
+from avahazard.inference.fitting.mode import units
+from avahazard.inference.likelihood.nodes import Nodes
+from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.likelihood.predicted import Predicted
+from avahazard.inference.likelihood.terms import event_terms
+from avahazard.inference.likelihood.track_nodes import squared
+from avahazard.inference.model.friction_scatter import DEGREES, STUDENT_INFORMATION, volume_share
+from avahazard.inference.model.observations import SpeedRecord
+from avahazard.inference.model.specification import Specification
+from avahazard.physics.runout_curve import MU
+
+LOG_MU = np.log(MU)
+LEAST_VARIANCE, LEAST_BEND, LEAST_SHARE = 1e-8, 1e-6, 1e-6
+MOST_VARIANCE = 1.0
+"""Of the log friction that a record asks for: of a vaguer one, and of one that left its profile."""
+STEP = 1e-3
+"""Step of an effect's parameter, in prior standard deviations. An effect shifts all friction as
+well, which the law takes up: over a longer step that alone would bend the score."""
+NO_SPEED = 1e5
+"""Error of a square of speed (m²/s²) that tells nothing."""
+NEAR = 0.02
+"""Log friction over which F(μ) of an event with speeds is taken as straight."""
+
+
+class Variances(NamedTuple):
+    """Variance of log friction `[n_events]`: by the record's error, natural, by the volume's."""
+
+    record: Floats
+    scatter: Floats
+    volume: Floats
+
+    @property
+    def total(self) -> Floats:
+        """All together."""
+        return np.asarray(self.record + self.scatter + self.volume)
+
+
+class Moved(NamedTuple):
+    """A model with an effect at some values of its parameters.
+
+    Log likelihood of each event `[n_events]`, the log friction that each record asks for, and the
+    tables near the records of the events with speeds.
+    """
+
+    log_likelihood: Floats
+    asked: Floats
+    table: Predicted | None
+
+
+@dataclass(frozen=True, eq=False)
+class LinearModel:
+    """Rows of a model at its mode u.
+
+    Of each event its stop and speeds, from `first` `[n_events + 1]` on; then one each of scatter,
+    then one each of what exact scores have beyond these. `residual` `[n_rows]` is left over,
+    `shift` its derivative by a shift of the event's log friction, `widen` that of a row of
+    scatter by the log of the event's standard deviation. `score` `[n_events]` is that of a
+    shift, `log_friction` `[n_events]` what stop and speeds ask for, `roots` whiten
+    them where there are speeds.
+    `own` `[n_rows, n_own]` are changes of the model itself, with prior `precision`; `members`
+    `[n_rows, n_offsets]` those of groups' offsets, with `tau` `[n_offsets]`.
+    """
+
+    posterior: Posterior
+    u: Floats
+    offsets: Floats | None
+    variances: Variances
+    gone: NDArray[np.bool_]
+    score: Floats
+    log_friction: Floats
+    roots: dict[int, Floats]
+    first: Ints
+    residual: Floats
+    shift: Floats
+    widen: float
+    own: Floats
+    precision: Floats
+    members: csr_matrix
+    tau: Floats
+
+    @property
+    def n_events(self) -> int:
+        """Number of events."""
+        return len(self.score)
+
+    @property
+    def of_scatter(self) -> slice:
+        """The rows of scatter."""
+        return slice(int(self.first[-1]), int(self.first[-1]) + self.n_events)
+
+    def on_friction(self, columns: Floats) -> Floats:
+        """Rows `[n_rows, n]` of columns `[n_events, n]` that are added to log friction."""
+        rows = np.zeros((len(self.residual), columns.shape[1]))
+        of_event = np.repeat(columns, np.diff(self.first), axis=0)
+        rows[: self.first[-1]] = self.shift[:, None] * of_event
+        return rows
+
+    def on_scatter(self, columns: Floats) -> Floats:
+        """Rows `[n_rows, n]` of columns `[n_events, n]` added to the log of standard deviations."""
+        rows = np.zeros((len(self.residual), columns.shape[1]))
+        rows[self.of_scatter] = np.where(self.gone[:, None], 0.0, self.widen * columns)
+        return rows
+
+    def on_natural_scatter(self, columns: Floats) -> Floats:
+        """The same of columns that are added to the log of natural scatter alone."""
+        share = self.variances.scatter / self.variances.total
+        return self.on_scatter(share[:, None] * columns)
+
+    def of_effect(self, effect: Effect, values: Floats, of_first: bool = False) -> Floats:
+        """Rows `[n_rows, n_parameters]`: the change by each parameter of an effect at `values`.
+
+        With `of_first` that of the first one alone.
+        """
+        if isinstance(effect, FrictionEffect):
+            return self.on_friction(effect.design(self.posterior.observations.columns))
+        if isinstance(effect, ScatterEffect):
+            return self.on_natural_scatter(effect.design(self.posterior.observations.columns))
+        specification = self.posterior.specification
+        columns = []
+        for k, p in enumerate(effect.parameters[: 1 if of_first else None]):
+            step = STEP * min(p.prior_sd, p.high - p.low)
+            step = step if values[k] + 2.0 * step <= p.high else -step
+            # Not from the neutral value itself: there blocks run on other cells.
+            here, there = (values + n * step * (np.arange(len(values)) == k) for n in (1.0, 2.0))
+            before = self.moved(effect, here, specification)
+            after = self.moved(effect, there, specification)
+            if isinstance(effect, VolumeErrorEffect | RecordErrorEffect):
+                known = self.variances
+                part = known.record if isinstance(effect, RecordErrorEffect) else known.volume
+                rows = self.on_scatter((part / known.total)[:, None])[:, 0]
+            else:
+                rows = self.by_motion(before, after) / step
+            columns.append(self.with_rest(rows, before, after, step))
+        return np.column_stack(columns)
+
+    def moved(self, effect: Effect | None, values: Floats, specification: Specification) -> Moved:
+        """The model with an effect at these values, or another specification, all else as it is."""
+        base, effects = self.posterior, self.posterior.effects
+        if effect is not None and effect.key not in base.layout.places:
+            effects = (*effects, effect)
+        other = Posterior(base.observations, specification, effects)
+        slots = other.layout.slots
+        rest = [s.mean if np.isnan(s.neutral) else s.neutral for s in slots]
+        known = dict(zip((s.name for s in base.layout.slots), self.u, strict=True))
+        u = np.array([known.get(s.name, at) for s, at in zip(slots, rest, strict=True)])
+        if effect is not None:
+            place = other.layout.places[effect.key]
+            u[place] = values / np.array([slot.scale for slot in slots[place]])
+        pinned = other.pinned(u)
+        table = other.nodes.predicted_at(u) if self.roots else None
+        nodes = pinned.nodes_at(u) if table is None else stop_nodes(other, table)
+        asked, _ = _moments(nodes, base.layout.log_scatter)
+        return Moved(pinned.event_log_likelihood(u, self.offsets), asked, table)
+
+    def by_motion(self, before: Moved, after: Moved) -> Floats:
+        """Rows `[n_rows]` of the change between two models whose records are expected otherwise."""
+        gain = after.log_likelihood - before.log_likelihood
+        change = np.where(self.gone, 0.0, before.asked - after.asked)
+        told = self.gone & (np.abs(self.score) > LEAST_BEND)
+        change[told] = gain[told] / self.score[told]
+        rows = self.on_friction(change[:, None])[:, 0]
+        if before.table is None or after.table is None:
+            return rows
+        both = before.table.speeds, after.table.speeds
+        for track, slow, fast in zip(self.posterior.observations.speeds, *both, strict=True):
+            i = track.event
+            at = float(self.log_friction[i])
+            squares = _at(fast**2, at) - _at(slow**2, at)
+            shift = 0.0 if self.gone[i] else before.asked[i] - after.asked[i]
+            rows[self.first[i] : self.first[i + 1]] = self.roots[i] @ np.append(shift, squares)
+        return rows
+
+    def with_rest(self, rows: Floats, before: Moved, after: Moved, step: float = 1.0) -> Floats:
+        """The rows with what the exact scores have beyond them; of events with speeds nothing."""
+        exact = (after.log_likelihood - before.log_likelihood) / step
+        given = rows * self.residual
+        mine = np.add.reduceat(given[: self.first[-1]], self.first[:-1]) + given[self.of_scatter]
+        alone = ~self.gone & (np.diff(self.first) == 1)
+        rows[self.of_scatter.stop :] = np.where(alone, exact - mine, 0.0)
+        return rows
+
+    def projected(self, columns: Floats) -> Floats:
+        """P C `[n_rows, n]`: what of columns nothing of the model can do, weighed by V⁻¹.
+
+        V is the covariance of the rows, with the offsets of groups.
+        """
+        both = self._weighed(np.column_stack([self.own, columns]))
+        n = self.own.shape[1]
+        bend = self.own.T @ both[:, :n] + np.diag(self.precision + 1e-9)
+        taken = np.linalg.solve(bend, both[:, :n].T @ columns)
+        return np.asarray(both[:, n:] - both[:, :n] @ taken)
+
+    def _weighed(self, columns: Floats) -> Floats:
+        if not len(self.tau):
+            return columns
+        inner = csc_matrix(self.members.T @ self.members + diags(self.tau**-2.0))
+        pulled = np.ascontiguousarray(self.members.T @ columns)
+        return np.asarray(columns - self.members @ splu(inner).solve(pulled))
+
+    def by_chance(self, n: int, rng: np.random.Generator) -> Floats:
+        """Rows `[n_rows, n]` as they are where nothing is missing."""
+        rows = rng.standard_normal((len(self.residual), n))
+        rows[self.of_scatter] = (rows[self.first[:-1]] ** 2 - 1.0) / np.sqrt(2.0)
+        offsets = self.tau[:, None] * rng.standard_normal((len(self.tau), n))
+        return np.asarray(rows + self.members @ offsets)
+
+
+def linear_model(posterior: Posterior, u: Floats) -> LinearModel:
+    """The rows of a model at its mode u."""
+    observations, layout = posterior.observations, posterior.layout
+    offsets = posterior.offsets(u).mode if posterior.plan else None
+    location, scatter = posterior.location_and_scatter(u)
+    location = posterior.shifted(location, offsets)
+    weight, nodes = posterior.volumes(u).weight, posterior.nodes_at(u)
+    student = posterior.specification.tails == "student"
+    terms = event_terms(nodes, location, scatter, weight, student)
+    mean = np.sum(weight * location, axis=1)
+    unit = np.ones(len(mean)) if layout.log_scatter else np.maximum(mean, 1e-3)
+    log_mean = mean if layout.log_scatter else np.log(unit)
+    asked, record = _moments(nodes, layout.log_scatter)
+    variances = Variances(
+        record,
+        np.sum(weight * scatter**2, axis=1) / unit**2,
+        np.sum(weight * (location - mean[:, None]) ** 2, axis=1) / unit**2,
+    )
+    gone = nodes.is_probability
+    root = np.sqrt(((DEGREES + 1.0) / (DEGREES + 3.0) if student else 1.0) / variances.total)
+    root = np.where(gone, np.sqrt(np.maximum(-terms.curvature, LEAST_BEND)) * unit, root)
+    score = np.sum(terms.by_location, axis=1) * unit
+    widen = float(np.sqrt(STUDENT_INFORMATION if student else 2.0))
+    share = np.maximum(variances.scatter / variances.total, LEAST_SHARE)
+    apart = np.where(gone, 0.0, np.sum(terms.by_scatter, axis=1) / (share * widen))
+    rows = [(score[i : i + 1] / root[i], root[i : i + 1]) for i in range(len(mean))]
+    roots, log_friction = {}, np.where(gone, log_mean, asked)
+    if observations.speeds:
+        table = posterior.nodes.predicted_at(u)
+        stops = _moments(stop_nodes(posterior, table), layout.log_scatter)
+        place = layout.track_scatter
+        sigma = 0.0 if place is None else float(np.exp(u[place]))
+        for track, speeds in zip(observations.speeds, table.speeds, strict=True):
+            i = track.event
+            places, chance = friction_given_record(posterior, nodes, i, location[i], scatter[i])
+            at = float(chance @ np.log(np.maximum(places, MU[0])))
+            log_friction[i] = at
+            away, error = 0.0, MOST_VARIANCE
+            if not gone[i]:
+                away, error = float(stops[0][i] - log_mean[i]), float(stops[1][i])
+            natural = float(variances.scatter[i] + variances.volume[i])
+            roots[i], *both = _track(track, speeds**2, sigma, at, log_mean[i], natural, away, error)
+            rows[i] = both[0], both[1]
+    first = np.concatenate([[0], np.cumsum([len(r) for r, _ in rows])])
+    found = LinearModel(
+        posterior=posterior,
+        u=u,
+        offsets=offsets,
+        variances=variances,
+        gone=gone,
+        score=score,
+        log_friction=log_friction,
+        roots=roots,
+        first=first,
+        residual=np.concatenate([*(r for r, _ in rows), apart, np.ones(len(mean))]),
+        shift=np.concatenate([r for _, r in rows]),
+        widen=widen,
+        own=np.empty((0, 0)),
+        precision=np.empty(0),
+        members=csr_matrix(np.empty((0, 0))),
+        tau=np.empty(0),
+    )
+    own, precision = _own_columns(found)
+    members, tau = _members(found)
+    return replace(found, own=own, precision=precision, members=members, tau=tau)
+
+
+def _moments(nodes: Nodes, in_log: bool) -> tuple[Floats, Floats]:
+    """Log friction that each record asks for `[n_events]`, and its variance by the record's error.
+
+    Of the likelihood over friction alone; of an event that left its profile they mean nothing.
+    """
+    place = nodes.place if in_log else np.log(np.maximum(nodes.place, MU[0]))
+    total = np.maximum(np.sum(nodes.weight, axis=1), 1e-300)
+    mean = np.sum(place * nodes.weight, axis=1) / total
+    square = np.sum(nodes.weight * (place - mean[:, None]) ** 2, axis=1) / total
+    variance = np.clip(square, LEAST_VARIANCE, MOST_VARIANCE)
+    return mean, np.where(nodes.is_probability, LEAST_VARIANCE, variance)
+
+
+def _at(table: Floats, log_friction: float) -> Floats:
+    """A table `[n_friction, n]` at one log friction."""
+    k = int(np.clip(np.searchsorted(LOG_MU, log_friction) - 1, 0, len(MU) - 2))
+    share = np.clip((log_friction - LOG_MU[k]) / (LOG_MU[k + 1] - LOG_MU[k]), 0.0, 1.0)
+    return np.asarray((1.0 - share) * table[k] + share * table[k + 1])
+
+
+def _track(
+    track: SpeedRecord,
+    squares: Floats,
+    sigma: float,
+    at: float,
+    mean: float,
+    natural: float,
+    away: float,
+    error: float,
+) -> tuple[Floats, Floats, Floats]:
+    """What whitens a stop with speeds, their rows, and derivatives by a shift of log friction.
+
+    `squares` `[n_friction, n_speeds]` are expected, about log friction `at`; the model expects
+    `mean`, with variance `natural`; the stop is `away` from it, with variance `error`.
+    """
+    square, of_speed = squared(track.speed, track.sigma)
+    # From the side on which the block comes to all places.
+    slope = (_at(squares, at) - _at(squares, at - NEAR)) / NEAR
+    expected = _at(squares, at) + slope * (mean - at)
+    shift = np.append(1.0, slope)
+    covariance = natural * np.outer(shift, shift)
+    covariance[0, 0] += error
+    # A place that the block only just comes to tells nothing that is linear.
+    first, last = np.searchsorted(LOG_MU, [at - NEAR, at + 2.0 * NEAR])
+    arrives = np.all(squares[max(first - 1, 0) : last + 1] > 0.0, axis=0)
+    of_speed = np.where(arrives, of_speed, NO_SPEED)
+    covariance[1:, 1:] += sigma**2 * track.spread + np.diag(of_speed**2)
+    root = np.linalg.inv(np.linalg.cholesky(covariance))
+    return root, root @ np.append(away, square - expected), root @ shift
+
+
+def _own_columns(model: LinearModel) -> tuple[Floats, Floats]:
+    """Changes of the model itself `[n_rows, n_own]`, and the precision of their priors."""
+    posterior, u, layout = model.posterior, model.u, model.posterior.layout
+    columns, sd = [], []
+    small = 1e-4 * units(posterior)
+    for k in range(len(layout.law.coordinates)):
+        step = np.zeros(len(u))
+        step[k] = small[k]
+        change = _mean_log_friction(posterior, u + step) - _mean_log_friction(posterior, u - step)
+        columns.append(model.on_friction(change[:, None] / (2.0 * small[k])))
+        sd.append(layout.slots[k].sd)
+    columns.append(model.on_natural_scatter(np.ones((model.n_events, 1))))
+    sd.append(layout.slots[layout.scatter].sd)
+    if layout.scatter_slope is not None:
+        share = volume_share(np.exp(posterior.volumes(u).mean), layout.reference_volume)
+        columns.append(model.on_natural_scatter(-share[:, None]))
+        sd.append(layout.slots[layout.scatter_slope].sd)
+    values = layout.effect_values(u)
+    for effect in posterior.effects:
+        if not isinstance(effect, GroupEffect):
+            columns.append(model.of_effect(effect, values[effect.key]))
+            sd += [p.prior_sd for p in effect.parameters]
+    return np.column_stack(columns), np.array(sd) ** -2.0
+
+
+def _mean_log_friction(posterior: Posterior, u: Floats) -> Floats:
+    location, _ = posterior.location_and_scatter(u)
+    if not posterior.layout.log_scatter:
+        location = np.log(np.maximum(location, 1e-3))
+    return np.asarray(np.sum(location * posterior.volumes(u).weight, axis=1))
+
+
+def _members(model: LinearModel) -> tuple[csr_matrix, Floats]:
+    """Columns of the offsets of groups, and the spread of each."""
+    plan, n_rows = model.posterior.plan, len(model.residual)
+    if not plan:
+        return csr_matrix(np.empty((n_rows, 0))), np.empty(0)
+    event = np.repeat(np.arange(model.n_events), np.diff(model.first))
+    index = plan.index[:, event]
+    grouping, rows = np.nonzero(index >= 0)
+    entries = model.shift[rows], (rows, index[grouping, rows])
+    tau = model.posterior.layout.spread_values(model.u)[plan.of]
+    return csr_matrix(entries, shape=(n_rows, len(plan.of))), np.maximum(tau, 1e-6)

@@ -1,0 +1,175 @@
+"""A resistance that varies smoothly with the state of the block, in a shape the data choose.
+
+Effects with a name (drag, cohesion, entrainment) are members of these families; what no name fits
+is still found here, with its shape.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from avahazard.arrays import Floats
+from avahazard.effects.columns import EventColumns
+from avahazard.effects.covariate import spline_columns
+from avahazard.effects.effect import (
+    Definition,
+    Facts,
+    MotionEffect,
+    Parameter,
+    Sites,
+    needs_profile,
+)
+from avahazard.effects.site import Site
+from avahazard.physics.cells import GRAVITY, SPEEDS, Resistance
+from avahazard.physics.terrain import Terrain
+
+QUANTILES = (0.05, 0.35, 0.65, 0.95)
+"""Of the states along the paths: the knots of the curve."""
+FRICTION_SD, FORCE_SD = 0.1, 0.8
+"""Prior standard deviation of the rms of friction, or of force (m/s²), that goes with the state in
+a line; half of it for each departure from that."""
+LEAST_APART, N_GRID = 0.1, 61
+"""Least distance of knots against all of their range, and places at which curves are compared."""
+MOST = 4.0
+"""Prior standard deviations that a coefficient can be."""
+USUAL_FRICTION = 0.4
+
+
+def _angle(terrain: Terrain) -> Floats:
+    return np.degrees(0.5 * (terrain.theta[1:] + terrain.theta[:-1]))
+
+
+def _curvature(terrain: Terrain) -> Floats:
+    bend = 0.5 * (terrain.bend[1:] + terrain.bend[:-1])
+    return np.asarray(-1000.0 * bend * np.cos(np.radians(_angle(terrain))))
+
+
+STATES: dict[str, tuple[str, str, Callable[[Terrain], Floats]]] = {
+    "slope": ("the slope of the ground", "degrees", _angle),
+    "elevation": ("elevation", "m", lambda terrain: terrain.middle_y),
+    "curvature": ("the curvature of the ground", "1/km", _curvature),
+    "distance": ("distance along the path", "m", lambda terrain: terrain.middle_x - terrain.x[0]),
+}
+"""State of the ground by name: what it is, its unit, and its value in each cell of a terrain."""
+
+
+def _along(site: Site) -> slice:
+    """Cells of a site that its blocks can come by: from the highest release to its end."""
+    return slice(int(np.searchsorted(site.terrain_x, np.min(site.release_x))), None)
+
+
+def _knots(values: Floats) -> Facts:
+    low, *inner, high = np.quantile(values, QUANTILES).tolist()
+    least = LEAST_APART * (high - low)
+    knots = [low]
+    knots += [k for k in inner if low + least < k < high - least and k > knots[-1] + least]
+    knots += [high]
+    spread = max(float(np.std(values)), 1e-6)
+    return {"knots": knots, "centre": float(np.mean(values)), "scale": spread}
+
+
+def _facts(state: str, _columns: EventColumns, sites: Sites) -> Facts:
+    of = STATES[state][2]
+    return _knots(np.concatenate([of(site.terrain)[_along(site)] for site in sites]))
+
+
+def _speed_facts(columns: EventColumns, sites: Sites) -> Facts:
+    """Speeds of blocks on the energy line of the usual runout."""
+    known = columns.height_over_length[np.isfinite(columns.height_over_length)]
+    friction = float(np.median(known)) if len(known) else USUAL_FRICTION
+    speeds = []
+    for site in sites:
+        way = _along(site)
+        x, y = site.terrain_x[way], site.heights()[way]
+        square = 2.0 * GRAVITY * (y[0] - y - friction * (x - x[0]))
+        speeds.append(np.sqrt(square[square > 0.0]))
+    return _knots(np.append(np.concatenate(speeds), [1.0, 2.0]))
+
+
+def _basis(facts: Facts, values: Floats, rest: float | None = None) -> Floats:
+    """Columns `[n, n_knots - 1]` at values of the state, orthonormal over the range of the knots.
+
+    Beyond it they stay as they are. Their mean is 0 or, where `rest` is given, they are 0 there.
+    """
+    knots = np.array(facts["knots"])
+
+    def curve(at: Floats) -> Floats:
+        inside = np.clip(at, knots[0] if rest is None else rest, knots[-1])
+        return spline_columns(inside, knots, facts["centre"], facts["scale"])
+
+    grid = curve(np.linspace(knots[0] if rest is None else rest, knots[-1], N_GRID))
+    zero = np.mean(grid, axis=0) if rest is None else grid[0]
+    _, mixed = np.linalg.qr(grid - zero)
+    mixed *= np.sign(np.diag(mixed))[:, None] / np.sqrt(N_GRID)
+    return np.asarray((curve(values) - zero) @ np.linalg.inv(mixed))
+
+
+def _by_ground(
+    state: str, facts: Facts, site: Site, resistance: Resistance, values: Floats
+) -> Resistance:
+    terrain = site.terrain_for(resistance)
+    friction = _basis(facts, STATES[state][2](terrain)) @ values
+    return replace(resistance, offset=resistance.offset + friction)
+
+
+def _by_speed(facts: Facts, _site: Site, resistance: Resistance, values: Floats) -> Resistance:
+    force = _basis(facts, SPEEDS, rest=0.0) @ values
+    if resistance.speed_constant is not None:
+        force = force + resistance.speed_constant
+    return replace(resistance, speed_constant=np.asarray(force))
+
+
+def _parameters(facts: Facts, unit: str, sd: float) -> tuple[Parameter, ...]:
+    names = ["slope", *(f"bend_{k + 1}" for k in range(len(facts["knots"]) - 2))]
+    sds = [sd, *[0.5 * sd] * (len(names) - 1)]
+    return tuple(
+        Parameter(name, unit, 0.0, 0.0, s, -MOST * s, MOST * s)
+        for name, s in zip(names, sds, strict=True)
+    )
+
+
+def _build(state: str, facts: Facts) -> MotionEffect:
+    parameters = _parameters(facts, "friction, rms", FRICTION_SD)
+    return MotionEffect(f"force:{state}", parameters, partial(_by_ground, state, facts))
+
+
+def _build_speed(facts: Facts) -> MotionEffect:
+    parameters = _parameters(facts, "m/s2, rms", FORCE_SD)
+    return MotionEffect("force:speed", parameters, partial(_by_speed, facts), speed_dependent=True)
+
+
+BY_SPEED = Definition(
+    key="force:speed",
+    meaning="A force varies smoothly with the speed of the avalanche, in a shape that the data "
+    "choose: it is none at rest. Drag and speed-weakening are members of this family.",
+    needs="profile; speeds help",
+    build=_build_speed,
+    lacking=needs_profile,
+    facts=_speed_facts,
+    beyond=1,
+    order=60,
+)
+
+
+def _of_ground(state: str, order: int) -> Definition:
+    return Definition(
+        key=f"force:{state}",
+        meaning=f"Friction varies smoothly with {STATES[state][0]} along the path, in a shape "
+        "that the data choose.",
+        needs="profile; speeds help",
+        build=partial(_build, state),
+        lacking=needs_profile,
+        facts=partial(_facts, state),
+        beyond=1,
+        order=order,
+    )
+
+
+BY_SLOPE = _of_ground("slope", 61)
+BY_ELEVATION = _of_ground("elevation", 62)
+BY_CURVATURE = _of_ground("curvature", 63)
+BY_DISTANCE = _of_ground("distance", 64)

@@ -1,0 +1,108 @@
+"""What is fitted in full, what a fit gains by chance, and the price of one among many."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from avahazard.criticism.diagnosis import full_fits
+from avahazard.criticism.diagnosis.full_fits import _limit, evidence_gain, fitted_in_full
+from avahazard.criticism.screening.screen import EXPECTED_SHARE, LEVEL, Screened, Screening
+from avahazard.effects.catalogue import definition
+from tests.inference.studies import observations
+
+LIMIT = definition("observation-limit")
+
+
+def screened(key: str, surprise: float, gain: float = 10.0) -> Screened:
+    return Screened(definition(key), gain, 0.5, 1.0, False, surprise, 1.0, np.empty(0))
+
+
+def test_a_limit_gains_by_chance_what_its_law_says() -> None:
+    """One just above the highest of n stops of each path: -n log of the share below it."""
+    given = observations(speeds=False)
+    effect = LIMIT.build(LIMIT.facts(given.columns, given.sites))
+    posterior = SimpleNamespace(observations=given, effects=(effect,))
+    fit: Any = SimpleNamespace(posterior=posterior)
+    found = _limit(LIMIT, fit, 10.0)
+    n_paths = round(found.shape - 0.5)
+    # All paths but that whose limit is declared.
+    assert n_paths == 5
+    rng = np.random.default_rng(4)
+    gains = 0.5 * rng.chisquare(1, 20_000)
+    for n in (2, 5, 9, 14, 30):
+        gains -= n * np.log(np.max(rng.random((20_000, n)), axis=1))
+    assert stats.kstest(gains, stats.gamma(found.shape, scale=found.scale).cdf).pvalue > 1e-3
+    assert found.surprise == pytest.approx(-stats.gamma.logsf(10.0, found.shape))
+
+
+def fit(gain: float, evidence: float) -> Any:
+    return SimpleNamespace(log_likelihood=20.0 + gain, evidence=10.0 + evidence)
+
+
+def test_one_of_many_of_a_kind_pays_for_the_choice() -> None:
+    candidates = [screened(f"interaction:a*{c}", 9.0) for c in "bcdefg"]
+    candidates += [screened(key, 9.0) for key in ("season", "covariate:a", "observation-limit")]
+    screening = Screening(tuple(candidates), np.zeros(9), None)
+    fits = {c.key: fit(9.0, 7.0) for c in candidates}
+    base = fit(0.0, 0.0)
+    found = {c.key: evidence_gain(c, fits, base, screening) for c in candidates}
+    assert found["season"] == found["covariate:a"] == 7.0
+    assert found["interaction:a*b"] == pytest.approx(7.0 - np.log(6.0))
+    assert found["observation-limit"] == 7.0
+    # Never more than it gains, and a limit less what it gains by chance.
+    fits = {c.key: fit(6.0, 7.0) for c in candidates}
+    found = {c.key: evidence_gain(c, fits, base, screening) for c in candidates}
+    assert found["season"] == 6.0
+    assert found["observation-limit"] == 6.0 - 0.5
+
+
+def after_fits(
+    monkeypatch: pytest.MonkeyPatch, expected: tuple[str, ...], surprise: float
+) -> tuple[list[str], Screening]:
+    """Season and snow type, each of this surprise, fitted in full or not."""
+    asked: list[str] = []
+
+    def each(_observations: Any, keys: list[str], *_: Any) -> dict[str, Any]:
+        asked.extend(keys)
+        return {key: fit(10.0, 5.0) for key in keys}
+
+    monkeypatch.setattr(full_fits, "refit_each", each)
+    largest = np.linspace(0.0, 9.99, 999)
+    candidates = (screened("season", surprise), screened("snow-type", surprise, 9.0))
+    given = Screening(candidates, largest, None)
+    _, found = fitted_in_full(observations(), (), fit(0.0, 0.0), given, [], expected)
+    return asked, found
+
+
+def test_a_fit_that_gains_more_is_more_surprising(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked, found = after_fits(monkeypatch, (), 2.0)
+    assert {"season", "snow-type"} <= set(asked)
+    surprise = found.candidates[0].surprise_of(10.0)
+    assert surprise > 2.0
+    assert [c.surprise for c in found.candidates] == [surprise, surprise]
+    assert {c.p_family for c in found.candidates} == {0.001}
+
+
+def test_what_chance_does_often_is_not_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked, found = after_fits(monkeypatch, (), 1.0)
+    assert asked == []
+    expected = (1.0 + np.sum(np.linspace(0.0, 9.99, 999) >= 1.0)) / 1000.0
+    assert [c.p_family for c in found.candidates] == pytest.approx([expected, expected])
+
+
+def test_declared_ones_have_two_thirds_of_the_level(monkeypatch: pytest.MonkeyPatch) -> None:
+    _, found = after_fits(monkeypatch, ("season",), 1.0)
+    by_key = found.by_key()
+    surprise = by_key["season"].surprise
+    assert by_key["season"].p_family == pytest.approx(np.exp(-surprise) / EXPECTED_SHARE)
+    assert by_key["season"].p_family <= LEVEL
+    # It is significant: the others keep the whole level, else a third of it.
+    alone = by_key["snow-type"].p_family
+    monkeypatch.setattr(Screened, "surprise_of", lambda *_: 0.0)
+    _, without = after_fits(monkeypatch, ("season",), 1.0)
+    assert without.by_key()["snow-type"].p_family == pytest.approx(min(3.0 * alone, 1.0))

@@ -1,0 +1,83 @@
+"""A change at a date: which dates are tried, which is chosen, and whom it concerns."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from avahazard.effects.catalogue import definition
+from avahazard.effects.change import MOST_DATES
+from avahazard.effects.columns import EventColumns, build_columns
+from avahazard.effects.effect import MIN_LEVEL, FrictionEffect
+from avahazard.records.event import Event
+from avahazard.records.path import Path
+
+N = 40
+SINCE = 1979.4
+
+
+def table(jump: float = 0.4, path: str = "P0", n: int = N) -> EventColumns:
+    """One event a year from 1960 on, by turns on two paths; on one friction jumps."""
+    rng = np.random.default_rng(2)
+    events = [
+        Event(f"e{k}", f"P{k % 2}", f"{1960 + k}-03-01", volume_m3=float(np.exp(9 + k % 3)))
+        for k in range(n)
+    ]
+    after = np.array([e.path_id == path and 1960 + k > SINCE for k, e in enumerate(events)])
+    ratio = np.exp(-0.8 + 0.3 * (np.arange(n) % 2) + jump * after + 0.05 * rng.standard_normal(n))
+    paths = {name: Path(name) for name in ("P0", "P1")}
+    return build_columns(events, paths, np.full(n, 900.0), ratio)
+
+
+def built(key: str, columns: EventColumns) -> FrictionEffect:
+    entry = definition(key)
+    found = entry.build(entry.facts(columns, ()))
+    assert isinstance(found, FrictionEffect)
+    return found
+
+
+def test_the_date_that_parts_friction_best_is_chosen() -> None:
+    facts = definition("change:P0").facts(table(), ())
+    # Between the winters of 1978 and 1980, the last before and the first after on that path.
+    assert 1978.1 < facts["from_year"] < 1980.2
+
+
+def test_only_later_events_of_the_path_change() -> None:
+    columns = table()
+    design = built("change:P0", columns).design(columns)
+    expected = [[float(k % 2 == 0 and 1960 + k > SINCE)] for k in range(N)]
+    assert design.tolist() == expected
+    everywhere = built("change:all", table(path="P1")).design(columns)
+    years = 1960 + np.arange(N)
+    assert everywhere[:, 0].tolist() == (years >= years[everywhere[:, 0] > 0.0][0]).tolist()
+
+
+def test_what_has_no_date_is_to_come() -> None:
+    made = built("change:P0", table())
+    coming = [Event("a", "P0"), Event("b", "P1"), Event("c", "P0", "1961-02-01")]
+    columns = build_columns(coming, {n: Path(n) for n in ("P0", "P1")}, np.full(3, 900.0))
+    assert made.design(columns).tolist() == [[1.0], [0.0], [0.0]]
+
+
+def test_dates_leave_enough_events_on_either_side() -> None:
+    alternatives = definition("change:P1").alternatives
+    assert alternatives is not None
+    columns = table()
+    tried = [facts["from_year"] for facts in alternatives(columns, ())]
+    year = 1960.0 + np.arange(N)[columns.path_index == 1] + 60.0 / 365.0
+    assert len(tried) == len(year) - 2 * MIN_LEVEL + 1
+    for date in tried:
+        assert min(np.sum(year < date), np.sum(year > date)) >= MIN_LEVEL
+    many = definition("change:all").alternatives
+    assert many is not None
+    assert len(many(table(n=300), ())) == MOST_DATES
+
+
+@pytest.mark.parametrize(("key", "n"), [("change:P0", 18), ("change:all", 9)])
+def test_few_dated_events_have_no_date_of_change(key: str, n: int) -> None:
+    assert definition(key).lacking(table(n=n), ()) == "fewer than 10 dated events"
+    assert definition(key).lacking(table(n=n + 2), ()) is None
+    undated = replace(table(), day=np.full(N, np.nan), year=np.full(N, np.nan))
+    assert definition(key).lacking(undated, ()) == "fewer than 10 dated events"

@@ -1,0 +1,96 @@
+"""Pairs of columns against products that are made event by event."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from avahazard.effects.catalogue import definition
+from avahazard.effects.columns import EventColumns
+from avahazard.effects.effect import FrictionEffect
+from tests.effects.event_table import event_table
+
+RNG = np.random.default_rng(4)
+N = 60
+COLD, WIND = RNG.standard_normal(N), 3.0 + 2.0 * RNG.standard_normal(N)
+SNOW = [("dry", "wet", "mixed")[k] for k in RNG.choice(3, N, p=[0.5, 0.3, 0.2])]
+DEEP = [("no", "yes")[k] for k in RNG.integers(0, 2, N)]
+
+
+def table() -> EventColumns:
+    found = event_table(cold=COLD.tolist(), wind=WIND.tolist(), snow=SNOW, deep=DEEP)
+    return replace(found, log_volume=np.log(1e4) + np.linspace(-2.0, 2.0, N))
+
+
+def effect(pair: str) -> FrictionEffect:
+    entry = definition(f"interaction:{pair}")
+    assert entry.lacking(table(), ()) is None
+    built = entry.build(entry.facts(table(), ()))
+    assert isinstance(built, FrictionEffect)
+    return built
+
+
+def spreads(values: np.ndarray) -> np.ndarray:
+    return np.asarray((values - values.mean()) / values.std())
+
+
+def test_two_numbers_and_their_product() -> None:
+    made = effect("cold*wind")
+    assert [p.name for p in made.parameters] == ["cold", "wind", "cold*wind"]
+    cold, wind = spreads(COLD), spreads(WIND)
+    expected = [[cold[i], wind[i], cold[i] * wind[i]] for i in range(N)]
+    np.testing.assert_allclose(made.design(table()), expected)
+
+
+def test_levels_beside_levels() -> None:
+    made = effect("snow*deep")
+    design = made.design(table())
+    names = [p.name for p in made.parameters]
+    others = sorted(set(SNOW) - {max(set(SNOW), key=SNOW.count)})
+    (more,) = {"no", "yes"} - {max(sorted(set(DEEP)), key=DEEP.count)}
+    assert names == [
+        *(f"snow={level}" for level in others),
+        f"deep={more}",
+        *(f"snow={level}*deep={more}" for level in others),
+    ]
+    for i in range(N):
+        assert design[i].tolist() == [
+            *(float(SNOW[i] == level) for level in others),
+            float(DEEP[i] == more),
+            *(float(SNOW[i] == level and DEEP[i] == more) for level in others),
+        ]
+
+
+def test_the_volume_is_in_the_law_already() -> None:
+    made = effect("snow*volume_m3")
+    volume = spreads(table().log_volume)
+    names = [p.name for p in made.parameters]
+    for i in range(N):
+        expected = {
+            name: (volume[i] if "*" in name else 1.0)
+            * (SNOW[i] == name.partition("*")[0].removeprefix("snow="))
+            for name in names
+        }
+        assert dict(zip(names, made.design(table())[i], strict=True)) == pytest.approx(expected)
+    assert "volume_m3" not in names
+    assert definition("interaction:snow*volume_m3").uses_volume
+    assert not definition("interaction:snow*deep").uses_volume
+
+
+def test_a_missing_value_counts_as_usual_and_a_missing_column_as_nothing() -> None:
+    made = effect("cold*wind")
+    gappy = event_table(cold=[np.nan, *COLD[1:]], wind=WIND.tolist())
+    assert made.design(gappy)[0].tolist() == [0.0, spreads(WIND)[0], 0.0]
+    bare = event_table(other=COLD.tolist())
+    np.testing.assert_array_equal(made.design(bare), np.zeros((N, 3)))
+
+
+def test_columns_that_say_the_same_are_no_pair() -> None:
+    alike = event_table(snow=SNOW, kind=[level.upper() for level in SNOW])
+    found = definition("interaction:snow*kind").lacking(alike, ())
+    assert found == "snow and kind do not vary apart from each other"
+    bare = event_table(snow=SNOW, kind=["one"] * N)
+    found = definition("interaction:snow*kind").lacking(bare, ())
+    assert found == "kind has no two values with at least 5 events each"
