@@ -23,7 +23,7 @@ def scatter_by(column: str) -> Definition:
     return Definition(
         key=PREFIX + column,
         meaning=f"Avalanches differ more from each other for some values of {column} than for "
-        "others: the mean stays, the intervals change.",
+        "others. The mean stays, the intervals change.",
         needs=f"column {column}",
         build=partial(_build, column),
         lacking=partial(_lacking, column),

@@ -52,7 +52,11 @@ STATES: dict[str, tuple[str, str, Callable[[Terrain], Floats]]] = {
     "slope": ("the slope of the ground", "degrees", _angle),
     "elevation": ("elevation", "m", lambda terrain: terrain.middle_y),
     "curvature": ("the curvature of the ground", "1/km", _curvature),
-    "distance": ("distance along the path", "m", lambda terrain: terrain.middle_x - terrain.x[0]),
+    "distance": (
+        "the distance along the path",
+        "m",
+        lambda terrain: terrain.middle_x - terrain.x[0],
+    ),
 }
 """State of the ground by name: what it is, its unit, and its value in each cell of a terrain."""
 
@@ -158,8 +162,7 @@ BY_SPEED = Definition(
 def _of_ground(state: str, order: int) -> Definition:
     return Definition(
         key=f"force:{state}",
-        meaning=f"Friction varies smoothly with {STATES[state][0]} along the path, in a shape "
-        "that the data choose.",
+        meaning=f"Friction varies smoothly with {STATES[state][0]}. The data choose the shape.",
         needs="profile; speeds help",
         build=partial(_build, state),
         lacking=needs_profile,

@@ -145,7 +145,14 @@ def diagnose(
     found = Diagnosis(
         verdict=verdict,
         missing=missing,
-        candidates=candidates(ranked, screening, fits, evidence, naming, base),
+        candidates=candidates(
+            sorted(ranked, key=lambda c: c.key not in missing),
+            screening,
+            fits,
+            evidence,
+            naming,
+            base,
+        ),
         base=base,
         screening=screening,
         groups=groups,
@@ -180,7 +187,11 @@ def verdict_on(
         if more := tuple(key for key in faults if key not in missing):
             verdict, missing = "ambiguous", (*missing, *more)
     rivals = tuple(fits.values()) if missing else ()
-    if not missing and (pair := masked_pair(question)):
+    simple = [k for k in missing if k not in fits or find_definition(k, own).beyond < 2]
+    pair = None if simple else masked_pair(question)
+    if pair and missing and fits[missing[0]].evidence - pair.fit.evidence > MARGIN:
+        pair = None
+    if pair:
         # Of two effects that hide each other the cause of more evidence is named.
         entries = [find_definition(key, own) for key in pair.effects]
         verdict, missing = verdict_of([e for e in entries if e.names_cause][:1] or entries)
@@ -235,7 +246,7 @@ def candidates(
     naming: Naming,
     base: Refit,
 ) -> tuple[Candidate, ...]:
-    """Every candidate with what is known of it: those refitted first, by their evidence."""
+    """Every candidate with what is known of it: those refitted (`ranked`) first."""
     rest = [c for c in screening.candidates if c not in ranked]
     alike = look_alikes(fits, base)
     return tuple(

@@ -28,8 +28,6 @@ WORTH_A_FIT = float(-np.log(0.2))
 """Surprise of the screening from which on a candidate is."""
 WORTH_BESIDE = 0.5
 """Share of the largest gain to first order that a candidate must have to be fitted beside it."""
-STRONGER = (1.0, 2.0, 4.0)
-"""Multiples of the values to first order that are tried."""
 LEAST_START = 0.03
 """Share of a range that a fit begins off a bound which is neutral."""
 DETECTION_LEVEL = 0.003
@@ -111,12 +109,13 @@ def _strong(
 ) -> Screened:
     """The candidate with the gain of a short climb, where it shapes the tables and that is more.
 
-    What gains much is far from neutral, where the tables are no longer linear in it.
+    What gains much is far from neutral, where the tables are no longer linear in it: with speeds
+    even the sign of its score may mislead there.
     """
-    if candidate.surprise <= WORTH_A_FIT or not likely.get(candidate.key):
+    known = bool(observations.speeds) and not candidate.definition.beyond
+    if (candidate.surprise <= WORTH_A_FIT and not known) or not likely.get(candidate.key):
         return candidate
-    values = [by * v for v in likely[candidate.key] for by in STRONGER]
-    gain = short_climb(observations, own, base, candidate.key, values)
+    gain = short_climb(observations, own, base, candidate.key, likely[candidate.key])
     return _fitted(candidate, gain)
 
 

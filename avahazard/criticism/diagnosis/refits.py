@@ -17,7 +17,12 @@ from avahazard.inference.fitted_model import FittedModel, fitted_model
 from avahazard.inference.fitting.evidence import log_evidence
 from avahazard.inference.fitting.mode import FIRST_SPREAD, Mode, start_coordinates
 from avahazard.inference.fitting.star import search_mode, short_climbs
-from avahazard.inference.likelihood.assemble import assemble, definitions_of, with_effects
+from avahazard.inference.likelihood.assemble import (
+    assemble,
+    definitions_of,
+    find_definition,
+    with_effects,
+)
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
@@ -111,15 +116,20 @@ def short_climb(
     own: Sequence[Definition],
     start: Refit,
     key: str,
-    values: Sequence[Floats],
+    likely: Sequence[Floats],
 ) -> float:
-    """Gain (nats of log density) of the best short climb with an effect at some of these values."""
+    """Gain (nats of log density) of the best short climb with an effect that shapes the tables.
+
+    From its `likely` values and plausible ones.
+    """
     wider, more = with_effects(observations, start.specification, (key,), own, granted=True)
     posterior = assemble(observations, wider, {**start.facts, **more}, own)
     u = _carried(start, posterior)
     effect = next(e for e in posterior.effects if e.key == key)
-    climbs = short_climbs(posterior, u, effect, values)
-    gain = max((reached for reached, _ in climbs), default=-np.inf)
+    climbs = short_climbs(posterior, u, effect, likely)
+    if not find_definition(key, own).beyond:
+        climbs += short_climbs(posterior, u, effect)
+    gain = max(reached for reached, _ in climbs)
     posterior.nodes.forget_runs()
     return gain - posterior.pinned(u).log_density(u)
 

@@ -31,8 +31,8 @@ EXPECTED_SHARE = 2.0 / 3.0
 """Share of that level for candidates that were expected before anybody looked."""
 PAIR_LEVEL = 0.005
 """Level of pairs of which neither shows alone."""
-MOST_PAIRED = 24
-"""Effects that are paired: those of most gain alone where there are more."""
+MOST_PAIRS = 300
+"""Pairs that are tried: those that go together most where there are more."""
 LOG_2 = float(np.log(2.0))
 
 
@@ -158,7 +158,8 @@ def screen(
                 1.0,
                 _moved(block.values, change),
             )
-    pairs = [k for k, b in enumerate(tried) if b.on_friction]
+    pairs = [k for k, b in enumerate(tried) if b.on_friction and by_key[b.key].beyond < 2]
+    pairs = [k for k in pairs if by_key[tried[k].key].alternatives is None]
     pair = _pair([tried[k] for k in pairs], [places[k] for k in pairs], scores, weighed, columns)
     chance = Screening((), largest[1:], pair)
     ranked = sorted(found.values(), key=lambda c: -c.surprise)
@@ -209,10 +210,16 @@ def _pair(
         bend = weighed[:, at].T @ columns[:, at] + np.diag(precision)
         return np.asarray(0.5 * np.sum(scores[at] * np.linalg.solve(bend, scores[at]), axis=0))
 
+    def alike(a: int, b: int) -> float:
+        cross = weighed[:, places[a]].T @ columns[:, places[b]]
+        own = [np.sum(weighed[:, places[k]] * columns[:, places[k]], axis=0) for k in (a, b)]
+        return float(np.max(np.abs(cross) / np.sqrt(np.maximum(np.outer(*own), 1e-300))))
+
     alone = [gains(at, b.precision) for b, at in zip(tried, places, strict=True)]
-    kept = sorted(range(len(tried)), key=lambda k: -alone[k][0])[:MOST_PAIRED]
     best, which = np.full(scores.shape[1], -1.0), (0, 0)
-    for a, b in combinations(sorted(kept), 2):
+    # What is tried must not depend on what the records gain, or chance would have less to choose.
+    together = sorted(combinations(range(len(tried)), 2), key=lambda pair: -alike(*pair))
+    for a, b in together[:MOST_PAIRS]:
         at = np.concatenate([places[a], places[b]])
         precision = np.concatenate([tried[a].precision, tried[b].precision])
         more = np.maximum(gains(at, precision) - np.maximum(alone[a], alone[b]), 0.0)

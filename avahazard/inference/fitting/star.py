@@ -210,19 +210,18 @@ def search_mode(
     peaks = [gauss_newton(posterior, u)]
     for effect in posterior.effects:
         best = max(peaks, key=lambda peak: peak.log_density).u
-        given = (likely or {}).get(effect.key)
-        tried = short_climbs(posterior, best, effect, _tried(effect) if given is None else given)
+        tried = short_climbs(posterior, best, effect, (likely or {}).get(effect.key))
         if tried:
             peaks.append(gauss_newton(posterior, max(tried, key=lambda climb: climb[0])[1]))
     return starred(posterior, max(peaks, key=lambda peak: peak.log_density))
 
 
 def short_climbs(
-    posterior: Posterior, u: Floats, effect: Effect, values: Sequence[Floats]
+    posterior: Posterior, u: Floats, effect: Effect, values: Sequence[Floats] | None = None
 ) -> list[tuple[float, Floats]]:
     """Log density and coordinates of short climbs from u with the effect kept at these values.
 
-    None for an effect that shapes no tables.
+    At plausible ones where none are given. No climbs for an effect that shapes no tables.
     """
     layout = posterior.layout
     place = layout.places.get(effect.key, slice(0, 0))
@@ -230,7 +229,7 @@ def short_climbs(
     if not held:
         return []
     scales = [layout.slots[k].scale for k in held]
-    starts = [v / scales for v in values]
+    starts = [v / scales for v in (_tried(effect) if values is None else values)]
     if layout.track_scatter is not None:
         # With the effect less is left to scatter along tracks.
         middle = layout.slots[layout.track_scatter].mean
