@@ -53,7 +53,7 @@ CONSTANTS = [
     ("criticism", "0.1 % each", "criticism.diagnosis.full_fits", "TRANSIENT_LEVEL", 0.001),
     ("criticism", "itself, at 0.3 %", "criticism.diagnosis.full_fits", "DETECTION_LEVEL", 0.003),
     ("criticism", "its own, 0.5 %", "criticism.screening.screen", "PAIR_LEVEL", 0.005),
-    ("criticism", "of the 24 that gain most", "criticism.screening.screen", "MOST_PAIRED", 24),
+    ("criticism", "the 300 that go together most", "criticism.screening.screen", "MOST_PAIRS", 300),
     ("criticism", "At most 7 candidates", "criticism.diagnosis.full_fits", "FITTED", 7),
     ("criticism", "So are three", "criticism.diagnosis.full_fits", "BY_PATH", 3),
     ("criticism", "up to 40 dates", "effects.change", "MOST_DATES", 40),
