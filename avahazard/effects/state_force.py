@@ -50,7 +50,7 @@ def _curvature(terrain: Terrain) -> Floats:
 
 STATES: dict[str, tuple[str, str, Callable[[Terrain], Floats]]] = {
     "slope": ("the slope of the ground", "degrees", _angle),
-    "elevation": ("elevation", "m", lambda terrain: terrain.middle_y),
+    "elevation": ("the elevation of the ground", "m", lambda terrain: terrain.middle_y),
     "curvature": ("the curvature of the ground", "1/km", _curvature),
     "distance": (
         "the distance along the path",

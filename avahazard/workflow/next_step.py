@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from avahazard.effects.catalogue import definition
+from avahazard.effects.settings import CENTRIFUGAL
 from avahazard.inference.model.choices import METHODS
 from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
@@ -161,7 +162,7 @@ class StoredModels:
             if (value := getattr(found, key)) != usual:
                 words += [f"--{key}", value]
         words += [word for key in found.effects for word in ("--with", key)]
-        words += [] if found.centrifugal else ["--without", "centrifugal"]
+        words += [] if found.centrifugal else ["--without", CENTRIFUGAL.key]
         paths = self.models[found.model].paths
         return (*words, *(word for path in paths for word in ("--path", path)))
 
