@@ -14,10 +14,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from avahazard.arrays import Floats
-from avahazard.criticism.diagnosis.refits import Refit, refit_each, refit_without, short_climb
+from avahazard.criticism.diagnosis.refits import (
+    Likely,
+    Refit,
+    likely_values,
+    refit_each,
+    refit_without,
+    short_climb,
+)
 from avahazard.criticism.screening.screen import EXPECTED_SHARE, LEVEL, Screened, Screening
-from avahazard.effects.effect import Definition, FrictionEffect, LimitEffect, shapes_tables
+from avahazard.effects.effect import Definition, FrictionEffect, LimitEffect
 from avahazard.inference.model.observations import Observations
 
 FITTED, OF_A_FAMILY = 7, 2
@@ -28,8 +34,6 @@ WORTH_A_FIT = float(-np.log(0.2))
 """Surprise of the screening from which on a candidate is."""
 WORTH_BESIDE = 0.5
 """Share of the largest gain to first order that a candidate must have to be fitted beside it."""
-LEAST_START = 0.03
-"""Share of a range that a fit begins off a bound which is neutral."""
 DETECTION_LEVEL = 0.003
 """Level of what says which avalanches were recorded at all, tested by itself."""
 PERSISTENT_LEVEL, TRANSIENT_LEVEL = 0.003, 0.001
@@ -67,8 +71,9 @@ def fitted_in_full(
     with two thirds of the level; the others have the rest of it, and all of it once every expected
     one is significant (the fallback procedure, Wiens 2003).
     """
-    likely = {c.key: _within(c, observations) for c in screening.candidates if len(c.likely)}
+    likely = likely_values(screening.candidates, observations)
     strong = [_strong(c, likely, observations, own, base) for c in screening.candidates]
+    likely = likely_values(strong, observations)
     screening = replace(screening, candidates=tuple(sorted(strong, key=lambda c: -c.surprise)))
     worth: list[str] = []
     families: Counter[str] = Counter()
@@ -102,21 +107,21 @@ def fitted_in_full(
 
 def _strong(
     candidate: Screened,
-    likely: Mapping[str, Sequence[Floats]],
+    likely: Likely,
     observations: Observations,
     own: Sequence[Definition],
     base: Refit,
 ) -> Screened:
-    """The candidate with the gain of a short climb, where it shapes the tables and that is more.
+    """The candidate with the gain of a short climb and its values, where it shapes the tables.
 
     What gains much is far from neutral, where the tables are no longer linear in it: with speeds
     even the sign of its score may mislead there.
     """
     known = bool(observations.speeds) and not candidate.definition.beyond
-    if (candidate.surprise <= WORTH_A_FIT and not known) or not likely.get(candidate.key):
+    if (candidate.surprise <= WORTH_A_FIT and not known) or candidate.key not in likely:
         return candidate
-    gain = short_climb(observations, own, base, candidate.key, likely[candidate.key])
-    return _fitted(candidate, gain)
+    gain, values = short_climb(observations, own, base, candidate.key, likely[candidate.key])
+    return _fitted(replace(candidate, likely=values), gain)
 
 
 def _by_path(entry: Definition, observations: Observations) -> bool:
@@ -131,18 +136,6 @@ def _by_path(entry: Definition, observations: Observations) -> bool:
         return False
     design, path = effect.design(observations.columns), observations.columns.path_index
     return all(not np.any(np.ptp(design[path == k], axis=0)) for k in np.unique(path))
-
-
-def _within(candidate: Screened, observations: Observations) -> list[Floats]:
-    """Values of the effect's parameters from which its full fit begins, within their ranges."""
-    entry = candidate.definition
-    effect = entry.build(entry.facts(observations.columns, observations.sites))
-    if not shapes_tables(effect):
-        return []
-    low, high = (np.array([getattr(p, end) for p in effect.parameters]) for end in ("low", "high"))
-    least = LEAST_START * (high - low) * (effect.neutral == low)
-    most = LEAST_START * (high - low) * (effect.neutral == high)
-    return [np.clip(candidate.likely, low + least, high - most)]
 
 
 def _fitted(candidate: Screened, gain: float | None) -> Screened:

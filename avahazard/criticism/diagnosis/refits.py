@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,8 +10,8 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.criticism.scoring.held_out import choose_groups, held_out_together
-from avahazard.criticism.screening.screen import Screening
-from avahazard.effects.effect import Definition, Facts
+from avahazard.criticism.screening.screen import Screened, Screening
+from avahazard.effects.effect import Definition, Facts, shapes_tables
 from avahazard.engine import spread_map
 from avahazard.inference.fitted_model import FittedModel, fitted_model
 from avahazard.inference.fitting.evidence import log_evidence
@@ -26,6 +26,11 @@ from avahazard.inference.likelihood.assemble import (
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
+
+Likely = Mapping[str, Sequence[Floats]]
+"""Values of the parameters of effects, by key, from which fits begin."""
+LEAST_START = 0.03
+"""Share of a range that a fit begins off a bound which is neutral."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +78,7 @@ def refit(
     effects: Sequence[str] = (),
     own: Sequence[Definition] = (),
     start: Refit | None = None,
-    likely: Mapping[str, Sequence[Floats]] | None = None,
+    likely: Likely | None = None,
 ) -> Refit:
     """Fit a specification with `effects` added, from the mode of `start` where names agree.
 
@@ -96,7 +101,7 @@ def refit_with(
     own: Sequence[Definition],
     start: Refit,
     *keys: str,
-    likely: Mapping[str, Sequence[Floats]] | None = None,
+    likely: Likely | None = None,
 ) -> Refit:
     """The model of `start` with these effects added."""
     return refit(observations, start.specification, start.facts, keys, own, start, likely)
@@ -117,10 +122,11 @@ def short_climb(
     start: Refit,
     key: str,
     likely: Sequence[Floats],
-) -> float:
-    """Gain (nats of log density) of the best short climb with an effect that shapes the tables.
+) -> tuple[float, Floats]:
+    """The best short climb with an effect that shapes the tables, from `likely` values of it.
 
-    From its `likely` values and plausible ones.
+    And from plausible ones of an effect of the catalogue. Its gain (nats of log density), and the
+    values there.
     """
     wider, more = with_effects(observations, start.specification, (key,), own, granted=True)
     posterior = assemble(observations, wider, {**start.facts, **more}, own)
@@ -129,9 +135,30 @@ def short_climb(
     climbs = short_climbs(posterior, u, effect, likely)
     if not find_definition(key, own).beyond:
         climbs += short_climbs(posterior, u, effect)
-    gain = max(reached for reached, _ in climbs)
+    reached, at = max(climbs, key=lambda climb: climb[0])
     posterior.nodes.forget_runs()
-    return gain - posterior.pinned(u).log_density(u)
+    gain = reached - posterior.pinned(u).log_density(u)
+    return gain, np.asarray(posterior.layout.effect_values(at)[key])
+
+
+def likely_values(screened: Iterable[Screened], observations: Observations) -> Likely:
+    """Values of candidates that shape the tables, by key, from which their full fits begin.
+
+    Within their ranges, and off a bound that is neutral.
+    """
+    found = {}
+    for candidate in screened:
+        entry = candidate.definition
+        if not len(candidate.likely) or entry.changes is not None:
+            continue
+        effect = entry.build(entry.facts(observations.columns, observations.sites))
+        if not shapes_tables(effect):
+            continue
+        low, high = (np.array([getattr(p, e) for p in effect.parameters]) for e in ("low", "high"))
+        least = LEAST_START * (high - low) * (effect.neutral == low)
+        most = LEAST_START * (high - low) * (effect.neutral == high)
+        found[entry.key] = [np.clip(candidate.likely, low + least, high - most)]
+    return found
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,7 +190,7 @@ def refit_each(
     own: Sequence[Definition],
     base: Refit,
     progress: Callable[[float], None] = lambda _share: None,
-    likely: Mapping[str, Sequence[Floats]] | None = None,
+    likely: Likely | None = None,
 ) -> dict[str, Refit]:
     """The base model with each effect by itself, fitted in full."""
     asked = [(0, key) for key in effects]
@@ -180,7 +207,7 @@ def refit_side_by_side(
     own: Sequence[Definition],
     starts: Sequence[Refit],
     asked: Sequence[tuple[int, str]],
-    likely: Mapping[str, Sequence[Floats]] | None = None,
+    likely: Likely | None = None,
 ) -> Iterator[Refit]:
     """Of each (start, effect) asked for, that start's model with the effect, fitted in full."""
     return spread_map(_refit_with, (observations, own, starts, likely), asked)
@@ -191,7 +218,7 @@ def _refit_with(
         Observations,
         Sequence[Definition],
         Sequence[Refit],
-        Mapping[str, Sequence[Floats]] | None,
+        Likely | None,
     ],
     asked: tuple[int, str],
 ) -> Refit:

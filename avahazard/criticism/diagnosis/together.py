@@ -10,7 +10,7 @@ import numpy as np
 from avahazard.criticism.diagnosis.force_witness import force_witness
 from avahazard.criticism.diagnosis.naming import MARGIN, least_evidence
 from avahazard.criticism.diagnosis.record_faults import explained_by_record_faults
-from avahazard.criticism.diagnosis.refits import Question, Refit, refit_each
+from avahazard.criticism.diagnosis.refits import Question, Refit, likely_values, refit_each
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.criticism.screening.screen import LEVEL, PAIR_LEVEL, screen
 from avahazard.effects.effect import Definition
@@ -56,7 +56,8 @@ def needed_beside(question: Question, first: str) -> tuple[Together, ...]:
         beside = screen(fit.posterior, fit.mode.u, entries).candidates
         p_values = {c.key: c.p_family for c in beside}
         tried = [c.key for c in beside if c.p_family <= LEVEL][:TRIED]
-        wider = refit_each(observations, tried, own, fit)
+        likely = likely_values((c for c in beside if c.key in tried), observations)
+        wider = refit_each(observations, tried, own, fit, likely=likely)
         best = _best_needed(replace(question, base=fit, fits=wider))
         if best is None:
             break

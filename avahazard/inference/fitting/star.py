@@ -41,7 +41,7 @@ FIRST_REACH, REACH = 2.0, 5.0
 information, which are rough."""
 POINTS, MOST_POINTS = 4, 16
 """Points of an arm besides the centre, and the most that it gets where it errs."""
-MOST_STARS = 4
+MOST_STARS, MOST_ERROR = 6, 10.0
 LONGER = 6.0
 """Most by which arms are longer than those of the star before."""
 TOLERANCE = 0.3
@@ -65,22 +65,27 @@ def starred(posterior: Posterior, peak: Peak) -> tuple[Posterior, Mode]:
     """The posterior on a star about a peak, and its mode there.
 
     An arm along which it errs gets more points, `MOST_POINTS` at most: on terrain with steps the
-    likelihood itself may be rough.
+    likelihood itself may be rough. Arms of a star whose mode is none of the exact tables are too
+    long: they are halved.
     """
     axes = np.array([k for k, slot in enumerate(posterior.layout.slots) if slot.arm], np.int64)
     low, high = posterior.layout.low[axes], posterior.layout.high[axes]
     u, half, points = peak.u, FIRST_REACH * peak.sd[axes], np.full(len(axes), POINTS)
-    for k in range(MOST_STARS):
+    checked = False
+    for _ in range(MOST_STARS):
         ends = np.maximum(low, u[axes] - half), np.minimum(high, u[axes] + half)
         local, mode = _on(posterior, axes, u, *ends, points)
+        if _error(local, mode.u) > MOST_ERROR:
+            half, u, checked = 0.5 * half, peak.u, False
+            continue
         held = ((mode.u[axes] <= ends[0]) & (ends[0] > low)) | (
             (mode.u[axes] >= ends[1]) & (ends[1] < high)
         )
         wanted = REACH * np.sqrt(np.diag(mode.covariance)[axes])
         wanted = np.clip(wanted, half / LONGER, LONGER * half)
-        if k > 0 and not held.any():
+        if checked and not held.any():
             break
-        half, u = np.where(held, np.maximum(wanted, 2.0 * half), wanted), mode.u
+        half, u, checked = np.where(held, np.maximum(wanted, 2.0 * half), wanted), mode.u, True
     while (wrong := _wrong_arms(local, mode, u, axes) & (points < MOST_POINTS)).any():
         points = np.where(wrong, 2 * points, points)
         local, mode = _on(posterior, axes, u, *ends, points)

@@ -121,8 +121,11 @@ def test_one_that_errors_may_explain_is_not_needed(
     monkeypatch.setattr(
         together, "screen", lambda *_: SimpleNamespace(candidates=[*screened, unlikely])
     )
+    monkeypatch.setattr(together, "likely_values", lambda *_: {})
     monkeypatch.setattr(
-        together, "refit_each", lambda _o, keys, _own, fit: {k: fitted(*fit.keys, k) for k in keys}
+        together,
+        "refit_each",
+        lambda _o, keys, _own, fit, **_: {k: fitted(*fit.keys, k) for k in keys},
     )
     monkeypatch.setattr(Question, "refit_with", lambda _question, _base, *keys: fitted(*keys))
     monkeypatch.setattr(
