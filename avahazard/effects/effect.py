@@ -97,6 +97,17 @@ class ScatterEffect(Effect):
     acts_on: ClassVar[str] = "the scatter of friction"
 
 
+@dataclass(frozen=True, slots=True)
+class KindsEffect(Effect):
+    """Avalanches are of two kinds that no column tells.
+
+    Its parameters are the share of the second kind and the shift of its log friction against the
+    first; the mean of both is the law's.
+    """
+
+    acts_on: ClassVar[str] = "friction"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Groups:
     """Groups by name, and that of each event: `index` `[n_events]` into `names`, -1 for none.
@@ -228,8 +239,10 @@ class Definition:
     - `nuisance(columns, sites)`: one that the diagnosis grants before it blames anything on
       physics; it says what the data lack for that, which may be less than for its name.
     - `granted_unasked`: it is granted even where the records do not ask for it.
-    - `says_what_is_seen`: it is about which avalanches were recorded at all. The diagnosis tests it
-      by itself, and what it finds on the motion must hold beside it.
+    - `level_alone`: the level at which the diagnosis tests it by itself, always fitted in full, as
+      it has no score at neutral; None where it is screened.
+    - `says_what_is_seen`: it is about which avalanches were recorded at all. What the diagnosis
+      finds on the motion must hold beside it.
     - `alternatives(columns, sites)`: other facts that the data might choose, as the dates of a
       change; `facts` gives the likeliest.
     - `beyond`: 0 for the catalogue, 1 for a kind that is made for what a file has, 2 for pairs of
@@ -257,6 +270,7 @@ class Definition:
     limits_speed: bool = False
     nuisance: Answer | None = None
     granted_unasked: bool = False
+    level_alone: float | None = None
     says_what_is_seen: bool = False
     alternatives: Callable[[EventColumns, Sites], Sequence[Facts]] | None = None
     beyond: int = 0

@@ -155,6 +155,7 @@ OBSERVATION_LIMIT = Definition(
     lacking=_few_stops,
     facts=_highest_stops,
     settled=_all_declared,
+    level_alone=0.003,
     says_what_is_seen=True,
     order=140,
 )

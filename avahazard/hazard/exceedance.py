@@ -41,8 +41,10 @@ class Avalanches:
     """Avalanches of one path: classes of release and columns, volumes, and posterior draws.
 
     Of `volumes.rate` `[n_parameters]` avalanches a year `class_share` `[n_classes]` are of each
-    class, whatever the volume. Friction has `location` (log μ, or μ where it is normal) and
-    `scatter`, both `[n_parameters, n_classes, n_volumes]`; path offsets are in them. Draw p runs
+    class, and `kind_share` `[n_parameters, n_kinds]` of each kind that nobody records, whatever the
+    volume. Friction has `location` (log μ, or μ where it is normal) and `scatter`, both
+    `[n_parameters, n_classes, n_nodes]`: the nodes are the volumes of one kind after the other,
+    of which each has its `share` `[n_parameters, n_nodes]`. Path offsets are in them. Draw p runs
     by `curves[group[p]]`, of which row c is that of class c; `values` are the effects' parameters
     there, and `ahead` `[n_groups][n_classes]` is how far (m) the front is ahead of the block.
     `sigma_m` `[n_parameters]`: the stops scatter in metres instead (metropolis). `kept` is for what
@@ -53,6 +55,7 @@ class Avalanches:
     release: NDArray[np.int64]
     volumes: EventVolumes
     class_share: Floats
+    kind_share: Floats
     location: Floats
     scatter: Floats
     group: NDArray[np.int64]
@@ -75,6 +78,12 @@ class Avalanches:
         """Number of classes of release and columns."""
         return len(self.class_share)
 
+    @property
+    def share(self) -> Floats:
+        """Share of the avalanches of each volume and kind, `[n_parameters, n_nodes]`."""
+        each = self.kind_share[:, :, None] * self.volumes.share[:, None]
+        return np.asarray(each.reshape(len(each), -1))
+
 
 def least_scatter(avalanches: Avalanches) -> Floats:
     """The scatter of friction, never quite nought; nought for one with scatter in metres."""
@@ -87,8 +96,8 @@ def least_scatter(avalanches: Avalanches) -> Floats:
 def friction_below(avalanches: Avalanches, mu: Floats) -> Floats:
     """Chance that the friction of an avalanche lies under `mu` `[n_parameters, n_classes]`.
 
-    The chance is `[n_parameters, n_classes, n_volumes]`; friction that is normal is taken given
-    that it is over 0.
+    The chance is `[n_parameters, n_classes, n_nodes]`; friction that is normal is taken given that
+    it is over 0.
     """
     scatter = least_scatter(avalanches)
     mu = np.maximum(mu, 0.0)[:, :, None]
@@ -103,9 +112,9 @@ def friction_below(avalanches: Avalanches, mu: Floats) -> Floats:
 def yearly_rate(avalanches: Avalanches, chance: Floats) -> Floats:
     """Yearly rate `[n_parameters]` of what has this chance for an avalanche.
 
-    `chance` `[n_parameters, n_classes, n_volumes]`, of each class and volume.
+    `chance` `[n_parameters, n_classes, n_nodes]`, of each class and node.
     """
-    by_class = np.einsum("pcv,pv->pc", chance, avalanches.volumes.share)
+    by_class = np.einsum("pcv,pv->pc", chance, avalanches.share)
     return np.asarray(avalanches.volumes.rate * (by_class @ avalanches.class_share))
 
 
@@ -193,7 +202,7 @@ def friction_shares(
     shares = share_curves(
         np.ascontiguousarray(avalanches.location[:, first]),
         np.ascontiguousarray(least_scatter(avalanches)[:, first]),
-        avalanches.volumes.share,
+        avalanches.share,
         (float(np.log(ends[0])), float(np.log(ends[1]))) if avalanches.in_log else ends,
         in_log=avalanches.in_log,
         student=avalanches.student,
@@ -259,7 +268,7 @@ class _InMetres:
 
 
 def passing_in_metres(avalanches: Avalanches) -> Callable[[Floats], Floats]:
-    """Chances `[n_parameters, n_classes, n_volumes]` to stop beyond x `[n_parameters]`.
+    """Chances `[n_parameters, n_classes, n_nodes]` to stop beyond x `[n_parameters]`.
 
     Stops are at the block's elevation + sigma z, at the first place so low (`scattered_stops`).
     """
@@ -362,14 +371,15 @@ def at_volume(avalanches: Avalanches, log_volume: Floats) -> Avalanches:
     draw = np.arange(n)
 
     def between(values: Floats) -> Floats:
-        after = values[draw, :, np.minimum(k + 1, len(nodes) - 1)]
-        return np.asarray(values[draw, :, k] * (1 - part)[:, None] + after * part[:, None])
+        values = values.reshape(n, avalanches.n_classes, -1, len(nodes))
+        after = values[draw, :, :, np.minimum(k + 1, len(nodes) - 1)] * part[:, None, None]
+        return np.asarray(values[draw, :, :, k] * (1 - part)[:, None, None] + after)
 
     return replace(
         avalanches,
         volumes=EventVolumes(np.ones(n), np.zeros(1), np.ones((n, 1))),
-        location=between(avalanches.location)[:, :, None],
-        scatter=between(avalanches.scatter)[:, :, None],
+        location=between(avalanches.location),
+        scatter=between(avalanches.scatter),
     )
 
 
@@ -384,6 +394,7 @@ def at_the_middle(avalanches: Avalanches) -> Avalanches:
     return replace(
         avalanches,
         volumes=EventVolumes(middle(avalanches.volumes.rate), avalanches.volumes.log_volume, share),
+        kind_share=middle(avalanches.kind_share),
         location=middle(avalanches.location),
         scatter=middle(avalanches.scatter),
         group=avalanches.group[[avalanches.n_parameters // 2]],
@@ -427,4 +438,6 @@ def chance_seen(avalanches: Avalanches, limit: Floats) -> Floats:
             ]
         )
         chance = friction_below(avalanches, mu[avalanches.group])
-    return np.asarray(np.einsum("pcv,c->pv", chance, avalanches.class_share))
+    by_node = np.einsum("pcv,c->pv", chance, avalanches.class_share)
+    by_kind = by_node.reshape(*avalanches.kind_share.shape, -1)
+    return np.asarray(np.einsum("pkv,pk->pv", by_kind, avalanches.kind_share))

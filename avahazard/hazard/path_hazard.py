@@ -23,7 +23,7 @@ from avahazard.hazard.frequency import N_DRAWS
 from avahazard.hazard.future_events import FutureEvents, future_events, path_release_zone
 from avahazard.inference.fitted_model import FittedModel, table_groups
 from avahazard.inference.likelihood.predicted import Values, front_ahead, fronts
-from avahazard.inference.model.friction_model import FrictionModel
+from avahazard.inference.model.friction_model import FrictionModel, Kinds
 from avahazard.inference.seeds import generator
 from avahazard.physics.cells import Resistance
 from avahazard.physics.runout_curve import RunoutCurve
@@ -126,7 +126,7 @@ class PathDraws:
 
     `offset` `[n_parameters]` of log friction is the path's, None where the model does not know
     it; `tau` `[n_parameters]` the spread between paths, None without one; `sigma_m` as in
-    `FittedModel`.
+    `FittedModel`, `kinds` as in `FrictionModel`.
     """
 
     u: Floats
@@ -134,6 +134,7 @@ class PathDraws:
     offset: Floats | None
     tau: Floats | None
     sigma_m: Floats | None
+    kinds: Kinds | None
 
     def shift(self, rng: np.random.Generator) -> Floats:
         """Offset of the path's log friction `[n_parameters]`; one is drawn where it has none."""
@@ -283,6 +284,7 @@ def path_draws(
         offset=None if offset is None else offset[chosen],
         tau=np.sqrt(np.sum(tau**2, axis=1)) if lasting else None,
         sigma_m=None if model.sigma_m is None else model.sigma_m[chosen],
+        kinds=model.friction.kinds(u),
     )
 
 
@@ -330,9 +332,12 @@ def _avalanches(
 ) -> Avalanches:
     path_id, n = future.site.path.path_id, len(volumes.rate)
     draws = path_draws(model, groups, path_id, n)
-    location, scatter = friction_of_volumes(
-        model.friction, future, draws.u, np.exp(volumes.log_volume)
+    location, scatter = model.friction.by_kind(
+        draws.u,
+        *friction_of_volumes(model.friction, future, draws.u, np.exp(volumes.log_volume)),
     )
+    kinds = model.friction.kinds(draws.u)
+    kind_share = np.ones((len(draws.u), 1)) if kinds is None else kinds.share
     shift = draws.shift(generator(seed, "avalanches", path_id))[:, None, None]
     location = model.friction.shifted(location, shift)
     # Fewer draws of the model than of the volumes serve several times.
@@ -343,6 +348,7 @@ def _avalanches(
         release=future.release,
         volumes=volumes,
         class_share=np.full(future.n_classes, 1.0 / future.n_classes),
+        kind_share=kind_share[again],
         location=location[again],
         scatter=scatter[again],
         group=draws.group[again],

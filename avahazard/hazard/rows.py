@@ -24,6 +24,7 @@ from avahazard.hazard.exceedance import (
 from avahazard.hazard.extremes import ANY_VOLUME_M3
 from avahazard.hazard.frequency import VolumeFrequency
 from avahazard.hazard.path_hazard import PathHazard
+from avahazard.inference.model.friction_model import Kinds
 from avahazard.inference.model.friction_scatter import shifted, widening
 from avahazard.inference.seeds import generator
 from avahazard.kernels import kernel
@@ -317,8 +318,11 @@ def volume_bounds(
     draws, avalanches, here = path.draws, path.avalanches, path.at_volume[volume_m3]
     parameter = np.arange(n_draws) * len(draws.u) // n_draws
     event = rng.integers(avalanches.n_classes, size=n_draws)
-    shift = draws.shift(rng)
-    location = shifted(here.location[parameter, event], shift[parameter], avalanches.in_log)
+    shift = draws.shift(rng)[parameter]
+    if draws.kinds is not None:
+        kinds = Kinds(*(part[parameter] for part in draws.kinds))
+        shift = shift + kinds.drawn(rng.uniform(size=n_draws))
+    location = shifted(here.location[parameter, event], shift, avalanches.in_log)
     scatter = here.scatter[parameter, event]
     if avalanches.student:
         scatter = scatter * widening(rng, n_draws)

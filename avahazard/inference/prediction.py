@@ -97,7 +97,7 @@ def draw_friction(
 
     `shift` `[n_events]` is added to log friction (offsets of groups).
     """
-    return posterior.friction.draw(*law_at_drawn_volumes(posterior, u, shift, rng), rng)
+    return posterior.friction.draw(u, *law_at_drawn_volumes(posterior, u, shift, rng), rng)
 
 
 def law_at_drawn_volumes(
@@ -106,8 +106,9 @@ def law_at_drawn_volumes(
     """Location and scatter of friction `[n_events]`, each at a draw of its true volume."""
     volumes = posterior.volumes(u)
     volume = np.exp(drawn_log_volumes(volumes, rng.standard_normal(len(volumes.mean))))
-    location, scatter = posterior.location_and_scatter(u, volume[:, None])
-    return posterior.friction.shifted(location[:, 0], shift), scatter[:, 0]
+    friction = posterior.friction
+    location, scatter = friction.location_and_scatter(u, volume[:, None], posterior.of_events)
+    return friction.shifted(location[:, 0], shift), scatter[:, 0]
 
 
 def group_shift(model: FittedModel, u: Floats, draw: int, rng: np.random.Generator) -> Floats:
@@ -388,7 +389,7 @@ def _frictions(model: FittedModel, path_id: str | None, volume_m3: float) -> Flo
     middle = friction.shifted(location[:, 0, 0], shift)
     if model.sigma_m is not None:
         return np.exp(middle) if model.layout.log_scatter else middle
-    return friction.draw(middle, scatter[:, 0, 0], rng)
+    return friction.draw(u, middle, scatter[:, 0, 0], rng)
 
 
 def _largest(volume: Floats) -> float | None:

@@ -28,6 +28,28 @@ class Declared(Result):
 
 
 @dataclass(frozen=True, slots=True)
+class InCommon(Result):
+    """A column, or one level of it, that goes with the second kind of avalanche.
+
+    `correlation` is that of ranks with the probability to be of it; the p-value is corrected for
+    the number of columns.
+    """
+
+    column: str
+    level: str | None
+    correlation: float
+    p_value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Kinds(Result):
+    """The probability of each event, by its name, to be of the kind that runs on less friction."""
+
+    probability: dict[str, float]
+    in_common: Rows[InCommon]
+
+
+@dataclass(frozen=True, slots=True)
 class Candidate(Result):
     """One effect that could be missing.
 
@@ -35,7 +57,7 @@ class Candidate(Result):
     held out; `p_value` is family-wise, `p_value_alone` by itself; `chance_gain` is exceeded in one
     of twenty datasets in which nothing is missing. What a full fit tells is None where it was not
     worth one. `error_after_m` is the mean CRPS with the effect. `force_witness` is what speeds say
-    of an effect on the motion.
+    of an effect on the motion, `kinds` which events are of a kind that nobody recorded.
     """
 
     effect: str
@@ -52,6 +74,7 @@ class Candidate(Result):
     physics: str
     confounded_with: tuple[str, ...]
     force_witness: MeasuredAmount | None = None
+    kinds: Kinds | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -222,6 +222,7 @@ def _candidate(candidate: Tried, found: Findings) -> Candidate:
         physics=candidate.screened.definition.meaning,
         confounded_with=candidate.confounded_with,
         force_witness=_amount(candidate.force_witness),
+        kinds=candidate.kinds,
     )
 
 

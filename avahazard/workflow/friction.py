@@ -213,7 +213,7 @@ def _draws(friction: FrictionModel, u: Floats, volume: Floats) -> Floats:
     shape = (DRAWS_EACH, len(u), len(volume))
     location, scatter = (np.broadcast_to(v[:, 0], shape) for v in (location, scatter))
     rng = generator(0, "report", "friction")
-    return friction.draw(location, scatter, rng).reshape(-1, len(volume))
+    return friction.draw(u[:, None], location, scatter, rng).reshape(-1, len(volume))
 
 
 def show_frictions(

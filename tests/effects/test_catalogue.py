@@ -42,6 +42,7 @@ NEEDS = {
     "winter-effect": "date",
     "storm-effect": "date",
     "observation-limit": "observed_below_m, or estimated",
+    "two-kinds": "30 events",
     "epoch-bias": "date",
     "leading-edge": "deposit length",
     "record-error": "20 events",

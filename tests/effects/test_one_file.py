@@ -122,7 +122,7 @@ def world(written: Path) -> str:
 def test_the_list_and_the_entry(world: str) -> None:
     rows = {row.key: row for row in list_effects(world)}
     assert next(iter(rows)) == "slip"
-    assert list(rows)[26:29] == ["brush-drag", "high-mark", "soft-snow"]
+    assert list(rows)[27:30] == ["brush-drag", "high-mark", "soft-snow"]
     for key, meaning in zip(FILES, MEANINGS, strict=True):
         assert rows[key].meaning == meaning
         found = show_effect(world, key)

@@ -490,3 +490,31 @@ def test_a_year_has_one_or_more_with_chance_one_in_t() -> None:
 def test_a_level_that_is_exceeded_just_as_often_counts() -> None:
     found = exceeded(lambda v: np.where(v < 5.0, 0.1, 0.0), 0.1, 0.0, 10.0, 1)
     assert found == pytest.approx([5.0], abs=1e-5)
+
+
+def test_two_kinds_pass_as_often_as_each_by_its_share() -> None:
+    kinds, share, shift = definition("two-kinds").build({}), 0.3, -0.4
+    volumes = EventVolumes(np.full(3, 0.3), np.log([1e4, 1e5]), np.tile([0.4, 0.6], (3, 1)))
+    own = [share, shift] / np.array([p.prior_sd for p in kinds.parameters])
+    u = draws(SIGMA, 3, *own)
+
+    def of_one(added: float) -> Avalanches:
+        return avalanches_of(draws(SIGMA, 3) + np.array([added, 0.0, 0.0]), volumes)
+
+    first, second = of_one(-share * shift), of_one((1.0 - share) * shift)
+    both = avalanches_of(u, volumes, effects=(kinds,))
+    x = np.linspace(*path_ends(both), 9)
+    for same in (
+        lambda a: passing(a).rates(x),
+        lambda a: passing(at_the_middle(a)).rates(x),
+        lambda a: passing(at_volume(a, np.log([1e4, 3e4, 1e5]))).rates(x),
+        lambda a: chance_seen(a, np.array([1700.0])),
+    ):
+        expected = (1.0 - share) * same(first) + share * same(second)
+        assert same(both) == pytest.approx(expected, abs=1e-7)
+    given = path(u, None, effects=(kinds,), at=[VOLUME])
+    bounds = volume_bounds(given, VOLUME, 20_000, np.random.default_rng(0))
+    alone = avalanches_of(u, one_volume(VOLUME, 3), effects=(kinds,))
+    low, middle, high = (passing(alone).exceeded(level)[0] for level in (0.95, 0.5, 0.05))
+    assert [bounds.x.q05, bounds.x.q50] == pytest.approx([low, middle], abs=12.0)
+    assert (bounds.x.q95, high) == (None, np.inf)

@@ -74,7 +74,7 @@ def test_friction_is_that_of_the_posterior_draw_by_draw(scatter: str) -> None:
     there = Records(records().paths, records().profiles, events)
     posterior = fitted.on(build_observations(there, fitted.observations)).posterior
     for u, k in zip(path.draws.u[::60], range(0, 300, 60), strict=True):
-        location, sigma = posterior.location_and_scatter(u, np.array([[2e4], [5e4]]))
+        location, sigma = posterior.friction.location_and_scatter(u, np.array([[2e4], [5e4]]))
         for i, here in enumerate(path.at_volume.values()):
             assert here.location[k, 0] == pytest.approx(location[i, 0], rel=1e-13)
             assert here.scatter[k, 0] == pytest.approx(sigma[i, 0], rel=1e-13)

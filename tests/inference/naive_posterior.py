@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy import stats
 
-from avahazard.effects.effect import FrictionEffect, LimitEffect
+from avahazard.effects.effect import FrictionEffect, KindsEffect, LimitEffect
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH
 from avahazard.physics.block import LEFT_PROFILE
@@ -133,10 +133,17 @@ class NaivePosterior:
         layout, volumes = self.posterior.layout, self.posterior.observations.volumes
         weight = stats.norm.pdf(VOLUME_Z) / np.sum(stats.norm.pdf(VOLUME_Z))
         total = np.zeros(len(nu))
-        for h, z in zip(weight, VOLUME_Z, strict=True):
+        kinds = [(1.0, 0.0)]
+        for effect in self.posterior.effects:
+            if isinstance(effect, KindsEffect):
+                share, apart = self.values[effect.key]
+                kinds = [(1.0 - share, -share * apart), (share, (1.0 - share) * apart)]
+        of_each = [(h * k, z, d) for h, z in zip(weight, VOLUME_Z, strict=True) for k, d in kinds]
+        for h, z, of_kind in of_each:
             volume = np.exp(volumes.mean[i : i + 1] + volumes.sd[i] * z)
             law = layout.law
-            middle = float(law.log_friction(self.u[: len(law.coordinates)], volume)[0]) + shift
+            middle = float(law.log_friction(self.u[: len(law.coordinates)], volume)[0])
+            middle += shift + of_kind
             for effect in self.posterior.effects:
                 if isinstance(effect, FrictionEffect):
                     design = effect.design(self.posterior.observations.columns)[i]

@@ -135,6 +135,9 @@ def _friction(
     volumes = model.volumes(u)
     volume = np.exp(volumes.mean + volumes.sd * rng.standard_normal(n))
     location = layout.law.log_friction(u[: len(layout.law.coordinates)], volume)
+    if "two-kinds" in values:
+        share, shift = values["two-kinds"]
+        location = location + shift * ((rng.uniform(size=n) < share) - share)
     for effect in model.effects:
         if isinstance(effect, FrictionEffect):
             location = location + effect.design(model.observations.columns) @ values[effect.key]

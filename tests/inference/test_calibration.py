@@ -26,6 +26,7 @@ CASES = {
     "cohesion": Case(("cohesion",), a=0.42, n_worlds=30),
     "path-effect": Case(("path-effect",), 48, 8, n_worlds=60),
     "record-error": Case(("record-error",), n_worlds=60),
+    "two-kinds": Case(("two-kinds",), 60, n_worlds=40),
     "turbulent-drag": Case(("turbulent-drag",), a=0.3, n_worlds=40),
     "forest-drag": Case(("forest-drag",), a=0.35, n_worlds=30),
     "entrainment": Case(("entrainment",), a=0.4, dropped=300.0, n_worlds=30),

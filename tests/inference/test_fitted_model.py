@@ -126,7 +126,8 @@ def test_the_median_of_friction_by_hand(distribution: str) -> None:
     for i in range(model.observations.n_events):
         frictions = []
         for k, u in enumerate(model.draws):
-            location = given.location_and_scatter(u, volume[:, None])[0][i, 0]
+            at = u, volume[:, None], given.of_events
+            location = given.friction.location_and_scatter(*at)[0][i, 0]
             friction = np.exp(location) if distribution == "lognormal" else location
             if columns.path_index[i] == 1:
                 friction *= np.exp(np.linspace(-0.2, 0.4, 50)[k])

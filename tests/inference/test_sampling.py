@@ -211,7 +211,7 @@ def test_every_choice_converges_on_the_twin(law, scatter, distribution, tails) -
     # Whatever the form, friction at 20 000 m3 is that of the twin.
     posterior = assemble(twin_study(), specification, facts)
     draws = found.draws[::20]
-    level = [posterior.location_and_scatter(u, np.array([[2e4]]))[0][0, 0] for u in draws]
+    level = [posterior.friction.location_and_scatter(u, np.array([[2e4]]))[0][0, 0] for u in draws]
     mu = np.exp(level) if distribution == "lognormal" else np.array(level)
     truth = TRUTH["a"] * np.exp(-TRUTH["n"] * 2e4)
     assert abs(mu.mean() - truth) < 0.03

@@ -40,6 +40,7 @@ from avahazard.criticism.diagnosis.refits import (
     still_needed,
 )
 from avahazard.criticism.diagnosis.together import Together, masked_pair, needed_beside
+from avahazard.criticism.diagnosis.two_kinds import kinds_of
 from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.scores import crps
 from avahazard.criticism.screening.candidates import candidate_definitions, not_asked
@@ -49,6 +50,7 @@ from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.seeds import generator
+from avahazard.results.diagnosis import Kinds
 
 ERROR_DRAWS = 400
 ALIKE = 0.7
@@ -69,6 +71,7 @@ class Candidate:
     held_out_gain: float | None
     confounded_with: tuple[str, ...]
     force_witness: ForceWitness | None
+    kinds: Kinds | None
 
     @property
     def key(self) -> str:
@@ -121,7 +124,7 @@ def diagnose(
     plain = with_tails_granted(observations, specification, facts, own)
     base, granted, too_many = with_nuisances_granted(observations, plain, own)
     entries = candidate_definitions(observations, plain.specification, own)
-    limits = [entry for entry in entries if entry.says_what_is_seen]
+    alone = [entry for entry in entries if entry.level_alone is not None]
     progress(0.2)
     screened = screen(base.posterior, base.mode.u, entries, seed=seed)
     fits, screening = fitted_in_full(
@@ -129,7 +132,7 @@ def diagnose(
         own,
         base,
         screened,
-        limits,
+        alone,
         expected,
         lambda share: progress(0.3 + 0.5 * share),
     )
@@ -249,6 +252,8 @@ def candidates(
     """Every candidate with what is known of it: those refitted (`ranked`) first."""
     rest = [c for c in screening.candidates if c not in ranked]
     alike = look_alikes(fits, base)
+    new = base.posterior.layout.kinds is None
+    kinds = {key: kinds_of(fit) for key, fit in fits.items() if new and fit.posterior.layout.kinds}
     return tuple(
         Candidate(
             c,
@@ -258,6 +263,7 @@ def candidates(
             naming.held_out.get(c.key),
             alike.get(c.key, ()),
             naming.witnesses.get(c.key),
+            kinds.get(c.key),
         )
         for c in [*ranked, *rest]
     )

@@ -32,7 +32,7 @@ def _residual(fit: Refit) -> Floats:
     nodes = posterior.nodes.at(fit.mode.u)
     asked = np.log(np.maximum(likely_friction(nodes, posterior.layout.log_scatter), 1e-3))
     given, _ = posterior.location_and_scatter(fit.mode.u)
-    mean = np.sum(given * posterior.observations.volumes.weight, axis=1)
+    mean = np.sum(given * posterior.weight(fit.mode.u), axis=1)
     if not posterior.layout.log_scatter:
         mean = np.log(np.maximum(mean, 1e-3))
     # An event that left asks for no certain friction.

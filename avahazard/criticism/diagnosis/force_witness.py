@@ -189,7 +189,7 @@ def _follow(track: _Track, linear: Linear, share: float) -> None:
 def _friction(posterior: Posterior, u: Floats) -> Floats:
     """Median friction of each event `[n_events]` at coordinates u."""
     volume = np.exp(posterior.volumes(u).mean)[:, None]
-    location = posterior.location_and_scatter(u, volume)[0][:, 0]
+    location = posterior.friction.location_and_scatter(u, volume, posterior.of_events)[0][:, 0]
     return np.exp(location) if posterior.layout.log_scatter else location
 
 

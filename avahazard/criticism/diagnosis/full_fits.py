@@ -22,6 +22,7 @@ from avahazard.criticism.diagnosis.refits import (
     refit_without,
     short_climb,
 )
+from avahazard.criticism.diagnosis.two_kinds import CHANCE_GAIN, gain_of_wrong_records
 from avahazard.criticism.screening.screen import EXPECTED_SHARE, LEVEL, Screened, Screening
 from avahazard.effects.effect import Definition, FrictionEffect, LimitEffect
 from avahazard.inference.model.observations import Observations
@@ -34,8 +35,6 @@ WORTH_A_FIT = float(-np.log(0.2))
 """Surprise of the screening from which on a candidate is."""
 WORTH_BESIDE = 0.5
 """Share of the largest gain to first order that a candidate must have to be fitted beside it."""
-DETECTION_LEVEL = 0.003
-"""Level of what says which avalanches were recorded at all, tested by itself."""
 PERSISTENT_LEVEL, TRANSIENT_LEVEL = 0.003, 0.001
 """Levels of groups of events, each tested by itself: of those that persist, as paths, of winters
 and of storms, which must have evidence besides."""
@@ -60,13 +59,13 @@ def fitted_in_full(
     own: Sequence[Definition],
     base: Refit,
     screening: Screening,
-    limits: Sequence[Definition],
+    alone: Sequence[Definition],
     expected: Sequence[str] = (),
     progress: Callable[[float], None] = lambda _share: None,
 ) -> tuple[dict[str, Refit], Screening]:
     """The candidates that stand out, fitted, and the screening with their p-values.
 
-    `limits` are candidates that say what was recorded at all, which no screening can try;
+    `alone` are candidates that no screening can try, tested by themselves;
     `expected` the keys of those that were declared beforehand. These are a family of their own,
     with two thirds of the level; the others have the rest of it, and all of it once every expected
     one is significant (the fallback procedure, Wiens 2003).
@@ -84,11 +83,11 @@ def fitted_in_full(
         if rare and c.surprise > WORTH_A_FIT and c.gain >= least and len(worth) < FITTED:
             worth.append(c.key)
     by_path = [c.key for c in screening.candidates if _by_path(c.definition, observations)]
-    keys = list(dict.fromkeys([*expected, *(d.key for d in limits), *worth, *by_path[:BY_PATH]]))
+    keys = list(dict.fromkeys([*expected, *(d.key for d in alone), *worth, *by_path[:BY_PATH]]))
     fits = refit_each(observations, keys, own, base, progress, likely)
     gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in fits.items()}
     tested = [_fitted(c, gains.get(c.key)) for c in screening.candidates]
-    tested += [_limit(d, fits[d.key], gains[d.key]) for d in limits]
+    tested += [_alone(d, fits[d.key], gains[d.key]) for d in alone]
     declared = [c for c in tested if c.key in expected]
     p_values = {
         c.key: min(np.exp(-c.surprise) * len(declared) / EXPECTED_SHARE, 1.0) for c in declared
@@ -97,8 +96,8 @@ def fitted_in_full(
     if any(p > LEVEL for p in p_values.values()):
         share = 1.0 - EXPECTED_SHARE
     for c in tested:
-        alone = c.definition.says_what_is_seen
-        p = c.p_single * LEVEL / DETECTION_LEVEL if alone else screening.p_family(c.surprise, share)
+        level = c.definition.level_alone
+        p = c.p_single * LEVEL / level if level else screening.p_family(c.surprise, share)
         p_values.setdefault(c.key, min(p, 1.0))
     ranked = sorted(tested, key=lambda c: (p_values[c.key], -c.surprise))
     found = tuple(replace(c, p_family=float(p_values[c.key])) for c in ranked)
@@ -145,20 +144,23 @@ def _fitted(candidate: Screened, gain: float | None) -> Screened:
     return replace(candidate, gain=gain, surprise=candidate.surprise_of(gain))
 
 
-def _limit(entry: Definition, fit: Refit, gain: float) -> Screened:
-    """A limit of detection that is estimated: what it gains by chance is known.
+def _alone(entry: Definition, fit: Refit, gain: float) -> Screened:
+    """A candidate that has no score at neutral: what it gains by chance is known.
 
-    One just above the highest stop of a path makes every record there likelier: by -n log U of n
-    stops, where the share U that lies below the highest has the distribution of the largest of n,
-    so by an exponential's one nat a path, whatever n is.
+    Two kinds of avalanche gain what `CHANCE_GAIN` says. A limit of detection just above the highest
+    stop of a path makes every record there likelier: by -n log U of n stops, where the share U that
+    lies below the highest has the distribution of the largest of n, so by an exponential's one nat
+    a path, whatever n is.
     """
     observations = fit.posterior.observations
-    effect = next(e for e in fit.posterior.effects if isinstance(e, LimitEffect))
-    lowest = np.array([p.low for p in effect.parameters])
-    limited = np.isfinite(effect.limit(observations.columns, lowest))
-    limited &= np.isnan(observations.limit)
-    n_paths = len(np.unique(observations.columns.path_index[limited]))
-    found = Screened(entry, gain, n_paths + 0.5, 1.0, False, 0.0, 1.0, np.empty(0))
+    effect = next(e for e in fit.posterior.effects if e.key == entry.key)
+    shape, scale = 1.0, CHANCE_GAIN
+    if isinstance(effect, LimitEffect):
+        lowest = np.array([p.low for p in effect.parameters])
+        limited = np.isfinite(effect.limit(observations.columns, lowest))
+        limited &= np.isnan(observations.limit)
+        shape, scale = len(np.unique(observations.columns.path_index[limited])) + 0.5, 1.0
+    found = Screened(entry, gain, shape, scale, False, 0.0, 1.0, np.empty(0))
     return replace(found, surprise=found.surprise_of(gain))
 
 
@@ -189,7 +191,8 @@ def evidence_gain(
 
     Never more than it gains in likelihood: where another law has other priors it would be. The
     estimated detection limit has a price of a nat a path, what it gains on average by chance. One
-    of many of a kind, or of many dates, is as likely beforehand as they are together.
+    of many of a kind, or of many dates, is as likely beforehand as they are together. Two kinds of
+    avalanche must explain more than wrong records do.
     """
     entry = candidate.definition
     price = 0.0
@@ -200,6 +203,8 @@ def evidence_gain(
             price += np.log(len(entry.alternatives(observations.columns, observations.sites)))
     fit = fits[candidate.key]
     gain = fit.log_likelihood - base.log_likelihood
+    if fit.posterior.layout.kinds is not None and base.posterior.layout.kinds is None:
+        price += gain_of_wrong_records(base)
     if candidate.definition.says_what_is_seen:
         gain -= candidate.shape
     return float(min(fit.evidence - base.evidence, gain) - price)

@@ -168,9 +168,8 @@ def _expected(fit: Refit, event: int, x: Floats) -> _Expected:
     location, scatter = posterior.location_and_scatter(u)
     offsets = posterior.offsets(u).mode if posterior.plan else None
     location = posterior.shifted(location, offsets)
-    friction, chance = friction_given_record(
-        posterior, posterior.nodes.at(u), event, location[event], scatter[event]
-    )
+    of_event = location[event], scatter[event], posterior.weight(u)[event]
+    friction, chance = friction_given_record(posterior, posterior.nodes.at(u), event, *of_event)
     site = observations.sites[observations.columns.path_index[event]]
     resistance = posterior.resistance(site, posterior.layout.effect_values(u))
     terrain = site.terrain_for(resistance)

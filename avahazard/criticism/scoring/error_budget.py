@@ -122,6 +122,8 @@ def _runouts(model: FittedModel, rng: np.random.Generator) -> Floats:
     volume_noise = rng.standard_normal((2, N_DRAWS, n))
     student = posterior.specification.tails == "student"
     noise = scatter_draws(rng, (2, N_DRAWS, n), student)
+    one_kind = posterior.layout.kinds is None
+    kind_chance = noise if one_kind else rng.uniform(size=noise.shape)
     in_log = posterior.layout.log_scatter
     friction = np.empty((2, 2, 2, n, N_DRAWS))
     for side, d in np.ndindex(used.shape):
@@ -130,12 +132,17 @@ def _runouts(model: FittedModel, rng: np.random.Generator) -> Floats:
         shift = group_shift(model, u, k, rng)
         volumes = posterior.volumes(u)
         log_volume = drawn_log_volumes(volumes, volume_noise[:, d])
-        location, scatter = posterior.location_and_scatter(u, np.exp(log_volume.T))
+        location, scatter = posterior.friction.location_and_scatter(
+            u, np.exp(log_volume.T), posterior.of_events
+        )
         location = shifted(location, shift[:, None], in_log)
+        kinds = posterior.friction.kinds(u)
         for v, e in np.ndindex(2, 2):
-            deviation = scatter[:, v] * noise[e, d]
-            friction[side, v, e, :, d] = drawn(location[:, v], deviation, in_log)
-    del volume_noise, noise
+            deviation, middle = scatter[:, v] * noise[e, d], location[:, v]
+            if kinds is not None:
+                middle = shifted(middle, kinds.drawn(kind_chance[e, d]), in_log)
+            friction[side, v, e, :, d] = drawn(middle, deviation, in_log)
+    del volume_noise, noise, kind_chance
     # A friction gives way to its runout: there are eight of them to a draw and event.
     runout = friction
     for g, members in enumerate(groups):

@@ -70,10 +70,12 @@ def matched_speeds(model: FittedModel, rng: np.random.Generator) -> MatchedSpeed
             nodes = stop_nodes(posterior, table)
         location, scatter = posterior.location_and_scatter(u)
         location = posterior.shifted(location, None if offsets is None else offsets[k])
+        weight = posterior.weight(u)
         tracks = []
         for j, track in enumerate(observations.speeds):
             i = track.event
-            places, chance = friction_given_record(posterior, nodes, i, location[i], scatter[i])
+            of_event = location[i], scatter[i], weight[i]
+            places, chance = friction_given_record(posterior, nodes, i, *of_event)
             mu = rng.choice(places, per_draw, p=chance)
             arrives = observations.kind[i] != LEFT
             square = _squares_at(table, j, i, mu)
@@ -201,12 +203,18 @@ def _levels(observations: Observations, matched: MatchedSpeeds) -> Mapping[str, 
 
 
 def friction_given_record(
-    posterior: Posterior, nodes: Nodes, event: int, location: Floats, scatter: Floats
+    posterior: Posterior,
+    nodes: Nodes,
+    event: int,
+    location: Floats,
+    scatter: Floats,
+    weight_of_volume: Floats,
 ) -> tuple[Floats, Floats]:
     """Frictions `[n_nodes + 2]` and their chances (which sum to 1) given the record of one event.
 
     The last two stand for all below and beyond the tables, which a vague record allows.
-    `nodes` are those of all events; `location` and `scatter` `[n_volumes]` are of this one.
+    `nodes` are those of all events; `location`, `scatter` and `weight_of_volume` `[n_volumes]` are
+    of this one.
     """
     in_log = posterior.layout.log_scatter
     place, weight = nodes.place[event], nodes.weight[event]
@@ -217,7 +225,7 @@ def friction_given_record(
         chance = nodes.floor[event] + (edges > place[:, None]) @ drops
         weight = np.gradient(place) * np.clip(chance, 0.0, 1.0)
     student = posterior.specification.tails == "student"
-    h = posterior.observations.volumes.weight[event]
+    h = weight_of_volume
     z = (place[:, None] - location) / scatter
     log_p = np.logaddexp.reduce(log_density(z, student) + np.log(h / scatter), axis=1)
     edge = nodes.tail_place[event]

@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 
 from avahazard.arrays import Floats
 from avahazard.criticism.screening.linear_model import LinearModel
-from avahazard.effects.effect import Definition, Effect, FrictionEffect, LimitEffect
+from avahazard.effects.effect import Definition, Effect, FrictionEffect
 from avahazard.inference.model.friction_scatter import volume_share
 from avahazard.inference.model.laws import LAWS, Law
 
@@ -46,12 +46,12 @@ def blocks(candidates: Sequence[Definition], model: LinearModel) -> list[Block]:
 def _blocks(entry: Definition, model: LinearModel) -> Iterator[Block]:
     posterior = model.posterior
     columns, sites = posterior.observations.columns, posterior.observations.sites
+    if entry.level_alone is not None:
+        return
     if entry.changes is None:
         tried = entry.alternatives or (lambda *data: [entry.facts(*data)])
         for facts in tried(columns, sites):
-            effect = entry.build(facts)
-            if not isinstance(effect, LimitEffect):
-                yield from _of_effect(effect, model)
+            yield from _of_effect(entry.build(facts), model)
     elif entry.changes.field == "law":
         for other in LAWS.values():
             if other.name != posterior.specification.law and other.uses_volume:

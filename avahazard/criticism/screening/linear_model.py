@@ -245,7 +245,7 @@ def linear_model(posterior: Posterior, u: Floats) -> LinearModel:
     offsets = posterior.offsets(u).mode if posterior.plan else None
     location, scatter = posterior.location_and_scatter(u)
     location = posterior.shifted(location, offsets)
-    weight, nodes = posterior.volumes(u).weight, posterior.nodes_at(u)
+    weight, nodes = posterior.weight(u), posterior.nodes_at(u)
     student = posterior.specification.tails == "student"
     terms = event_terms(nodes, location, scatter, weight, student)
     mean = np.sum(weight * location, axis=1)
@@ -263,6 +263,11 @@ def linear_model(posterior: Posterior, u: Floats) -> LinearModel:
     score = np.sum(terms.by_location, axis=1) * unit
     widen = float(np.sqrt(STUDENT_INFORMATION if student else 2.0))
     share = np.maximum(variances.scatter / variances.total, LEAST_SHARE)
+    if layout.kinds is not None and not gone.all():
+        # A record that tells of which kind it is says more than one that scatters as all do.
+        stopped = ~gone
+        root[stopped] *= np.sqrt(np.mean((score / root)[stopped] ** 2))
+        widen = float(np.sqrt(np.mean((np.sum(terms.by_scatter, axis=1) / share)[stopped] ** 2)))
     apart = np.where(gone, 0.0, np.sum(terms.by_scatter, axis=1) / (share * widen))
     rows = [(score[i : i + 1] / root[i], root[i : i + 1]) for i in range(len(mean))]
     roots, log_friction = {}, np.where(gone, log_mean, asked)
@@ -273,7 +278,8 @@ def linear_model(posterior: Posterior, u: Floats) -> LinearModel:
         sigma = 0.0 if place is None else float(np.exp(u[place]))
         for track, speeds in zip(observations.speeds, table.speeds, strict=True):
             i = track.event
-            places, chance = friction_given_record(posterior, nodes, i, location[i], scatter[i])
+            of_event = location[i], scatter[i], weight[i]
+            places, chance = friction_given_record(posterior, nodes, i, *of_event)
             at = float(chance @ np.log(np.maximum(places, MU[0])))
             log_friction[i] = at
             away, error = 0.0, MOST_VARIANCE
@@ -386,7 +392,7 @@ def _mean_log_friction(posterior: Posterior, u: Floats) -> Floats:
     location, _ = posterior.location_and_scatter(u)
     if not posterior.layout.log_scatter:
         location = np.log(np.maximum(location, 1e-3))
-    return np.asarray(np.sum(location * posterior.volumes(u).weight, axis=1))
+    return np.asarray(np.sum(location * posterior.weight(u), axis=1))
 
 
 def _members(model: LinearModel) -> tuple[csr_matrix, Floats]:

@@ -28,7 +28,7 @@ from avahazard.inference.fitting.mode import (
     units,
 )
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.layout import arm_between
+from avahazard.inference.model.layout import arm_between, scatter_centre
 
 STEPS, SMALLEST_GAIN = 20, 0.01
 """Most Gauss-Newton steps, and the gain (nats) of the last."""
@@ -196,6 +196,9 @@ FIRST_POINTS, OTHER_POINTS = 5, 3
 TRACK_SCATTERS = (-1.2, 0.0, 1.2)
 """Logs of the scatters along tracks that are tried, from the most plausible one."""
 HELD_ITERATIONS = 20
+SHARES, SHIFTS, CLIMBED, MOST_EXPLAINED = (0.15, 0.3, 0.5, 0.7, 0.85), (1.5, 2.5, 4.0, 6.0), 2, 0.85
+"""Shares of a second kind of avalanche that are tried, its shifts in scatters, from how many of
+these the mode is sought, and the part of the variance of friction that kinds may explain."""
 
 
 def search_mode(
@@ -210,9 +213,11 @@ def search_mode(
     """
     layout = posterior.layout
     u = start_coordinates(posterior) if start is None else np.clip(start, layout.low, layout.high)
+    starts = starts_of_kinds(posterior, u)
     if not posterior.nodes.varies:
-        return posterior, find_mode(posterior, u)
-    peaks = [gauss_newton(posterior, u)]
+        modes = [find_mode(posterior, at) for at in starts]
+        return posterior, max(modes, key=lambda mode: mode.log_density)
+    peaks = [gauss_newton(posterior, at) for at in starts]
     for effect in posterior.effects:
         best = max(peaks, key=lambda peak: peak.log_density).u
         tried = short_climbs(posterior, best, effect, (likely or {}).get(effect.key))
@@ -241,6 +246,29 @@ def short_climbs(
         held = [*held, layout.track_scatter]
         starts = [np.append(v, middle + s) for v in starts for s in TRACK_SCATTERS]
     return [held_climb(posterior, u, held, v) for v in starts]
+
+
+def starts_of_kinds(posterior: Posterior, u: Floats) -> list[Floats]:
+    """Coordinates from which two kinds of avalanche are sought where u has one: the likeliest.
+
+    Where all are of one kind nothing moves. What is tried leaves friction its mean, and takes what
+    kinds explain from its variance.
+    """
+    layout = posterior.layout
+    if layout.kinds is None or posterior.friction.kinds(u) is not None:
+        return [u]
+    sigma = np.exp(u[layout.scatter])
+    sigma *= scatter_centre(True) / scatter_centre(layout.log_scatter)
+    scales = [slot.scale for slot in layout.slots[layout.kinds]]
+    tried = []
+    for share, shift in product(SHARES, SHIFTS):
+        at = u.copy()
+        part = min(share * (1.0 - share) * shift**2, MOST_EXPLAINED)
+        at[layout.kinds] = np.array([share, -sigma * shift]) / scales
+        at[layout.scatter] += 0.5 * np.log1p(-part)
+        tried.append(np.clip(at, layout.low, layout.high))
+    best = np.argsort(-posterior.log_densities(np.array(tried)))
+    return [tried[k] for k in best[:CLIMBED]]
 
 
 def _tried(effect: Effect) -> list[Floats]:

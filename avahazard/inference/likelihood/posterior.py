@@ -127,7 +127,7 @@ class Posterior:
         inside = np.flatnonzero(np.all((u >= layout.low) & (u <= layout.high), axis=1))
         if not len(inside):
             return result
-        if self._volume_errors:
+        if self._volume_errors or self.layout.kinds is not None:
             result[inside] = [self.log_likelihood(v) for v in u[inside]]
         else:
             size = self.observations.volumes.volume.size
@@ -150,22 +150,25 @@ class Posterior:
 
     @property
     def sloped(self) -> NDArray[np.int64]:
-        """Slots by which `density_and_slopes` has derivatives: all that shape no tables.
+        """Slots by which `density_and_slopes` has derivatives: most that shape no tables.
 
         None where groups have offsets, integrated out by a method whose own error moves with all.
         """
         if self.plan:
             return np.empty(0, dtype=np.int64)
         held = {*self.layout.tables, self.layout.track_scatter}
-        for effect in self._volume_errors:
-            held |= set(range(len(self.layout.slots))[self.layout.places[effect.key]])
+        places = [self.layout.places[effect.key] for effect in self._volume_errors]
+        if self.layout.kinds is not None:
+            places.append(self.layout.kinds)
+        for place in places:
+            held |= set(range(len(self.layout.slots))[place])
         return np.array([k for k in range(len(self.layout.slots)) if k not in held], np.int64)
 
     def density_and_slopes(self, u: Floats) -> tuple[float, Floats]:
         """`log_density` at u, within the bounds, and its derivatives `[n_slots]` by `sloped`."""
         nodes = self.nodes_at(u)
         at = self.location_and_scatter(u)
-        weight, student, keep = self.observations.volumes.weight, self.friction.student, self._keep
+        weight, student, keep = self.weight(u), self.friction.student, self._keep
         terms = event_terms(nodes, *at, weight, student, keep)
         volume = self.volumes(u).volume
         by_friction = terms.by_location, terms.by_scatter
@@ -207,10 +210,10 @@ class Posterior:
         """Log likelihood with all that rests on u, offsets of groups integrated out."""
         tau = self.layout.spread_values(u)
         if not self.plan or not np.any(tau):
-            weight, student = self.observations.volumes.weight, self.friction.student
+            weight, student = self.weight(u), self.friction.student
             of_nodes = nodes, location, scatter, weight, student, self._keep
             return float(np.sum(event_terms(*of_nodes, slopes=False).value[self._keep])), None
-        offsets, value_there = self._offsets(tau, nodes, location, scatter)
+        offsets, value_there = self._offsets(u, nodes, location, scatter)
         spread = tau[self.plan.of]
         penalty = 0.5 * np.sum((offsets.mode / spread) ** 2)
         with np.errstate(divide="ignore"):  # -inf where the curvature overflows, far off
@@ -226,14 +229,14 @@ class Posterior:
         """
         location, scatter = self.location_and_scatter(u)
         location = self.shifted(location, offsets)
-        weight, student = self.observations.volumes.weight, self.friction.student
+        weight, student = self.weight(u), self.friction.student
         of_nodes = self.nodes_at(u), location, scatter, weight, student, keep
         return event_terms(*of_nodes, slopes=False).value
 
     def offsets(self, u: Floats) -> Offsets:
         """The offsets of the groups given coordinates u."""
         location, scatter = self.location_and_scatter(u)
-        return self._offsets(self.layout.spread_values(u), self.nodes_at(u), location, scatter)[0]
+        return self._offsets(u, self.nodes_at(u), location, scatter)[0]
 
     def log_wrong(self, u: Floats) -> Floats:
         """Log density of each record as a wrong one, times their share, `[n_events]`."""
@@ -272,20 +275,20 @@ class Posterior:
         """Error of the records `[n_events]` (m), with the factors of effects on it."""
         return record_sigma(self.observations, self.effects, self.layout.effect_values(u))
 
-    def location_and_scatter(
-        self, u: Floats, volume: Floats | None = None
-    ) -> tuple[Floats, Floats]:
-        """Location m (log μ, or μ for normal) and scatter σ, each `[..., n_events, n_volumes]`.
+    def location_and_scatter(self, u: Floats) -> tuple[Floats, Floats]:
+        """Location m (log μ, or μ for normal) and scatter σ, each `[..., n_events, n_nodes]`.
 
-        At coordinates u `[..., n_slots]`; they are given at the volume nodes, or at `volume` (m3)
-        `[n_events, n_volumes]`. What an event has for itself of a grouping is in its scatter.
+        At coordinates u `[..., n_slots]`, at the volume nodes of every kind of avalanche
+        (`weight`). What an event has for itself of a grouping is in its scatter.
         """
-        covariate = None
-        if volume is None:
-            volumes = self.volumes(u)
-            volume = volumes.volume
-            covariate = self._covariate if volumes is self.observations.volumes else None
-        return self.friction.location_and_scatter(u, volume, self.of_events, covariate)
+        volumes = self.volumes(u)
+        covariate = self._covariate if volumes is self.observations.volumes else None
+        law = self.friction.location_and_scatter(u, volumes.volume, self.of_events, covariate)
+        return self.friction.by_kind(u, *law)
+
+    def weight(self, u: Floats) -> Floats:
+        """Weights `[n_events, n_nodes]` of what `location_and_scatter` gives at u `[n_slots]`."""
+        return self.friction.weights_by_kind(u, self.observations.volumes.weight)
 
     def resistance(self, site: Site, values: Values) -> Resistance:
         """The resistance on a site with this model's effects at these values."""
@@ -298,20 +301,20 @@ class Posterior:
         return self.friction.shifted(location, self.plan.shift(offsets)[:, None])
 
     def _offsets(
-        self, tau: Floats, nodes: Nodes, location: Floats, scatter: Floats
+        self, u: Floats, nodes: Nodes, location: Floats, scatter: Floats
     ) -> tuple[Offsets, float]:
-        """The offsets given their spreads `[n_groupings]`, and the log likelihood at their mode."""
+        """The offsets at coordinates u, and the log likelihood at their mode."""
         mode, bend, cross, root, value = newton_offsets(
             nodes,
             location,
             scatter,
-            self.observations.volumes.weight,
+            self.weight(u),
             self.friction.student,
             self._in_log,
             self.plan.index,
             self._rest,
             self._keep,
-            tau[self.plan.of] ** -2.0,
+            self.layout.spread_values(u)[self.plan.of] ** -2.0,
         )
         return Offsets(mode, self._rest, bend, cross, root), float(np.sum(value))
 

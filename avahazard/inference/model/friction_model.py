@@ -128,6 +128,21 @@ class EventFriction(NamedTuple):
     plan: OffsetPlan
 
 
+class Kinds(NamedTuple):
+    """The share of each kind of avalanche, and how far its log friction lies from the mean of all.
+
+    Both are `[..., n_kinds]`.
+    """
+
+    share: Floats
+    shift: Floats
+
+    def drawn(self, chance: Floats) -> Floats:
+        """The shift of the kind that a uniform number draws, of any shape that fits."""
+        second = chance < self.share[..., 1]
+        return np.where(second, self.shift[..., 1], self.shift[..., 0])
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class FrictionModel:
     """Friction given the coordinates u `[..., n_slots]` of a model, for any events.
@@ -164,6 +179,18 @@ class FrictionModel:
         is_line = law.form == "line" and len(law.coordinates) == 2
         return law.covariate(volume) if is_line else None
 
+    def kinds(self, u: Floats) -> Kinds | None:
+        """The kinds of avalanche at coordinates u `[..., n_slots]`; None where all are of one."""
+        place = self.layout.kinds
+        if place is None:
+            return None
+        scales = np.array([slot.scale for slot in self.layout.slots[place]])
+        share, shift = np.moveaxis(u[..., place] * scales, -1, 0)
+        if not np.any(shift):
+            return None
+        shares = np.stack([1.0 - share, share], axis=-1)
+        return Kinds(shares, np.stack([-share * shift, (1.0 - share) * shift], axis=-1))
+
     def location_and_scatter(
         self,
         u: Floats,
@@ -176,11 +203,28 @@ class FrictionModel:
         At coordinates u `[..., n_slots]` and volumes (m3) `[n_events, n_volumes]`. What an event
         has for itself of a grouping is in its scatter. `events` None: by the law alone.
         `covariate` is `line_covariate` where it is known: its logarithms are most of the work.
+        Where avalanches are of several kinds, this is the mean of these (`by_kind`).
         """
         if events is None:
             return self._located(u, volume, [], [], np.zeros(len(volume)), covariate)
         own = self.layout.spread_values(u) ** 2 @ events.plan.alone
         return self._located(u, volume, events.shifts, events.widens, own, covariate)
+
+    def by_kind(self, u: Floats, location: Floats, scatter: Floats) -> tuple[Floats, Floats]:
+        """The same of each kind, one after the other: `[..., n_events, n_kinds * n_volumes]`."""
+        kinds = self.kinds(u)
+        if kinds is None:
+            return location, scatter
+        shifts = np.moveaxis(kinds.shift, -1, 0)[..., None, None]
+        each = [self.shifted(location, shift) for shift in shifts]
+        return np.concatenate(each, axis=-1), np.concatenate([scatter] * len(each), axis=-1)
+
+    def weights_by_kind(self, u: Floats, weight: Floats) -> Floats:
+        """Weights of volumes `[n_events, n_volumes]` for the nodes of `by_kind`."""
+        kinds = self.kinds(u)
+        if kinds is None:
+            return weight
+        return np.concatenate([share * weight for share in kinds.share], axis=-1)
 
     def of_future_events(
         self, u: Floats, volume: Floats, columns: EventColumns
@@ -245,8 +289,14 @@ class FrictionModel:
         """Derivatives `[n_slots]` by the coordinates u `[n_slots]` that move location and scatter.
 
         Of a sum over events whose derivatives in m and in log σ are `pull` and `by_scatter`, each
-        `[n_events, n_volumes]`; 0 for other coordinates. The events have no groups.
+        `[n_events, n_volumes]`, of every kind (`by_kind`); 0 for other coordinates. The events have
+        no groups.
         """
+        kinds = self.kinds(u)
+        if kinds is not None:
+            steep = np.ones(2) if self.layout.log_scatter else np.exp(kinds.shift)
+            pull = steep @ np.array(np.split(pull, 2, axis=1)).swapaxes(0, 1)
+            by_scatter = np.sum(np.split(by_scatter, 2, axis=1), axis=0)
         layout = self.layout
         slopes = np.zeros(len(u))
         n = len(layout.law.coordinates)
@@ -280,8 +330,16 @@ class FrictionModel:
         """The location with `shift` added to log friction."""
         return shifted(location, shift, self.layout.log_scatter)
 
-    def draw(self, location: Floats, scatter: Floats, rng: np.random.Generator) -> Floats:
-        """One draw of μ for each location and scatter, of one shape."""
+    def draw(
+        self, u: Floats, location: Floats, scatter: Floats, rng: np.random.Generator
+    ) -> Floats:
+        """One draw of μ, of whatever kind, for each location and scatter, of one shape.
+
+        Coordinates u `[..., n_slots]` are one for all, or one for each of the last axis.
+        """
+        kinds = self.kinds(u)
+        if kinds is not None:
+            location = self.shifted(location, kinds.drawn(rng.uniform(size=location.shape)))
         noise = draws(rng, location.shape, self.student)
         return friction(location, scatter * noise, self.layout.log_scatter)
 

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.effects.effect import Effect, GroupEffect, Parameter, shapes_tables
+from avahazard.effects.effect import Effect, GroupEffect, KindsEffect, Parameter, shapes_tables
 from avahazard.inference.model.laws import Law, law
 from avahazard.inference.model.specification import Specification, with_given
 
@@ -81,7 +81,8 @@ class Layout:
 
     With Student's tails, the log share of wrong records is at `wrong_share`.
     `places` maps an effect's key to its slots, `spreads` that of an effect on groups of events to
-    the slot of their spread; `tables` are the slots that shape the tables. `law_correlation`
+    the slot of their spread; `kinds` are those of the share and the shift of a second kind of
+    avalanche; `tables` are the slots that shape the tables. `law_correlation`
     `[n_coordinates, n_coordinates]` is that of the law's prior, None where it is independent.
     """
 
@@ -91,6 +92,7 @@ class Layout:
     scatter_slope: int | None
     reference_volume: float
     spreads: dict[str, int]
+    kinds: slice | None
     wrong_share: int | None
     track_scatter: int | None
     places: dict[str, slice]
@@ -289,6 +291,7 @@ def build_layout(
         slots.append(Slot("sigma_n", "", 0.0, 1.0, scale=per_volume))
     places: dict[str, slice] = {}
     spreads: dict[str, int] = {}
+    kinds = None
     for effect in effects:
         if isinstance(effect, GroupEffect):
             spreads[effect.key] = len(slots)
@@ -296,6 +299,8 @@ def build_layout(
             continue
         places[effect.key] = slice(len(slots), len(slots) + len(effect.parameters))
         slots += [_slot(effect, p) for p in effect.parameters]
+        if isinstance(effect, KindsEffect):
+            kinds = places[effect.key]
     wrong_share = None
     if specification.tails == "student":
         wrong_share = len(slots)
@@ -322,6 +327,7 @@ def build_layout(
         scatter_slope=slope,
         reference_volume=specification.reference_volume_m3,
         spreads=spreads,
+        kinds=kinds,
         wrong_share=wrong_share,
         track_scatter=track_scatter,
         places=places,

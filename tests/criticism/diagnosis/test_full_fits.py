@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 
 from avahazard.criticism.diagnosis import full_fits
-from avahazard.criticism.diagnosis.full_fits import _limit, evidence_gain, fitted_in_full
+from avahazard.criticism.diagnosis.full_fits import _alone, evidence_gain, fitted_in_full
 from avahazard.criticism.screening.screen import EXPECTED_SHARE, LEVEL, Screened, Screening
 from avahazard.effects.catalogue import definition
 from tests.inference.studies import observations
@@ -22,13 +22,13 @@ def screened(key: str, surprise: float, gain: float = 10.0) -> Screened:
     return Screened(definition(key), gain, 0.5, 1.0, False, surprise, 1.0, np.empty(0))
 
 
-def test_a_limit_gains_by_chance_what_its_law_says() -> None:
+def test_a_alone_gains_by_chance_what_its_law_says() -> None:
     """One just above the highest of n stops of each path: -n log of the share below it."""
     given = observations(speeds=False)
     effect = LIMIT.build(LIMIT.facts(given.columns, given.sites))
     posterior = SimpleNamespace(observations=given, effects=(effect,))
     fit: Any = SimpleNamespace(posterior=posterior)
-    found = _limit(LIMIT, fit, 10.0)
+    found = _alone(LIMIT, fit, 10.0)
     n_paths = round(found.shape - 0.5)
     # All paths but that whose limit is declared.
     assert n_paths == 5
@@ -41,7 +41,10 @@ def test_a_limit_gains_by_chance_what_its_law_says() -> None:
 
 
 def fit(gain: float, evidence: float) -> Any:
-    return SimpleNamespace(log_likelihood=20.0 + gain, evidence=10.0 + evidence)
+    posterior = SimpleNamespace(layout=SimpleNamespace(kinds=None))
+    return SimpleNamespace(
+        log_likelihood=20.0 + gain, evidence=10.0 + evidence, posterior=posterior
+    )
 
 
 def test_one_of_many_of_a_kind_pays_for_the_choice() -> None:

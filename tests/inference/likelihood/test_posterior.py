@@ -33,12 +33,17 @@ MODELS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "epoch": (("epoch-bias",), {"distribution": "normal"}),
     "front": (("leading-edge",), {}),
     "drag": (("turbulent-drag", "forest-drag"), {}),
+    "two kinds": (("two-kinds", "snow-type", "observation-limit"), {}),
+    "two kinds, normal": (("two-kinds",), {"distribution": "normal"}),
+    "two kinds, student": (("two-kinds",), {"tails": "student"}),
 }
 OFF_NEUTRAL = {
     "observation-limit.margin": 0.25,
     "epoch-bias.shift": 1.0,
     "leading-edge.share": 1.2,
     "turbulent-drag.drag": 0.26,
+    "two-kinds.share": 1.2,
+    "two-kinds.shift": -1.1,
     "forest-drag.drag": 0.35,
 }
 
@@ -77,7 +82,9 @@ def test_the_density_is_the_likelihood_times_the_prior() -> None:
     )
 
 
-@pytest.mark.parametrize("effects", [(), ("turbulent-drag",), ("path-effect",), ("volume-error",)])
+@pytest.mark.parametrize(
+    "effects", [(), ("turbulent-drag",), ("path-effect",), ("volume-error",), ("two-kinds",)]
+)
 @pytest.mark.parametrize("tails", ["normal", "student"])
 def test_many_densities_at_once_are_those_of_each(effects: tuple[str, ...], tails: str) -> None:
     model = posterior(observations(), *effects, tails=tails)
@@ -118,12 +125,14 @@ def test_out_of_bounds_there_is_no_density() -> None:
         # Laplace's method knows nothing of heavy tails.
         pytest.param({"tails": "student"}, 0.5, 0.15, marks=pytest.mark.slow),
         ({"distribution": "normal"}, 0.5, 0.06),
+        ({"effects": ("two-kinds",)}, 0.5, 0.1),
     ],
 )
 def test_path_offsets_are_integrated_out(
-    settings: dict[str, str], tau: float, tolerance: float
+    settings: dict[str, Any], tau: float, tolerance: float
 ) -> None:
-    model = posterior(observations(18), "path-effect", **settings)
+    more = dict(settings)
+    model = posterior(observations(30), "path-effect", *more.pop("effects", ()), **more)
     u = _place(model, 0)
     u[model.layout.spreads["path-effect"]] = tau
     slow = NaivePosterior(model, u).by_paths(0.2 * tau)
@@ -183,7 +192,7 @@ def test_scatter_that_falls_with_volume_stays_where_nodes_bear_it() -> None:
     u = near(model)
     u[model.layout.scatter_slope] = 4.0
     volume = np.full((model.observations.n_events, 1), 50.0 * model.layout.reference_volume)
-    _, scatter = model.location_and_scatter(u, volume)
+    _, scatter = model.friction.location_and_scatter(u, volume, model.of_events)
     assert np.exp(model.layout.slots[model.layout.scatter].low) == pytest.approx(scatter)
 
 
@@ -196,7 +205,7 @@ def test_scatter_beyond_the_reference_volume_is_that_at_it(slope: float) -> None
     shares = np.array([0.0, 0.5, 1.0, 1.01, 5.0, 1e6])
     volume = shares * model.layout.reference_volume + 1e-9
     volume = np.tile(volume, (model.observations.n_events, 1))
-    _, scatter = model.location_and_scatter(u, volume)
+    _, scatter = model.friction.location_and_scatter(u, volume, model.of_events)
     sigma = np.exp(u[model.layout.scatter])
     np.testing.assert_allclose(scatter[0], sigma * np.exp(-slope * np.minimum(shares, 1.0)))
     columns = model.observations.columns

@@ -1,0 +1,34 @@
+"""Two kinds of avalanche that nobody recorded: friction scatters about two places."""
+
+from __future__ import annotations
+
+from avahazard.effects.columns import EventColumns
+from avahazard.effects.effect import Definition, KindsEffect, Parameter, Sites
+
+FEWEST = 30
+"""Fewest events that can tell two kinds from one."""
+RAREST = 0.15
+"""Share of the rarer kind, at least: what is rarer passes for heavy tails or wrong records."""
+SHIFT_SD = 0.3
+"""Prior standard deviation of the shift, that of the friction of wet snow against dry."""
+PARAMETERS = (
+    Parameter("share", "of the avalanches", 0.5, 0.5, 0.3, RAREST, 1.0 - RAREST),
+    Parameter("shift", "log friction", 0.0, 0.0, SHIFT_SD, -1.5, 0.0),
+)
+
+
+def _few_events(columns: EventColumns, _sites: Sites) -> str | None:
+    return None if len(columns) >= FEWEST else f"fewer than {FEWEST} events"
+
+
+TWO_KINDS = Definition(
+    key="two-kinds",
+    meaning="Avalanches are of two kinds that nobody recorded, and one kind runs on less friction "
+    "than the other. Friction is a mixture: about the law as a mean, a share of the avalanches "
+    "has its logarithm shifted down against the others.",
+    needs=f"{FEWEST} events",
+    build=lambda _: KindsEffect("two-kinds", PARAMETERS),
+    lacking=_few_events,
+    level_alone=0.005,
+    order=142,
+)
