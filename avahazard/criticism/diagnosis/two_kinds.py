@@ -17,7 +17,7 @@ from avahazard.effects.effect import MIN_LEVEL
 from avahazard.effects.levels import level_counts
 from avahazard.inference.likelihood.nodes import wrong_ranges
 from avahazard.inference.likelihood.terms import event_terms
-from avahazard.inference.model.layout import MOST_WRONG, WRONG_SHARE
+from avahazard.inference.model.layout import WRONG_SHARE
 from avahazard.results.base import Rows
 from avahazard.results.diagnosis import InCommon, Kinds
 
@@ -26,7 +26,8 @@ CHANCE_GAIN = 1.0
 most: in 3 of 4 simulated datasets it is 0."""
 ALWAYS = (VOLUME, "year", "day_of_winter", "release_elevation_m", "deposit_length_m")
 LEVEL = 0.05
-N_SHARES, NARROWER, SHIFTS = 41, (1.0, 0.8, 0.65, 0.5, 0.4), (-0.5, -0.25, 0.0, 0.25, 0.5)
+WRONG_SHARES, NARROWER = np.arange(1, 21) / 100.0, (1.0, 0.8, 0.65, 0.5, 0.4)
+SHIFTS = (-0.5, -0.25, 0.0, 0.25, 0.5)
 """Shares of wrong records that are tried, with scatters of the others against that of all, and
 shifts of these in scatters."""
 
@@ -101,7 +102,7 @@ def gain_of_wrong_records(base: Refit) -> float:
         if (n := len(stops)) > MIN_LEVEL:
             among[mine] = np.minimum(among[mine], np.ptp(stops) * (n + 1) / (n - 1))
     may_be = np.isfinite(among)
-    share = np.linspace(0.0, MOST_WRONG, N_SHARES)[1:, None]
+    share = WRONG_SHARES[:, None]
     prior = -0.5 * np.log(share[:, 0] / WRONG_SHARE) ** 2
     best = posterior.event_log_likelihood(u, offsets)[may_be].sum()
     known = best
