@@ -58,7 +58,7 @@ def narrowed(observations: Observations, case: Case) -> Posterior:
         replace(s, mean=priors[s.name][0], sd=priors[s.name][1]) if s.name in priors else s
         for s in model.layout.slots
     )
-    model.layout = replace(model.layout, slots=slots)
+    model.friction = replace(model.friction, layout=replace(model.layout, slots=slots))
     return model
 
 
