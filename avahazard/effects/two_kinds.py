@@ -23,9 +23,9 @@ def _few_events(columns: EventColumns, _sites: Sites) -> str | None:
 
 TWO_KINDS = Definition(
     key="two-kinds",
-    meaning="Avalanches are of two kinds that nobody recorded, and one kind runs on less friction "
-    "than the other. Friction is a mixture: about the law as a mean, a share of the avalanches "
-    "has its logarithm shifted down against the others.",
+    meaning="Avalanches are of two kinds that no column records. Friction is a mixture: the log "
+    "friction of a share of them lies lower than that of the others, and the mean of both follows "
+    "the law.",
     needs=f"{FEWEST} events",
     build=lambda _: KindsEffect("two-kinds", PARAMETERS),
     lacking=_few_events,

@@ -76,7 +76,7 @@ def test_what_the_kinds_have_in_common_is_found_among_the_columns() -> None:
     by_column = {row.column: row for row in found.in_common}
     assert set(by_column) == {"second", "weather"}
     assert by_column["second"].correlation > 0.7
-    # The level that is told is the second in the alphabet.
+    # The level that is shown is the second in the alphabet.
     assert by_column["weather"].level == "storm"
     assert by_column["weather"].correlation < 0.0
 
