@@ -24,6 +24,8 @@ from avahazard.effects.effect import (
 
 EDGE_YEARS = 4.0
 """The change is blurred over these years, so that the likelihood is smooth in its date."""
+DETECTION_LEVEL = 0.003
+"""Level at which the diagnosis tests a limit that is estimated."""
 
 
 def _shift(columns: EventColumns, values: Floats) -> Floats:
@@ -155,7 +157,7 @@ OBSERVATION_LIMIT = Definition(
     lacking=_few_stops,
     facts=_highest_stops,
     settled=_all_declared,
-    level_alone=0.003,
+    level_alone=DETECTION_LEVEL,
     says_what_is_seen=True,
     order=140,
 )

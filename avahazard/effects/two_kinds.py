@@ -9,6 +9,8 @@ FEWEST = 30
 """Fewest events that can tell two kinds from one."""
 RAREST = 0.15
 """Share of the rarer kind, at least: what is rarer passes for heavy tails or wrong records."""
+LEVEL = 0.005
+"""Level at which the diagnosis tests it."""
 SHIFT_SD = 0.3
 """Prior standard deviation of the shift, that of the friction of wet snow against dry."""
 PARAMETERS = (
@@ -29,6 +31,6 @@ TWO_KINDS = Definition(
     needs=f"{FEWEST} events",
     build=lambda _: KindsEffect("two-kinds", PARAMETERS),
     lacking=_few_events,
-    level_alone=0.005,
+    level_alone=LEVEL,
     order=142,
 )
