@@ -1,16 +1,12 @@
-"""Diagnose worlds whose truth is known; write docs/worlds.md.
+"""The loop on synthetic datasets whose truth is known, and docs/worlds.md from its results.
 
-make worlds                 SIZE=10 worlds of each effect and strength, and more of the nulls
-… benchmarks/worlds.py --minutes 60      stop after an hour; the next run goes on from there
-… benchmarks/worlds.py --part 1/2        every second world, for a second machine
-… benchmarks/worlds.py --arm snow-type   only arms with that in their name
-… benchmarks/worlds.py --traps           only arms with a trap
-… benchmarks/worlds.py --again           one world of each arm again, with today's version
-… benchmarks/worlds.py --final           traps, limits of sight: seeds on which no rule was made
-… benchmarks/worlds.py --further         more nulls of these, in the trap that is the hardest
-… benchmarks/worlds.py --settled         limits of sight, judged by who is told them
-… benchmarks/worlds.py arms              names of the arms beyond the catalogue, one a line
-… benchmarks/worlds.py make ARM SEED FOLDER    a dataset of such an arm, as CSV, with its truth
+… benchmarks/worlds.py arms                        names of the arms, one a line
+… benchmarks/worlds.py make ARM SEED FOLDER        a dataset beyond the catalogue, as CSV
+… benchmarks/worlds.py beyond --seeds 1-2 -o FILE  the loop on these seeds of every arm
+… benchmarks/worlds.py table FILE [--page PAGE]    its tables, printed or written into a page
+
+All arms are gone through before the next seed; what FILE has is left out.  Seeds below 1000 are for
+building; those from 5000 on are for the final measurement alone.
 """
 
 from __future__ import annotations
@@ -18,87 +14,73 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import time
 from pathlib import Path
 
 for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ[threads] = "1"
-HERE = Path(__file__).resolve().parent
-AGAIN = HERE / "worlds_again.jsonl"
-FINAL = HERE / "worlds_final.jsonl"
-SETTLED = HERE / "worlds_settled.jsonl"
-sys.path.insert(0, str(HERE.parent))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks.study import keep, lines  # noqa: E402
-from benchmarks.worlds import beyond  # noqa: E402
-from benchmarks.worlds.again import one_of_each  # noqa: E402
-from benchmarks.worlds.arms import final_worlds, further_nulls, plans, settled_worlds  # noqa: E402
-from benchmarks.worlds.judging import judge  # noqa: E402
-from benchmarks.worlds.page import page  # noqa: E402
-from benchmarks.worlds.trap_tables import is_trapped  # noqa: E402
+from benchmarks.study import lines, run_missing, write_parts  # noqa: E402
+from benchmarks.worlds import beyond, catalogue, tables  # noqa: E402
+from benchmarks.worlds.loop import judge  # noqa: E402
+
+
+def arms() -> list[str]:
+    """Names of all arms: effects, then nulls, those without speeds first."""
+    plain = [*beyond.ARMS, *catalogue.ARMS]
+    effects = [name for name in plain if not name.startswith("null")]
+    nulls = [name for name in plain if name.startswith("null")]
+    own = [name + beyond.SPEEDS for name in (*effects, *nulls) if name in beyond.ARMS]
+    return [*effects, *nulls, *own]
+
+
+def run(given: argparse.Namespace) -> None:
+    """The loop on what has no line yet."""
+    low, _, high = given.seeds.partition("-")
+    asked = given.arms or [""]
+    chosen = [name for name in arms() if any(part in name for part in asked)]
+    names = [f"{name} #{k}" for k in range(int(low), int(high or low) + 1) for name in chosen]
+    given.output.parent.mkdir(parents=True, exist_ok=True)
+    run_missing(given.output, [(name, name) for name in names], judge, minutes=given.minutes)
 
 
 def main() -> None:
-    """Go through the worlds that are not in the results yet; write the page."""
-    given = arguments()
-    size = int(os.environ.get("SIZE", "10"))
-    results, made = given.results, plans(size)
-    if given.again:
-        results = AGAIN
-    elif given.final:
-        results, made = FINAL, final_worlds(size)
-    elif given.further:
-        results, made = FINAL, further_nulls()
-    elif given.settled:
-        results, made = SETTLED, settled_worlds(size)
-    done = {x["name"]: x for x in lines(results)}
-    k, n = (int(v) for v in given.part.split("/"))
-    chosen = [p for p in made[k - 1 :: n] if given.arm in p.arm]
-    if given.traps:
-        chosen = [p for p in chosen if is_trapped({"arm": p.arm})]
-    if given.again:
-        chosen = one_of_each(chosen)
-    until = time.monotonic() + 60.0 * given.minutes
-    for plan in chosen:
-        if time.monotonic() > until:
-            break
-        if plan.name in done:
-            continue
-        line = judge(plan)
-        done[plan.name] = line
-        keep(results, line)
-        print(
-            f"{sum(p.name in done for p in chosen)}/{len(chosen)}  {plan.name}: {line['verdict']} "
-            f"{', '.join(line['missing'])} ({line['all_seconds']:.0f} s)",
-            flush=True,
-        )
-    if given.page:
-        command = f"make worlds SIZE={size}"
-        others = [lines(file) for file in (AGAIN, FINAL, SETTLED)]
-        given.page.write_text(
-            page(lines(given.results), command, len(plans(size)), *others),
-            encoding="utf-8",
-        )
-
-
-def arguments() -> argparse.Namespace:
     """What the command line says."""
-    parser = argparse.ArgumentParser(description="Benchmark of worlds with a known truth.")
-    parser.add_argument("--part", default="1/1", metavar="K/N")
-    parser.add_argument("--minutes", type=float, default=1e6)
-    parser.add_argument("--arm", default="", help="only arms with this in their name")
-    parser.add_argument("--traps", action="store_true", help="only arms with a trap")
-    parser.add_argument("--again", action="store_true", help="one world of each arm again")
-    parser.add_argument("--final", action="store_true", help="the traps with seeds of their own")
-    parser.add_argument("--further", action="store_true", help="more nulls of two of these")
-    parser.add_argument("--settled", action="store_true", help="limits of sight, by who knows them")
-    parser.add_argument("--results", type=Path, default=HERE / "worlds.jsonl.gz")
-    parser.add_argument("--page", type=Path, default=HERE.parent / "docs" / "worlds.md")
-    return parser.parse_args()
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    commands = parser.add_subparsers(dest="command", required=True)
+    commands.add_parser("arms")
+    make = commands.add_parser("make")
+    make.add_argument(
+        "arm",
+        choices=[x for x in arms() if x.removesuffix(beyond.SPEEDS) in beyond.ARMS],
+        metavar="ARM",
+    )
+    make.add_argument("seed", type=int)
+    make.add_argument("folder", type=Path)
+    loop = commands.add_parser("beyond")
+    loop.add_argument("--seeds", required=True, metavar="A-B")
+    loop.add_argument(
+        "--arms", nargs="+", metavar="PART", help="arms with one of these in their name"
+    )
+    loop.add_argument("--minutes", type=float, default=1e6, help="begin no dataset after that")
+    loop.add_argument("-o", "--output", type=Path, required=True)
+    table = commands.add_parser("table")
+    table.add_argument("results", type=Path)
+    table.add_argument("--page", type=Path)
+    given = parser.parse_args()
+    if given.command == "arms":
+        print("\n".join(arms()))
+    elif given.command == "make":
+        beyond.make(given.arm, given.seed, given.folder)
+    elif given.command == "beyond":
+        run(given)
+    elif given.page:
+        write_parts(given.page, tables.parts(lines(given.results)))
+    else:
+        print("\n\n".join(tables.parts(lines(given.results)).values()))
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] in (["arms"], ["make"]):
-        beyond.command(sys.argv[1:])
-    else:
-        main()
+    main()

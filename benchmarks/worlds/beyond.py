@@ -322,10 +322,14 @@ ARMS: dict[str, Arm] = {
         ("snow-type", "covariate:new_snow_cm"),
     ),
     "second of the winter": Arm(
-        second_of_winter, ("covariate:order_in_winter", "covariate:days_since_last")
+        second_of_winter,
+        ("covariate:order_in_winter", "covariate:days_since_last"),
+        ("covariate:volume_in_winter",),
     ),
     "soon after the last": Arm(
-        soon_after, ("covariate:days_since_last",), ("covariate:order_in_winter",)
+        soon_after,
+        ("covariate:days_since_last",),
+        ("covariate:order_in_winter", "covariate:volume_in_winter"),
     ),
     "change on a path": Arm(change_on_a_path, ("change:HERE",), ("path:HERE", *ON_A_PATH)),
     "change on all paths": Arm(change_on_all, ("change:all",), ("covariate:year",)),
@@ -495,14 +499,21 @@ def run_all(world: World, rows: Ints, mu: Floats) -> tuple[Floats, list[Floats]]
     return stop, speeds
 
 
+def drawn(arm: str, seed: int) -> tuple[World, dict[str, Any], Floats]:
+    """The world of an arm before its avalanches run, what is hidden in it, and the shift of log
+    friction `[n_events]` that this is."""
+    name = arm.removesuffix(SPEEDS)
+    rng = np.random.default_rng(np.random.SeedSequence([seed, zlib.crc32(name.encode())]))
+    world = draw_world(rng, ARMS[name].n_paths)
+    before = world.log_mu.copy()
+    return world, ARMS[name].change(world), world.log_mu - before
+
+
 def make(arm: str, seed: int, folder: Path) -> dict[str, Any]:
     """Write a dataset of an arm; return its truth."""
-    name, with_speeds = arm.removesuffix(SPEEDS), arm.endswith(SPEEDS)
-    entry = ARMS[name]
-    rng = np.random.default_rng(np.random.SeedSequence([seed, zlib.crc32(name.encode())]))
-    world = draw_world(rng, entry.n_paths)
-    parameters = entry.change(world)
-    n = len(world.path)
+    with_speeds, entry = arm.endswith(SPEEDS), ARMS[arm.removesuffix(SPEEDS)]
+    world, parameters, _ = drawn(arm, seed)
+    rng, n = world.rng, len(world.path)
     mu, stop = np.empty(n), np.full(n, np.nan)
     limit = np.full(entry.n_paths, np.inf)
     again = np.arange(n)
@@ -524,7 +535,7 @@ def make(arm: str, seed: int, folder: Path) -> dict[str, Any]:
     assert not len(again), f"{arm}, seed {seed}: avalanches that do not start"
     here = f"P{int(parameters.get('path', -1)) + 1:02d}"
     keys = entry.right_with_speeds if with_speeds and entry.right_with_speeds else entry.right
-    held_out = _held_out(rng, world.winter)
+    held_out = held_out_winters(rng, world.winter)
     truth = {
         "arm": arm,
         "seed": seed,
@@ -536,7 +547,7 @@ def make(arm: str, seed: int, folder: Path) -> dict[str, Any]:
     return truth
 
 
-def _held_out(rng: np.random.Generator, winter: Ints) -> NDArray[np.bool_]:
+def held_out_winters(rng: np.random.Generator, winter: Ints) -> NDArray[np.bool_]:
     """Events of winters that together have a quarter of the events: what an avalanche runs on is
     known in either part."""
     years, counts = np.unique(winter, return_counts=True)
@@ -653,13 +664,3 @@ def _rows(file: Path, rows: Sequence[Mapping[str, Any]]) -> None:
         writer = csv.DictWriter(out, list(rows[0]))
         writer.writeheader()
         writer.writerows(rows)
-
-
-def command(given: Sequence[str]) -> None:
-    """`arms`, or `make ARM SEED FOLDER`."""
-    if given[0] == "arms":
-        print("\n".join(f"{arm}\n{arm}{SPEEDS}" for arm in ARMS))
-        return
-    if len(given) != 4 or given[1].removesuffix(SPEEDS) not in ARMS or not given[2].isdigit():
-        raise SystemExit("Use: make ARM SEED FOLDER; `arms` lists the names of the arms.")
-    make(given[1], int(given[2]), Path(given[3]))

@@ -1,153 +1,144 @@
-"""The published worlds keep what the page promises, and the page is theirs."""
+"""Synthetic datasets: what is hidden in them, who knows it, and what their tables count."""
 
 from __future__ import annotations
 
+import csv
+import json
 from pathlib import Path
-from statistics import median
 from typing import Any
 
+import numpy as np
 import pytest
 
-from benchmarks.study import lines as finished
-from benchmarks.worlds.again import ALL_OF, comparison, one_of_each
-from benchmarks.worlds.arms import FINAL_EFFECT, final_worlds, further_nulls, plans, settled_worlds
-from benchmarks.worlds.counts import SEEN, alarm, first_alone, in_set, one_named
-from benchmarks.worlds.page import page
-from benchmarks.worlds.trap_tables import interval, is_trapped
-
-ROOT = Path(__file__).resolve().parents[2]
-SIZE = 20
+from benchmarks.worlds import beyond, catalogue, tables
+from benchmarks.worlds.knowing import fair_crps, knowing
+from benchmarks.worlds.loop import judge, share_inside, to_add
 
 
-@pytest.fixture(scope="module")
-def lines() -> list[dict[str, Any]]:
-    return finished(ROOT / "benchmarks" / "worlds.jsonl.gz")
+def _rows(file: Path) -> list[dict[str, str]]:
+    with file.open(encoding="utf-8", newline="") as text:
+        return list(csv.DictReader(text))
 
 
-def _share(lines: list[dict[str, Any]], is_so) -> float:  # type: ignore[no-untyped-def]
-    return sum(bool(is_so(x)) for x in lines) / len(lines)
+def test_a_dataset_is_the_same_for_the_same_seed_and_holds_out_a_quarter(tmp_path: Path) -> None:
+    truth = beyond.make("second of the winter + speeds", 3, tmp_path / "one")
+    beyond.make("second of the winter + speeds", 3, tmp_path / "two")
+    for file in ("events.csv", "held_out/events.csv", "velocities.csv", "truth.json"):
+        assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes()
+    train = _rows(tmp_path / "one" / "events.csv")
+    out = _rows(tmp_path / "one" / "held_out" / "events.csv")
+    assert len(train) + len(out) == beyond.N_EVENTS
+    assert 0.2 <= len(out) / beyond.N_EVENTS <= 0.3
+    tracks = {row["event_id"] for row in _rows(tmp_path / "one" / "velocities.csv")}
+    assert len(tracks) == beyond.N_TRACKS
+    assert tracks <= {row["event_id"] for row in train}
+    assert truth["right"] == ["covariate:order_in_winter", "covariate:days_since_last"]
 
 
-def _seen(lines: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Single effects of the catalogue that an oracle detects in the larger worlds."""
-    return [
-        x
-        for x in lines
-        if " x " in x["arm"] and x["n_events"] >= 200 and x.get("oracle_gain", 0.0) > SEEN
-    ]
+def test_datasets_of_the_catalogue_hold_out_winters(tmp_path: Path) -> None:
+    truth = catalogue.make("catalogue: centrifugal", 2, tmp_path)
+    assert truth == {
+        "right": ["centrifugal"], "neutral": ["path-effect"], "without": ["centrifugal"]
+    }  # fmt: skip
+    train, out = _rows(tmp_path / "events.csv"), _rows(tmp_path / "held_out" / "events.csv")
+
+    def winters(rows: list[dict[str, str]]) -> set[int]:
+        return {int(row["date"][:4]) + (row["date"][5:7] >= "10") for row in rows}
+
+    assert not winters(train) & winters(out)
+    known = {row["event_id"] for row in train}
+    assert {row["event_id"] for row in _rows(tmp_path / "velocities.csv")} <= known
 
 
-def test_the_page_is_written_from_these_results(lines: list[dict[str, Any]]) -> None:
-    others = [
-        finished(ROOT / "benchmarks" / f"worlds_{which}.jsonl")
-        for which in ("again", "final", "settled")
-    ]
-    made = page(lines, f"make worlds SIZE={SIZE}", len(plans(SIZE)), *others)
-    assert (ROOT / "docs" / "worlds.md").read_text(encoding="utf-8") == made
+@pytest.mark.parametrize("arm", ["wet and large", "force by u", "wide in wet snow", "two kinds"])
+def test_who_knows_the_form_gains_and_predicts_better(arm: str, tmp_path: Path) -> None:
+    beyond.make(arm, 7, tmp_path)
+    found = knowing(tmp_path)
+    assert found["gain"] > 10.0
+    assert found["crps"] < found["base_crps"]
 
 
-def test_there_are_300_nulls_and_each_arm_keeps_its_alarms(lines: list[dict[str, Any]]) -> None:
-    nulls = [x for x in lines if x["arm"].startswith("null") and not is_trapped(x)]
-    assert len(nulls) >= 300
-    for arm in {x["arm"] for x in nulls}:
-        assert _share([x for x in nulls if x["arm"] == arm], alarm) <= 0.07
+def test_where_nothing_is_hidden_there_is_nothing_to_know(tmp_path: Path) -> None:
+    beyond.make("null", 7, tmp_path)
+    found = knowing(tmp_path)
+    assert found["gain"] == 0.0
+    assert found["crps"] == found["base_crps"]
 
 
-def test_every_effect_has_ten_worlds_at_each_strength(lines: list[dict[str, Any]]) -> None:
-    for arm in {p.arm for p in plans(SIZE) if " x " in p.arm}:
-        assert sum(x["arm"] == arm for x in lines) >= 10
+def test_fair_crps_is_that_of_all_pairs_of_draws() -> None:
+    draws = np.random.default_rng(1).normal(size=30)
+    pairs = np.abs(draws[:, None] - draws).sum() / (30 * 29)
+    assert fair_crps(draws, 0.3) == pytest.approx(np.mean(np.abs(draws - 0.3)) - 0.5 * pairs)
 
 
-def test_effects_are_found_and_rivals_are_worse(lines: list[dict[str, Any]]) -> None:
-    seen = _seen(lines)
-    assert _share(seen, in_set) >= 0.95
-    alone = _share(seen, first_alone)
-    assert alone >= 0.85
-    assert _share([x for x in seen if one_named(x)], first_alone) >= 0.95
-    for rival in ("bic", "regression"):
-        assert _share(seen, lambda x, who=rival: x[who] in x["true"]) < alone - 0.1
+def test_the_true_force_is_held_by_a_band_about_it_and_not_by_one_beside_it() -> None:
+    x = np.linspace(5.0, 35.0, 7)
+    true = 2.0 * x / 30.0
+    band = {"of": "speed", "x": x, "q05": true - 0.1, "q95": true + 0.1}
+    assert share_inside("force by u", 1, band) == 1.0
+    assert share_inside("force by u", 1, {**band, "q05": true + 0.05}) == 0.0
+    degrees = np.linspace(20.0, 45.0, 26)
+    friction = 0.35 * np.maximum(np.tan(np.radians(degrees)) - 0.3, 0.0)
+    friction -= friction.mean()
+    band = {"of": "slope", "x": degrees, "q05": friction - 1e-6, "q95": friction + 1e-6}
+    assert share_inside("force by slope + speeds", 1, band) == 1.0
+    assert share_inside("two kinds", 1, band) is None
 
 
-def test_errors_fall_to_the_oracles_and_intervals_cover(lines: list[dict[str, Any]]) -> None:
-    seen = _seen(lines)
-    assert median(x["child"][0] / x["oracle"][0] for x in seen if "oracle" in x) <= 1.05
-    assert 0.87 <= sum(x["child"][1] for x in seen) / len(seen) <= 0.93
-    wrong = [x["wrong"][0] / x["base"][0] for x in lines if "wrong" in x]
-    assert median(wrong) >= 1.0
+def test_the_step_that_is_said_is_the_one_that_is_done() -> None:
+    step = "avahazard add base force:speed --as child --effect-file 'my law.py'"
+    assert to_add({"next": step}) == (["force:speed"], [Path("my law.py")])
+    assert to_add({"next": "avahazard hazard base"}) == ([], [])
 
 
-def test_what_is_confounded_is_named_once_it_is_measured(lines: list[dict[str, Any]]) -> None:
-    for asked in ("with_speeds", "as_told"):
-        again = [x for x in lines if asked in x]
-        assert again
-        assert _share(again, lambda x, key=asked: x[key][1] == x["true"]) >= 0.9
+def _line(name: str, rounds: list[list[str]], **others: Any) -> dict[str, Any]:
+    right = others.pop("right", ["interaction:snow_type*volume"])
+    told = [["", names, 10.0] for names in rounds]
+    line = {"name": name, "right": right, "neutral": ["snow-type"], "rounds": told}
+    return line | {"crps": [100.0, 80.0], "gain": 20.0, "knows": 75.0} | others
 
 
-def test_outside_the_catalogue_the_axis_is_named(lines: list[dict[str, Any]]) -> None:
-    outside = [
-        x for x in lines if x["arm"].startswith("outside") and x.get("oracle_gain", 0.0) > SEEN
-    ]
-    assert _share(outside, in_set) >= 0.7
-    assert (
-        _share(outside, lambda x: any(not k.startswith("covariate:") for k in x["missing"])) <= 0.1
+def test_keys_count_in_any_order_and_what_is_harmless_is_not_false() -> None:
+    line = _line("a #1", [["snow-type"], ["interaction:volume_m3*snow_type"], ["season"]])
+    assert tables.in_set(line)
+    assert tables.alone(line)
+    assert not tables.false(line, 0)
+    assert tables.false_later(line)
+    assert tables.wrong_alone(line)
+    both = _line("a #2", [["season", "interaction:volume_m3*snow_type"]])
+    assert tables.in_set(both)
+    assert not tables.alone(both)
+    assert not tables.false_at_all(both)
+    assert tables.closed([line, _line("a #3", [[]], knows=97.0)]) == [0.8]
+
+
+def test_intervals_are_wilsons() -> None:
+    assert tables.wilson(0, 20) == (pytest.approx(0.0, abs=1e-12), pytest.approx(0.1611, abs=1e-4))
+    assert tables.wilson(16, 20) == (
+        pytest.approx(0.5840, abs=1e-4),
+        pytest.approx(0.9193, abs=1e-4),
     )
 
 
-@pytest.mark.parametrize("which", ["worlds.jsonl.gz", "worlds_final.jsonl"])
-def test_traps_give_no_more_false_names_than_the_level_allows(which: str) -> None:
-    lines = finished(ROOT / "benchmarks" / which)
-    nulls = [x for x in lines if is_trapped(x) and not x["true"]]
-    # Few worlds: 5 % must not be ruled out from below.
-    assert interval(sum(map(alarm, nulls)), len(nulls))[0] <= 0.05
-
-
-def test_limits_of_sight_are_found_as_settled_beforehand() -> None:
-    lines = finished(ROOT / "benchmarks" / "worlds_settled.jsonl")
-    assert {x["name"] for x in lines} == {p.name for p in settled_worlds(SIZE)}
-    assert _share([x for x in lines if x["told_gain"] > SEEN], in_set) >= 0.9
-    # Never called anything else.
-    assert not any(alarm(x) for x in lines)
-
-
-def test_intervals_of_shares_hold_their_share() -> None:
-    assert interval(0, 20) == (0.0, pytest.approx(0.1684, abs=1e-4))
-    assert interval(20, 20) == (pytest.approx(0.8316, abs=1e-4), 1.0)
-    assert interval(3, 50) == (pytest.approx(0.0125, abs=1e-4), pytest.approx(0.1655, abs=1e-4))
-
-
-def test_worlds_come_in_turn_and_trapped_ones_have_seeds_of_their_own() -> None:
-    worlds = plans(SIZE)
-    trapped = [p for p in worlds if is_trapped({"arm": p.arm})]
-    assert len({p.seed for p in worlds}) == len(worlds)
-    assert min(p.seed for p in trapped) >= 500_000
-    # A run that is cut short has seen every arm about as often as it should.
-    first = {p.arm for p in trapped[:16]}
-    assert len(first) == 16
-
-
-def test_final_worlds_are_the_same_with_seeds_of_their_own() -> None:
-    final, further = final_worlds(SIZE), further_nulls()
-    first = [p for p in plans(SIZE) if is_trapped({"arm": p.arm}) or p.true == (FINAL_EFFECT,)]
-    assert {p.name for p in final} == {p.name for p in first}
-    assert not {p.name for p in further} & {p.name for p in final}
-    settled = settled_worlds(SIZE)
-    assert {p.name for p in settled} < {p.name for p in final}
-    seeds = [p.seed for p in (*final, *further, *settled)]
-    # None of today's other worlds, nor of the final ones of an earlier version.
-    assert not set(seeds) & {p.seed for p in plans(SIZE)}
-    assert min(seeds) >= 800_000
-    assert len(set(seeds)) == len(seeds)
-
-
-def test_one_world_of_each_arm_is_asked_again_and_a_changed_answer_is_told() -> None:
-    chosen = one_of_each(plans(SIZE))
-    one = [p for p in chosen if not p.arm.startswith(ALL_OF)]
-    assert len({p.arm for p in one}) == len(one) >= 54
-    assert all(p.n_events == 120 for p in one if not p.arm.startswith("confounded"))
-    assert [p for p in chosen if p not in one] == [
-        p for p in plans(SIZE) if p.arm.startswith(ALL_OF)
+def test_tables_name_every_arm_and_what_went_wrong() -> None:
+    lines = [
+        _line("wet and large #1", [["interaction:snow_type*volume_m3"]], inside=None),
+        _line("wet and large #2", [["season"], []], error="round 3: no"),
+        _line("catalogue: season #2", [["season"]], right=["season"]),
+        {**_line("null #1", [["two-kinds"]]), "right": [], "neutral": []},
     ]
-    line = {"name": "x #1", "true": ["season"], "neutral": [], "verdict": "adequate", "missing": []}
-    told = "\n".join(comparison([{**line, "missing": ["season"]}], [{**line, "oracle_gain": 8.3}]))
-    assert "- x #1: adequate, nothing named; then `season` (oracle 8)" in told
-    assert "| right effect named or in the set | 100 % (1/1) | 0 % (0/1) |" in told
+    made = tables.parts(lines)
+    assert "right kind in the set | 1/2 = 50 % (9 to 91) | ≥ 80 % |" in made["targets"]
+    assert "in any round | 1/1 = 100 % (21 to 100) |" in made["targets"]
+    assert "| wet and large | 2 | 20 | 1/2 = 50 % |" in made["effects"]
+    assert "| null | 1 | 1/1 = 100 %" in made["nulls"]
+    assert "- wet and large #2 (gain 20): `season`; ; round 3: no" in made["failures"]
+    json.dumps(lines)
+
+
+@pytest.mark.slow
+def test_the_loop_finds_what_no_name_fits_and_the_error_falls() -> None:
+    line = judge("wet and large #1")
+    assert tables.alone(line)
+    assert "error" not in line
+    assert tables.closed([line])[0] > 0.5
