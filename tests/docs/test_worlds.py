@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.study import DOCS, HERE, lines, with_parts
 from benchmarks.worlds import beyond, catalogue, tables
 from benchmarks.worlds.knowing import fair_crps, knowing
 from benchmarks.worlds.loop import judge, share_inside, to_add
@@ -134,6 +135,12 @@ def test_tables_name_every_arm_and_what_went_wrong() -> None:
     assert "| null | 1 | 1/1 = 100 %" in made["nulls"]
     assert "- wet and large #2 (gain 20): `season`; ; round 3: no" in made["failures"]
     json.dumps(lines)
+
+
+def test_the_page_is_written_from_the_results() -> None:
+    text = (DOCS / "worlds.md").read_text(encoding="utf-8")
+    made = tables.parts(lines(HERE / "results" / "worlds.jsonl"))
+    assert with_parts(text, made) == text
 
 
 @pytest.mark.slow
