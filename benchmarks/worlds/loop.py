@@ -1,48 +1,51 @@
-"""The loop as a user goes through it: calibrate, diagnose, do what the diagnosis says next.
+"""The loop as a user goes through it: import, calibrate, then what each command says next.
 
-Only results are read that `--json` prints too; the truth comes in when the loop is over.
+Commands run as on the command line, with `--json`; the truth comes in when the loop is over.
 """
 
 from __future__ import annotations
 
+import json
+import os
 import shlex
 import time
 from collections.abc import Mapping, Sequence
+from contextlib import chdir
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+from typer.testing import CliRunner
 
-import avahazard as av
-from avahazard.api import Model, Region
-from avahazard.records.errors import AvahazardError
+from avahazard.cli.main import app
 from benchmarks.study import Line
 from benchmarks.worlds import beyond, catalogue
 from benchmarks.worlds.knowing import knowing
 
 ROUNDS = 3
+STEPS = ("compare", "diagnose", "add")
+"""What the loop does when told to; another step (`hazard`, `measure`, …) ends it."""
 
 
 def judge(name: str) -> Line:
     """What came out on the dataset `ARM #SEED`.
 
     `rounds` are verdict, names and CPU-s of each diagnosis; `crps` (m along the path) is that of
-    the base model and after each step, `knows` that of one who knows the form, `gain` (nats) what
-    that one gains; `inside` the share of a found force's band that holds the true force, None where
-    there is no band.
+    the base model, of each model added, and of the one that the last step names if that is another;
+    `knows` that of one who knows the form, `gain` (nats) what that one gains; `inside` the share of
+    a found force's band that holds the true force, None where there is no band.
     """
     arm, _, seed = name.rpartition(" #")
-    with TemporaryDirectory() as temporary:
-        folder = Path(temporary)
+    with TemporaryDirectory() as folder, chdir(folder):
         of = catalogue if arm in catalogue.ARMS else beyond
-        truth = of.make(arm, int(seed), folder)
+        truth = of.make(arm, int(seed), Path())
         line: Line = {"right": truth["right"], "neutral": truth["neutral"]}
-        region, diagnoses = go_round(folder, truth.get("without", ()), line)
+        diagnoses = go_round(truth.get("without", ()), line)
         if not truth["right"]:
             return line
         if of is beyond:
-            known = knowing(folder)
+            known = knowing(Path())
             band = next((b for d in diagnoses if (b := leading_band(d, truth["right"]))), None)
             inside = None if band is None else share_inside(arm, int(seed), band)
             return line | {"gain": known["gain"], "knows": known["crps"], "inside": inside}
@@ -51,68 +54,63 @@ def judge(name: str) -> Line:
         gains = {c["effect"]: c["gain"] for c in (*first["groups"], *first["candidates"])}
         line["gain"] = round(gains.get(key, 0.0), 2)
         try:
-            line["knows"] = held_out(region.model("base").add(key, name="knows"), folder)
-        except AvahazardError:
+            command("add", "base", key, "--as", "knows")
+            line["knows"] = held_out("knows")
+        except CommandError:
             line["knows"] = None  # the data cannot say what the effect needs
         return line
 
 
-def go_round(
-    folder: Path, without: Sequence[str], line: Line
-) -> tuple[Region, list[dict[str, Any]]]:
-    """Diagnose and add until nothing is to be added, at most `ROUNDS` times; tell it in `line`.
+class CommandError(Exception):
+    """A command ended with an error, which is its message."""
 
-    Returns the region and the diagnoses.
+
+def command(*words: str) -> Any:
+    """The document that a command prints, in the database of this folder.
+
+    Raises `CommandError` where it ends with an error.
     """
-    files = [folder / f"{form}.csv" for form in ("paths", "profiles", "events", "velocities")]
-    region = av.Region.from_files(*(file for file in files if file.exists()))
-    model = region.calibrate("base", without=without)
-    line |= {"crps": [held_out(model, folder)], "rounds": []}
-    diagnoses = []
-    for k in range(ROUNDS):
-        try:
-            began = time.process_time()
-            found = model.diagnose().to_dict()
-            seconds = round(time.process_time() - began, 1)
-            line["rounds"].append([found["verdict"], found["missing"], seconds])
-            diagnoses.append(found)
-            effects, own = to_add(found)
-            if not effects:
+    done = CliRunner().invoke(app, ["--json", *words], prog_name="avahazard")
+    if done.exit_code:
+        raise CommandError(f"{shlex.join(words)}: {done.stderr.strip() or done.exception!r}")
+    return json.loads(done.stdout)
+
+
+def go_round(without: Sequence[str], line: Line) -> list[dict[str, Any]]:
+    """Go through the loop, at most `ROUNDS` diagnoses; tell it in `line`. Returns the diagnoses."""
+    forms = ("paths.csv", "profiles.csv", "events.csv", "velocities.csv")
+    line |= {"crps": [], "rounds": []}
+    diagnoses: list[dict[str, Any]] = []
+    model = ""
+    words = ["calibrate", "base", *(word for key in without for word in ("--without", key))]
+    try:
+        command("init")
+        command("import", *(form for form in forms if os.path.exists(form)))
+        while words[0] in ("calibrate", *STEPS):
+            if words[0] == "diagnose" and len(diagnoses) == ROUNDS:
                 break
-            model = model.add(*effects, name=f"round-{k + 1}", effect_files=own)
-            line["crps"].append(held_out(model, folder))
-        except Exception as error:  # whatever it is, it counts
-            line["error"] = f"round {k + 1}: {type(error).__name__}: {error}"
-            break
-    return region, diagnoses
+            began = time.process_time()
+            found = command(*words)
+            if words[0] == "diagnose":
+                seconds = round(time.process_time() - began, 1)
+                line["rounds"].append([found["verdict"], found["missing"], seconds])
+                diagnoses.append(found)
+            elif words[0] != "compare":
+                model = found["model"]
+                line["crps"].append(held_out(model))
+            step = found.get("next") or ""
+            words = shlex.split(step)[1:] if step.startswith("avahazard ") else ["measure"]
+        if words[0] == "hazard" and words[1] != model:
+            line["crps"].append(held_out(words[1]))
+    except CommandError as error:
+        line["error"] = str(error)
+    return diagnoses
 
 
-def to_add(found: Mapping[str, Any]) -> tuple[list[str], list[Path]]:
-    """Effects that a diagnosis says to add, and the files of those that it wrote."""
-    words = shlex.split(found["next"]) if "next" in found else printed(found)
-    if words[:1] == ["avahazard"]:
-        words = words[1:]
-    if words[:1] != ["add"]:
-        return [], []
-    at = words.index("--as")
-    pairs = zip(words[at:], words[at + 1 :], strict=False)
-    return words[2:at], [Path(word) for flag, word in pairs if flag == "--effect-file"]
-
-
-def printed(found: Mapping[str, Any]) -> list[str]:
-    """The command that the terminal prints below a diagnosis."""
-    effects = found["missing"] if found["verdict"] == "missing-effect" else []
-    if found["pairs"]:
-        effects = found["pairs"][-1]["effects"]
-    return ["add", found["model"], *effects, "--as", "NEW"]
-
-
-def held_out(model: Model, folder: Path) -> float:
-    """Mean CRPS (m along the path) of the events held out."""
-    scores = model.predict(folder / "held_out" / "events.csv").scores
-    assert scores is not None
-    assert scores.runout_x is not None
-    return round(scores.runout_x.crps_m, 2)
+def held_out(model: str) -> float:
+    """Mean CRPS (m along the path) of the held-out events."""
+    scores = command("predict", model, "held_out/events.csv")["scores"]
+    return round(float(scores["runout_x"]["crps_m"]), 2)
 
 
 def leading_band(found: Mapping[str, Any], right: Sequence[str]) -> dict[str, Any] | None:

@@ -13,7 +13,7 @@ import pytest
 from benchmarks.study import DOCS, HERE, lines, with_parts
 from benchmarks.worlds import beyond, catalogue, tables
 from benchmarks.worlds.knowing import fair_crps, knowing
-from benchmarks.worlds.loop import judge, share_inside, to_add
+from benchmarks.worlds.loop import judge, share_inside
 
 
 def _rows(file: Path) -> list[dict[str, str]]:
@@ -84,12 +84,6 @@ def test_the_true_force_is_held_by_a_band_about_it_and_not_by_one_beside_it() ->
     band = {"of": "slope", "x": degrees, "q05": friction - 1e-6, "q95": friction + 1e-6}
     assert share_inside("force by slope + speeds", 1, band) == 1.0
     assert share_inside("two kinds", 1, band) is None
-
-
-def test_the_step_that_is_said_is_the_one_that_is_done() -> None:
-    step = "avahazard add base force:speed --as child --effect-file 'my law.py'"
-    assert to_add({"next": step}) == (["force:speed"], [Path("my law.py")])
-    assert to_add({"next": "avahazard hazard base"}) == ([], [])
 
 
 def _line(name: str, rounds: list[list[str]], **others: Any) -> dict[str, Any]:
