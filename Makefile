@@ -47,8 +47,8 @@ bench: $(BENCH)/.installed
 
 # Goes on from the results that are there; hours long.
 worlds: developer
-	$(PYTHON) benchmarks/worlds.py beyond --seeds $(or $(SEEDS),5000-5019) -o benchmarks/results/worlds.jsonl
-	$(PYTHON) benchmarks/worlds.py table benchmarks/results/worlds.jsonl --page docs/worlds.md
+	$(PYTHON) benchmarks/worlds.py beyond --seeds $(or $(SEEDS),5000-5019) -o benchmarks/worlds.jsonl
+	$(PYTHON) benchmarks/worlds.py table benchmarks/worlds.jsonl --page docs/worlds.md
 
 frozen: developer
 	$(PYTHON) benchmarks/frozen.py

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from benchmarks.study import DOCS, HERE, lines, with_parts
+from benchmarks.study import DOCS, ROOT, lines, with_parts
 from benchmarks.worlds import beyond, catalogue, tables
 from benchmarks.worlds.knowing import fair_crps, knowing
 from benchmarks.worlds.loop import judge, share_inside
@@ -133,7 +134,8 @@ def test_tables_name_every_arm_and_what_went_wrong() -> None:
 
 def test_the_page_is_written_from_the_results() -> None:
     text = (DOCS / "worlds.md").read_text(encoding="utf-8")
-    made = tables.parts(lines(HERE / "results" / "worlds.jsonl"))
+    (file,) = re.findall(r"worlds.py table (\S+) --page docs/worlds.md", text)
+    made = tables.parts(lines(ROOT / file))
     assert with_parts(text, made) == text
 
 
