@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 PATIENCE_S = 2.0
 LINE_EVERY_S = 10.0
-KNOWN_FROM = 0.05
-"""The time that is left is told from this share on: before, it is a guess."""
+KNOWN_FROM = 0.1
+"""The time that is left is shown from this share on: before, it is a guess."""
 
 
 @contextmanager
@@ -37,33 +37,39 @@ def show_progress(*, log: bool = True) -> Iterator[Report]:
         display.close()
 
 
-class _Clock:
-    """The share that is done, and the time that is left; a share that falls back starts anew."""
+class Clock:
+    """The share to show, which never falls, and the time that is left.
+
+    Where what is told falls back, another step has begun: it has the rest of the bar, and the time
+    that is left is that of the step.
+    """
 
     def __init__(self) -> None:
-        self.started: float | None = None
-        self.share = 0.0
+        self.started = self.base = self.shown = self.share = 0.0
+        self.steps = 0
 
-    def left_s(self, share: float) -> float | None:
-        """Seconds that are left at this share, None before that is known."""
+    def tell(self, done: float, total: float) -> tuple[float, str]:
+        """The share to show, and what is left in words; no words while that is not known."""
         now = time.monotonic()
-        if self.started is None or share < self.share:
-            self.started = now
+        share = min(max(done / total, 0.0), 1.0) if total > 0 else 0.0
+        if not self.steps or share < self.share:
+            self.started, self.base, self.steps = now, self.shown, self.steps + 1
         self.share = share
+        self.shown = max(self.shown, self.base + (1.0 - self.base) * share)
         if share < KNOWN_FROM or now == self.started:
-            return None
-        return (now - self.started) * (1.0 - share) / share
+            return self.shown, ""
+        left = (now - self.started) * (1.0 - share) / share
+        return self.shown, f"{left:.0f} s left" + (" of this step" if self.steps > 1 else "")
 
 
 class _Bar:
     def __init__(self) -> None:
         self.began = time.monotonic()
-        self.clock = _Clock()
+        self.clock = Clock()
         self.progress: Progress | None = None
 
     def report(self, what: str, done: float, total: float) -> None:
-        share = done / total if total > 0 else 0.0
-        left = self.clock.left_s(share)
+        share, words = self.clock.tell(done, total)
         if self.progress is None:
             if time.monotonic() - self.began < PATIENCE_S:
                 return
@@ -71,7 +77,6 @@ class _Bar:
             self.progress.add_task(what, total=1.0, percent="", left="")
             self.progress.start()
         task = self.progress.task_ids[0]
-        words = "" if left is None else f"{left:.0f} s left"
         self.progress.update(
             task, description=what, completed=share, percent=_percent(share), left=words
         )
@@ -83,18 +88,17 @@ class _Bar:
 
 class _Lines:
     def __init__(self) -> None:
-        self.clock = _Clock()
+        self.clock = Clock()
         self.said = time.monotonic() + PATIENCE_S - LINE_EVERY_S
 
     def report(self, what: str, done: float, total: float) -> None:
-        share = done / total if total > 0 else 0.0
-        left = self.clock.left_s(share)
+        share, words = self.clock.tell(done, total)
         now = time.monotonic()
         if now - self.said < LINE_EVERY_S or total <= 0:
             return
         self.said = now
-        words = "" if left is None else f", {left:.0f} s left"
-        print(f"{what}: {_percent(share)}%{words}", file=sys.stderr, flush=True)
+        print(", ".join(filter(None, (f"{what}: {_percent(share)}%", words))), file=sys.stderr)
+        sys.stderr.flush()
 
     def close(self) -> None:
         """Nothing is open."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from io import StringIO
+from pathlib import Path
 
 import pytest
 
@@ -78,14 +80,41 @@ def test_the_time_left_is_not_told_before_it_is_known(
     clock: list[float], capsys: pytest.CaptureFixture[str]
 ) -> None:
     with progress.show_progress() as report:
-        for share in (0.0, 0.01, 0.02, 0.06):
+        for share in (0.0, 0.02, 0.05, 0.2):
             report("sampling", share, 1.0)
             clock[0] += 10.0
-        # What begins again is timed again.
+        # Another step has the rest of the bar, and is timed by itself.
         report("more", 0.0, 1.0)
         clock[0] += 10.0
         report("more", 0.5, 1.0)
     lines = capsys.readouterr().err.splitlines()
-    assert lines[:2] == ["sampling: 1%", "sampling: 2%"]
-    assert lines[2] == "sampling: 6%, 470 s left"
-    assert lines[-1] == "more: 50%, 10 s left"
+    assert lines == [
+        "sampling: 2%",
+        "sampling: 5%",
+        "sampling: 20%, 120 s left",
+        "more: 20%",
+        "more: 60%, 10 s left of this step",
+    ]
+
+
+RUNS = json.loads((Path(__file__).parent / "recorded_progress.json").read_text(encoding="utf-8"))
+"""By command and data set: seconds and shares as they were reported, and when it ended."""
+A_MOMENT_S = 2.5
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_the_bar_of_recorded_runs_is_monotone_and_its_time_left_true(
+    name: str, clock: list[float]
+) -> None:
+    """After a tenth of the work within a factor of two, or a moment."""
+    run, teller, last = RUNS[name], progress.Clock(), 0.0
+    begin = clock[0]
+    teller.tell(0.0, 1.0)
+    for seconds, share in run["told"]:
+        clock[0] = begin + seconds
+        shown, words = teller.tell(share, 1.0)
+        assert shown >= last
+        last = shown
+        if words and "step" not in words:
+            said, left = float(words.split()[0]), run["ended"] - seconds
+            assert abs(said - left) <= A_MOMENT_S or 0.5 <= said / left <= 2.0, (seconds, share)

@@ -297,7 +297,12 @@ def calibrate_model(
         )
     posterior = assemble(observations, specification, facts, own)
     model = sample(
-        posterior, n_chains=n_chains, n_draws=n_draws, seed=seed, start=start, progress=progress
+        posterior,
+        n_chains=n_chains,
+        n_draws=n_draws,
+        seed=seed,
+        start=start,
+        progress=lambda share: progress(0.2 + 0.65 * share),
     )
     # What the draws came from is in the nodes; the runs of all blocks hold much memory.
     model.posterior.nodes.forget_runs()

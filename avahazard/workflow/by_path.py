@@ -215,6 +215,10 @@ def _settings(work: PathWork) -> tuple[str, dict[str, Any]]:
     return hashlib.sha256(text.encode()).hexdigest(), told
 
 
+STARTING = 2.2
+"""Workers take about as long to start as so many paths; those in work are half done."""
+
+
 def _results(
     database: str, work: PathWork, done: Collection[str], report: Report
 ) -> Iterator[PathResult]:
@@ -222,11 +226,12 @@ def _results(
     tasks = path_tasks(database, work.survey, work.path_ids, done)
     shared = work.answer, work.survey.others
     began, n = time.monotonic(), len(work.path_ids)
-    report(work.what, float(len(done)), n)
+    report(work.what, len(done) / max(n, 1), 1.0)
     for k, found in enumerate(spread_map(path_answer, shared, tasks), 1):
         yield found
         rate, there = k / max(time.monotonic() - began, 1e-9), len(done) + k
-        report(f"{work.what}: {there} of {n} paths, {rate:.2g} a second", float(there), n)
+        share = (there + 0.5 + STARTING) / (n + STARTING) if there < n else 1.0
+        report(f"{work.what}: {there} of {n} paths, {rate:.2g} a second", share, 1.0)
 
 
 def path_answer(shared: tuple[Answer, tuple[Event, ...]], task: PathTask) -> PathResult:

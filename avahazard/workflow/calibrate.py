@@ -395,7 +395,7 @@ def add(
     facts = {**parent.facts, **new_facts}
     before_it = parent.calibration
     fresh = before is None and parent.sigma_m is None
-    tell = steps(report, (2.0, 1.0, 1.0 if fresh else 0.0))
+    tell = steps(report, (2.0, 3.0, 3.0 if fresh else 0.0))
     found = calibrate_model(
         observations,
         specification,

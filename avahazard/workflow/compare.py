@@ -129,13 +129,13 @@ def comparison(
     expected = expected_records(model, RECORD_DRAWS, rng)
     pit = record_pit(expected, rng)
     of_profile = ground_error(model)
-    progress(0.15)
+    progress(0.09)
     speeds = matched_speeds(model, rng)
-    progress(0.25)
+    progress(0.15)
     loo = leave_one_out(model)
-    progress(0.4)
+    progress(0.24)
     held = choose_groups(observations)
-    others = held_out_predictions(model, held.fits, lambda share: progress(0.4 + 0.6 * share))
+    others = held_out_predictions(model, held.fits, lambda share: progress(0.24 + 0.71 * share))
     axes = event_axes(observations, np.median(expected.x, axis=1))
     return Comparison(
         model=name,

@@ -143,15 +143,15 @@ def gather(
             for profile in records.profiles
             if (ground := load_terrain(session, profile.path_id)) is not None
         }
-    report("Writing the report", 0.1, 1.0)
+    report("Writing the report", 0.07, 1.0)
     found, _ = apparent_friction(stored)
-    report("Writing the report", 0.3, 1.0)
+    report("Writing the report", 0.1, 1.0)
     events = event_views(only_paths(records, stored.paths).events, stored, found.mu)
-    report("Writing the report", 0.6, 1.0)
+    report("Writing the report", 0.14, 1.0)
     baseline = alpha_beta_paths(database) if records.profiles else ()
     paths = path_views(stored, records, events, rows, baseline, zones, grounds)
     shown = {view.path.path_id for view in paths}
-    report("Writing the report", 0.7, 1.0)
+    report("Writing the report", 0.4, 1.0)
     loop = loop_view(database, stored, records, models, comparisons, diagnoses)
     report("Writing the report", 0.9, 1.0)
     calibration = show_model(database, name)

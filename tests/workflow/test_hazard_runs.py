@@ -153,8 +153,13 @@ def test_a_plan_measures_and_stores_nothing(mine: str, monkeypatch: pytest.Monke
 def test_progress_tells_paths_and_rate(mine: str) -> None:
     told: list[tuple[str, float, float]] = []
     run_hazard(mine, "m", HazardRequest(**ASKED), lambda *words: told.append(words))
-    assert told[0] == ("Runout", 0.0, 3)
-    assert [done for _, done, _ in told] == [0.0, 1.0, 2.0, 3.0]
+    assert told[0] == ("Runout", 0.0, 1.0)
+    # One more path as much every time, and some for the start of the workers.
+    shares = [done for _, done, _ in told]
+    assert len(shares) == 4
+    assert shares == sorted(shares)
+    assert shares[2] - shares[1] == pytest.approx(1.0 / (3.0 + by_path.STARTING))
+    assert shares[-1] == 1.0
     assert told[-1][0].startswith("Runout: 3 of 3 paths, ")
 
 

@@ -338,7 +338,7 @@ def suspect_figure(
     else:
         look = {"color": ORANGE, "size": 9, "symbol": "line-ew-open", "line": {"width": 2.5}}
         data.append(marks(x, y, look, name=explained))
-    across = say("{effects}: what it adds to log friction", effects=effects)
+    across = say("log friction added by the effect")
     if found.column is not None:
         across = label(found.column.removesuffix("_m").replace("_", " "))
     texts = any(isinstance(v, str) for v in x)

@@ -27,7 +27,6 @@ from avahazard.report.words import (
     amount,
     axis_words,
     chance,
-    coordinate_words,
     level_words,
     part_words,
 )
@@ -77,10 +76,8 @@ def ladder_figure(ladder: Sequence[Rung], name: str, language: Language = ENGLIS
     if not rows:
         return None
     coordinate = rows[0].coordinate or "mixed"
-    of, unit = coordinate_words(coordinate, language), unit_of(coordinate)
-    errors = axis(
-        say("held-out CRPS ({unit} of {coordinate})", unit=unit, coordinate=of), rangemode="tozero"
-    )
+    unit = unit_of(coordinate)
+    errors = axis(say("held-out CRPS, {unit}", unit=unit), rangemode="tozero")
     places = layout(errors, rows_axis(), height=120 + 34 * len(rows), bargap=0.35)
     floors = [row.noise_floor_crps_m for row in rows if row.noise_floor_crps_m is not None]
     if floors:
