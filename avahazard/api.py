@@ -49,6 +49,7 @@ from avahazard.workflow.requests import (
     CalibrateRequest,
     DiagnoseRequest,
     HazardRequest,
+    ImportRequest,
     ReportRequest,
     RunoutRequest,
     VolumesRequest,
@@ -401,18 +402,15 @@ class Region:
                 f"{database} is there already.", "Open it with avahazard.open, or name another."
             )
         region = cls(str(database), folder)
-        region.import_files(*sources, dem=dem, land_cover=land_cover)
+        region.import_files(
+            sources,
+            dem=None if dem is None else Path(dem),
+            land_cover=None if land_cover is None else Path(land_cover),
+        )
         return region
 
-    def import_files(
-        self,
-        *sources: str | Path,
-        dem: str | Path | None = None,
-        land_cover: str | Path | None = None,
-        crs: str | None = None,
-        update: bool = False,
-        dry_run: bool = False,
-    ) -> Import:
+    @taking(ImportRequest)
+    def import_files(self, sources: Files, request: ImportRequest) -> Import:
         """Import more records, from tables, folders of them, or lines on the terrain model `dem`.
 
         `land_cover` is a file of polygons, `crs` the system of a terrain model that names none.
@@ -425,15 +423,7 @@ class Region:
         """
         from avahazard.workflow.import_files import import_files  # noqa: PLC0415
 
-        return import_files(
-            self.database,
-            sources,
-            dem=dem,
-            land_cover=land_cover,
-            crs=crs,
-            update=update,
-            dry_run=dry_run,
-        )
+        return import_files(self.database, _files(sources), request)
 
     def events(self) -> Rows[Event]:
         """All recorded events, as they are stored.

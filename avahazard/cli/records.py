@@ -15,13 +15,12 @@ from rich.console import Console
 
 from avahazard.cli.options import EffectFiles, OnePath, picture
 from avahazard.cli.output import emit, errors, settings, show, table, warn
-from avahazard.records.conventions import Decimal, Order
 from avahazard.report.language import TERMINAL
 from avahazard.report.model_tables import fits_table
 from avahazard.report.tables import alpha_beta_table, cell, paths_table, thinned
 from avahazard.results.friction import ApparentEvent, Frictions, PerturbationCheck
 from avahazard.results.terrain import Runout, RunoutAt
-from avahazard.workflow.requests import RunoutRequest
+from avahazard.workflow.requests import ImportRequest, RunoutRequest
 
 
 def import_(
@@ -34,63 +33,8 @@ def import_(
             show_default=False,
         ),
     ],
-    dem: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="The terrain model under the lines: .tif or .asc."),
-    ] = None,
-    land_cover: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Polygons with an attribute land_cover."),
-    ] = None,
-    crs: Annotated[
-        str | None,
-        typer.Option(
-            metavar="CODE",
-            help="The system of a terrain model that names none, such as EPSG:31287. [default: "
-            "that of the lines]",
-            show_default=False,
-        ),
-    ] = None,
-    update: Annotated[
-        bool, typer.Option("--update", help="Replace stored rows that differ.")
-    ] = False,
-    dry_run: Annotated[
-        bool,
-        typer.Option(
-            "--dry-run", help="Say how the files are read and what would happen, store nothing."
-        ),
-    ] = False,
-    unusual: Annotated[
-        bool,
-        typer.Option(
-            "--unusual", help="Suppress the notes on values beyond the range of snow avalanches."
-        ),
-    ] = False,
-    decimal: Annotated[
-        Decimal | None,
-        typer.Option(help="The decimal sign, where a file does not show it.", show_default=False),
-    ] = None,
-    dates: Annotated[
-        Order | None,
-        typer.Option(help="Day or month first, where dates do not show it.", show_default=False),
-    ] = None,
-    unknown: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="MARKS",
-            help="What stands for unknown, such as --unknown=NULL,-9999.",
-            show_default=False,
-        ),
-    ] = None,
-    columns: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE",
-            help="What the columns of the tables are, as columns.toml (default: the one beside "
-            "them); or avalanche-slf, avalanche-utah, avalanche-colorado, landslides.",
-            show_default=False,
-        ),
-    ] = None,
+    *,
+    request: ImportRequest,
     guess_columns: Annotated[
         bool,
         typer.Option(
@@ -116,32 +60,20 @@ def import_(
       avahazard import slides.csv --unusual --unknown=-9999
       avahazard import lines.gpkg events.csv --dem terrain.tif --land-cover forest.gpkg
     """
-    from avahazard.records.conventions import Conventions  # noqa: PLC0415
     from avahazard.workflow.import_files import import_files  # noqa: PLC0415
 
     if guess_columns:
         _guess(context, source)
         return
-    marks = tuple(mark for text in unknown or () for mark in text.split(",") if mark)
-    found = import_files(
-        settings(context).database,
-        source,
-        dem=dem,
-        land_cover=land_cover,
-        crs=crs,
-        update=update,
-        dry_run=dry_run,
-        columns=columns,
-        given=Conventions(decimal, dates, unusual, marks),
-    )
+    found = import_files(settings(context).database, source, request)
 
     def render(console: Console) -> None:
-        if dry_run:
+        if found.dry_run:
             headings = ("column", "meaning", "unit", "first values")
             for (file, form), read in groupby(found.understood, lambda c: (c.file, c.form)):
                 cells = [(c.column, c.meaning, c.unit, ", ".join(c.values)) for c in read]
                 console.print(table(f"{file}: {form}", headings, cells))
-        title = "Would be imported (nothing was stored)" if dry_run else "Imported"
+        title = "Would be imported (nothing was stored)" if found.dry_run else "Imported"
         columns = ("", ">new", ">unchanged", ">updated")
         rows = [(kind, *counts.values()) for kind, counts in found.records.to_dict().items()]
         console.print(table(title, columns, rows))

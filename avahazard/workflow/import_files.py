@@ -13,7 +13,6 @@ from pathlib import Path as FilePath
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.records.conventions import UNKNOWN, Conventions
 from avahazard.records.doubts import dwarfing, repeated, repeated_notes, vague_stops
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.event import Event
@@ -33,6 +32,7 @@ from avahazard.results.database import (
 )
 from avahazard.store.records import load_profiles, load_without_profiles, save_records, save_terrain
 from avahazard.store.session import reading, writing
+from avahazard.workflow.requests import ImportRequest
 
 LINES = (".gpkg", ".geojson", ".shp", ".kml", ".kmz", ".gpx")
 
@@ -52,55 +52,43 @@ def no_search_for_rings() -> Iterator[None]:
             gc.enable()
 
 
+READ_PLAINLY = ImportRequest()
+
+
 @no_search_for_rings()
 def import_files(
-    database: str,
-    sources: Sequence[str | FilePath],
-    *,
-    dem: str | FilePath | None = None,
-    land_cover: str | FilePath | None = None,
-    crs: str | None = None,
-    update: bool = False,
-    dry_run: bool = False,
-    given: Conventions = UNKNOWN,
-    columns: str | FilePath | None = None,
+    database: str, sources: Sequence[str | FilePath], request: ImportRequest = READ_PLAINLY
 ) -> Import:
     """Import `sources` into `database`.
 
     Tables (.csv, .xlsx) or folders of them (docs/data_forms.md), and files of lines (GeoPackage,
     GeoJSON, Shapefile, KML, GPX), each line a path drawn from its top, or of points, the stops of
-    events; folders as AvaFrame has them (`Inputs/`).
-
-    The profile of a line is read off the terrain model `dem` (GeoTIFF or ESRI ASCII grid, in
-    metres), and the ground around it is kept; `crs` is its system where it names none (default:
-    that of the lines); `land_cover` is a file of polygons with that attribute. Rows that are stored
-    already are no change; with `update` rows that contradict stored ones replace them. A dry run
-    reports what would happen. `given` says what files leave open: the decimal sign, and whether the
-    day or the month comes first. `columns` is a `columns.toml`, or the name of one that comes with
-    the program. Raises `AvahazardError` where the database or a source cannot be
-    used, or there are lines without a terrain model; `RejectedRows` for rows that cannot be taken,
-    all of them; nothing was stored.
+    events; folders as AvaFrame has them (`Inputs/`). Rows that are stored already are no change;
+    rows that contradict stored ones are refused unless they are to replace them. Raises
+    `AvahazardError` where the database or a source cannot be used, or there are lines without a
+    terrain model; `RejectedRows` for rows that cannot be taken, all of them; nothing was stored.
     """
+    dry_run, columns = request.dry_run, request.columns
     of_avaframe = [FilePath(s) for s in sources if (FilePath(s) / "Inputs").is_dir()]
     lines = [FilePath(s) for s in sources if FilePath(s).suffix.lower() in LINES]
     tables = [s for s in sources if FilePath(s) not in lines and FilePath(s) not in of_avaframe]
     points = _points(lines)
-    drawn = [one for folder in of_avaframe for one in _of_avaframe(folder, land_cover, crs)]
-    if not drawn or lines or dem is not None:
-        drawn += _drawn([file for file in lines if file not in points], dem, land_cover, crs)
+    drawn = [one for folder in of_avaframe for one in _of_avaframe(folder, request)]
+    if not drawn or lines or request.dem is not None:
+        drawn += _drawn([file for file in lines if file not in points], request)
     with (reading if dry_run else writing)(database) as session:
         intake = read_files(
             tables,
             load_without_profiles(session, speeds=True),
             drawn=drawn,
             points=list(points.values()),
-            given=given,
+            given=request.conventions,
             columns=None if columns is None else mapping_file(columns),
             convert=_converted,
             profiles_of=partial(load_profiles, session),
         )
         stored = intake.known
-        merge = merge_records(intake, stored, update=update)
+        merge = merge_records(intake, stored, update=request.update)
         written = {event.event_id for event in merge.write.events}
         kept = (event for event in stored.events if event.event_id not in written)
         every = [*kept, *merge.write.events]
@@ -202,9 +190,7 @@ def _points(files: Sequence[FilePath]) -> dict[FilePath, Table]:
     return {file: read_points(file) for file in files if holds_points(file)}
 
 
-def _of_avaframe(
-    folder: FilePath, land_cover: str | FilePath | None, crs: str | None
-) -> list[Drawn]:
+def _of_avaframe(folder: FilePath, request: ImportRequest) -> list[Drawn]:
     """The path of a folder as AvaFrame has it, on its own terrain model."""
     from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
 
@@ -212,17 +198,13 @@ def _of_avaframe(
     from avahazard.gis.drawn_lines import avaframe_files, read_drawn  # noqa: PLC0415
 
     path, dem, releases = avaframe_files(folder)
-    cover = None if land_cover is None else FilePath(land_cover)
-    return read_drawn([path], dem, cover, crs, releases, folder.resolve().name)
+    name = folder.resolve().name
+    return read_drawn([path], dem, request.land_cover, request.crs, releases, name)
 
 
-def _drawn(
-    lines: Sequence[FilePath],
-    dem: str | FilePath | None,
-    land_cover: str | FilePath | None,
-    crs: str | None,
-) -> list[Drawn]:
+def _drawn(lines: Sequence[FilePath], request: ImportRequest) -> list[Drawn]:
     """The lines on their terrain model; none where no file holds lines."""
+    dem, land_cover, crs = request.dem, request.land_cover, request.crs
     if lines and dem is None:
         raise AvahazardError(
             f"{lines[0]} holds lines: their profiles need a terrain model.",
@@ -241,5 +223,4 @@ def _drawn(
     from avahazard.gis.drawn_lines import read_drawn  # noqa: PLC0415 (may be missing)
 
     assert dem is not None
-    cover = None if land_cover is None else FilePath(land_cover)
-    return read_drawn(lines, FilePath(dem), cover, crs)
+    return read_drawn(lines, dem, land_cover, crs)

@@ -15,6 +15,7 @@ from avahazard.inference.model.choices import (
     ScatterName,
     TailsName,
 )
+from avahazard.records.conventions import Conventions, Decimal, Order
 from avahazard.records.errors import AvahazardError
 from avahazard.report.language import LanguageName
 from avahazard.request import Option, Request
@@ -62,6 +63,62 @@ EFFECT_FILES = Option(
     help="The file of an effect of your own that the model has; may be given again.",
     metavar="FILE",
 )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ImportRequest(Request):
+    """How files are read, and what happens to rows that are there already.
+
+    The profile of a line is read off the terrain model `dem` (GeoTIFF or ESRI ASCII grid, in
+    metres), and the ground around it is kept.
+    """
+
+    dem: Annotated[
+        Path | None, Option(help="The terrain model under the lines: .tif or .asc.", metavar="FILE")
+    ] = None
+    land_cover: Annotated[
+        Path | None, Option(help="Polygons with an attribute land_cover.", metavar="FILE")
+    ] = None
+    crs: Annotated[
+        str | None,
+        Option(
+            help="The system of a terrain model that names none, such as EPSG:31287. [default: "
+            "that of the lines]",
+            metavar="CODE",
+        ),
+    ] = None
+    update: Annotated[bool, Option(help="Replace stored rows that differ.")] = False
+    dry_run: Annotated[
+        bool, Option(help="Say how the files are read and what would happen, store nothing.")
+    ] = False
+    unusual: Annotated[
+        bool, Option(help="Suppress the notes on values beyond the range of snow avalanches.")
+    ] = False
+    decimal: Annotated[
+        Decimal | None, Option(help="The decimal sign, where a file does not show it.")
+    ] = None
+    dates: Annotated[
+        Order | None, Option(help="Day or month first, where dates do not show it.")
+    ] = None
+    unknown: Annotated[
+        Sequence[str],
+        Option(help="What stands for unknown, such as --unknown=NULL,-9999.", metavar="MARKS"),
+    ] = ()
+    columns: Annotated[
+        str | None,
+        Option(
+            help="What the columns of the tables are, as columns.toml (default: the one beside "
+            "them); or avalanche-slf, avalanche-utah, avalanche-colorado, landslides.",
+            flag="--columns",
+            metavar="FILE",
+        ),
+    ] = None
+
+    @property
+    def conventions(self) -> Conventions:
+        """What files leave open."""
+        marks = tuple(mark for text in self.unknown for mark in text.split(",") if mark)
+        return Conventions(self.decimal, self.dates, self.unusual, marks)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -21,7 +21,7 @@ from avahazard.effects.catalogue import definition
 from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.specification import GIVEN, Specification
 from avahazard.notes import Note, counted
-from avahazard.records.conventions import Conventions, Decimal, Order
+from avahazard.records.conventions import Decimal, Order
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths
@@ -57,6 +57,7 @@ from avahazard.workflow.requests import (
     CalibrateRequest,
     DiagnoseRequest,
     HazardRequest,
+    ImportRequest,
     ReportRequest,
     RunRequest,
     ZonesRequest,
@@ -291,17 +292,22 @@ class RunningProject:
         # A dry run may look at a database that it must not make.
         if not self.request.dry_run:
             init_database(self.database)
-        marks = tuple(project.unknown)
+        files = {
+            key: folder / file
+            for key in ("dem", "land_cover")
+            if (file := getattr(project, key)) is not None
+        }
+        asked = ImportRequest(
+            **files,
+            update=project.update or self.request.update,
+            dry_run=self.request.dry_run,
+            unusual=project.unusual,
+            decimal=project.decimal,
+            dates=project.dates,
+            unknown=project.unknown,
+        )
         try:
-            found = import_files(
-                self.database,
-                [folder / name for name in project.files],
-                dem=None if project.dem is None else folder / project.dem,
-                land_cover=None if project.land_cover is None else folder / project.land_cover,
-                update=project.update or self.request.update,
-                dry_run=self.request.dry_run,
-                given=Conventions(project.decimal, project.dates, project.unusual, marks),
-            )
+            found = import_files(self.database, [folder / name for name in project.files], asked)
         except RejectedRows as error:
             error.hint = f"{error.hint} {AS_KEYS}"
             raise

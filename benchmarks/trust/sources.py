@@ -14,6 +14,7 @@ from avahazard.effects.own_file import TEMPLATE, read_effect_file
 from avahazard.hazard.zones import read_limits
 from avahazard.records.frequency_files import read_return_volumes, read_snow_depths
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.requests import ImportRequest
 from avahazard.workflow.run import read_project
 from benchmarks.trust import mutants
 from benchmarks.trust.commands import PROJECT
@@ -84,7 +85,7 @@ FORMS = ("paths", "profiles", "events")
 
 
 def _import(database: str, file: Path, **given: Path) -> object:
-    return import_files(database, [file], update=True, dry_run=True, **given)
+    return import_files(database, [file], ImportRequest(update=True, dry_run=True, **given))
 
 
 def _just(read: Callable[[Path], object]) -> Callable[[str, Path], object]:

@@ -20,7 +20,7 @@ from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.database import check
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.models import show_models
-from avahazard.workflow.requests import CalibrateRequest
+from avahazard.workflow.requests import CalibrateRequest, ImportRequest
 from benchmarks.study import Line, bullets, table
 from benchmarks.trust.places import places
 
@@ -163,7 +163,7 @@ def _turn(role: str, user: int, turn: int, database: str, folder: Path) -> None:
     elif role == "update":
         row = f"shared-{user},900,{1501 + turn}"
         file.write_text(f"event_id,fall_height_m,runout_length_m\n{row}\n", encoding="utf-8")
-        import_files(database, [file], update=True)
+        import_files(database, [file], ImportRequest(update=True))
     else:
         calibrate(database, f"m{user}-{turn}", CalibrateRequest(law="power", chains=2, draws=50))
 

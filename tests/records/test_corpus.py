@@ -17,12 +17,12 @@ from typing import Any
 import pytest
 
 from avahazard.inference.model.observations import build_observations
-from avahazard.records.conventions import Conventions
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.database import init_database
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.requests import ImportRequest
 
 CORPUS = Path(__file__).parent / "corpus"
 BESIDE = Path(__file__).parents[2].parent / "shared/data/inputs"
@@ -83,13 +83,7 @@ def _import(database: str, folders: list[Path], case: dict[str, Any]) -> Any:
         return next((f / name for f in folders if (f / name).exists()), folders[0] / name)
 
     options = dict(case.get("options", {}))
-    given = Conventions(
-        decimal=options.pop("decimal", None),
-        dates=options.pop("dates", None),
-        unusual=options.pop("unusual", False),
-        unknown=tuple(options.pop("unknown", ())),
-    )
     for name in ("dem", "land_cover", "columns"):
         if name in options and at(options[name]).exists():
-            options[name] = at(options[name])
-    return import_files(database, [at(name) for name in case["files"]], given=given, **options)
+            options[name] = str(at(options[name]))
+    return import_files(database, [at(name) for name in case["files"]], ImportRequest(**options))

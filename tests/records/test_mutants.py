@@ -15,6 +15,7 @@ from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.database import init_database
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.requests import ImportRequest
 from tests.records.mutants import mutant, seeds
 
 PATHS = "path_id,release_elevation_m\nP,2200\n"
@@ -35,9 +36,8 @@ def test_mutants_are_read_or_refused(tmp_path: Path, n: int) -> None:
     inputs = seeds(tmp_path)
     of_gis = {source: source.suffix in (".kml", ".gpx") for source, _ in inputs}
     for source, _ in inputs:  # as they are, all are read
-        import_files(
-            database, [source], dem=tmp_path / "dem.tif" if of_gis[source] else None, dry_run=True
-        )
+        dem = tmp_path / "dem.tif" if of_gis[source] else None
+        import_files(database, [source], ImportRequest(dem=dem, dry_run=True))
     outcomes: Counter[str] = Counter()
     for k in range(n):
         rng = np.random.default_rng([4, k])
@@ -48,7 +48,7 @@ def test_mutants_are_read_or_refused(tmp_path: Path, n: int) -> None:
         try:
             # A dry run does all but store, from one transaction.
             dem = tmp_path / "dem.tif" if of_gis[source] else None
-            import_files(database, [source], dem=dem, dry_run=k % 50 != 0)
+            import_files(database, [source], ImportRequest(dem=dem, dry_run=k % 50 != 0))
             outcomes["read"] += 1
             if k % 50 == 0:
                 outcomes["stored"] += 1

@@ -30,7 +30,7 @@ from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
-from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ZonesRequest
+from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ImportRequest, ZonesRequest
 from avahazard.workflow.stored import load_stored
 from avahazard.workflow.zones import zones
 from tests.workflow.twin import twin_records
@@ -224,7 +224,7 @@ def test_gaps_raise_the_rate(mine: str, write: Write) -> None:
     first, last = before.first_year, before.last_year
     text = "path_id,observed_from,observed_to,not_observed\n"
     text += f"nants,{first},{last},{first - 5}-{first + 40}\n"
-    import_files(mine, [write("paths.csv", text)], update=True)
+    import_files(mine, [write("paths.csv", text)], ImportRequest(update=True))
     (after,) = rows_of(mine, "gibbs", paths=["nants"])
     assert after.years_not_observed == 41
     years = last - first + 1 - 41

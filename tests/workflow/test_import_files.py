@@ -17,6 +17,7 @@ from avahazard.results.database import Import
 from avahazard.store.records import load_records, load_terrain
 from avahazard.store.session import reading
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.requests import ImportRequest
 from tests.gis.surface import BOTTOM, TOP, surface, write_dem, write_lines
 
 LINE = shapely.LineString([TOP, BOTTOM])
@@ -45,7 +46,7 @@ def test_lines_and_events_in_one_call(
     events = tmp_path / "events.csv"
     events.write_text(EVENTS)
     for once in ((1, 0, 0), (0, 1, 0)):
-        done = import_files(database, [events, lines], dem=dem)
+        done = import_files(database, [events, lines], ImportRequest(dem=dem))
         assert counts(done) == dict.fromkeys(("paths", "profiles", "events"), once)
     assert done.files == (str(events), str(lines))
     with reading(database) as session:
@@ -64,16 +65,16 @@ def test_a_line_that_moved_needs_update(
     maps: tuple[Path, Path], database: str, tmp_path: Path
 ) -> None:
     lines, dem = maps
-    import_files(database, [lines], dem=dem)
+    import_files(database, [lines], ImportRequest(dem=dem))
     columns = {"path_id": ["P"], "section": ["open"], "width_m": [80.0]}
     moved = shapely.LineString([TOP, np.add(BOTTOM, (30.0, 0.0))])
     other = write_lines(tmp_path / "other.gpkg", [moved], columns)
     with pytest.raises(RejectedRows) as caught:
-        import_files(database, [other], dem=dem)
+        import_files(database, [other], ImportRequest(dem=dem))
     assert "--update" in caught.value.problems[0].accepted
     with reading(database) as session:
         before = load_terrain(session, "P")
-    done = import_files(database, [other], dem=dem, update=True)
+    done = import_files(database, [other], ImportRequest(dem=dem, update=True))
     assert counts(done)["profiles"] == (0, 0, 1)
     with reading(database) as session:
         after = load_terrain(session, "P")
@@ -85,10 +86,10 @@ def test_a_line_that_moved_needs_update(
 def test_the_ground_goes_with_the_profile_that_it_was_for(
     maps: tuple[Path, Path], database: str, tmp_path: Path
 ) -> None:
-    import_files(database, [maps[0]], dem=maps[1])
+    import_files(database, [maps[0]], ImportRequest(dem=maps[1]))
     file = tmp_path / "profiles.csv"
     file.write_text("path_id,x_m,y_m\n" + "".join(f"P,{i},{9 - i}\n" for i in range(6)))
-    import_files(database, [file], update=True)
+    import_files(database, [file], ImportRequest(update=True))
     with reading(database) as session:
         assert load_terrain(session, "P") is None
 
@@ -99,9 +100,13 @@ def test_a_bare_line_gives_a_profile_to_a_path_of_a_table(
     paths = tmp_path / "paths.csv"
     paths.write_text("path_id,section\nP,open\n")
     lines = write_lines(tmp_path / "lines.gpkg", [LINE], {"path_id": ["P"], "name": [None]})
-    done = import_files(database, [paths, lines], dem=maps[1])
+    done = import_files(database, [paths, lines], ImportRequest(dem=maps[1]))
     assert counts(done)["paths"] == (1, 0, 0)
-    assert counts(import_files(database, [lines], dem=maps[1]))["profiles"] == (0, 1, 0)
+    assert counts(import_files(database, [lines], ImportRequest(dem=maps[1])))["profiles"] == (
+        0,
+        1,
+        0,
+    )
     with reading(database) as session:
         assert load_records(session).paths[0].section == "open"
 
@@ -115,7 +120,7 @@ def test_nothing_is_stored_when_a_line_or_a_row_is_wrong(
     # A path whose line was refused is still one that is named.
     events.write_text(EVENTS + "b,up,1700,5000\nc,none,1700,5000\n")
     with pytest.raises(RejectedRows) as caught:
-        import_files(database, [lines, events], dem=maps[1])
+        import_files(database, [lines, events], ImportRequest(dem=maps[1]))
     found = {(Path(p.file).name, p.line, p.column) for p in caught.value.problems}
     assert found == {
         ("lines.gpkg", 1, "geometry"),
@@ -123,7 +128,7 @@ def test_nothing_is_stored_when_a_line_or_a_row_is_wrong(
         ("lines.gpkg", 3, "path_id"),
         ("events.csv", 4, "path_id"),
     }
-    done = import_files(database, [maps[0]], dem=maps[1], dry_run=True)
+    done = import_files(database, [maps[0]], ImportRequest(dem=maps[1], dry_run=True))
     assert counts(done)["paths"] == (1, 0, 0)
     with reading(database) as session:
         assert load_records(session).paths == ()
@@ -140,7 +145,7 @@ def test_lines_and_a_terrain_model_go_together(
     file.write_text(EVENTS)
     for options in ({"dem": dem}, {"land_cover": lines}):
         with pytest.raises(AvahazardError, match="no file of lines"):
-            import_files(database, [file], **options)
+            import_files(database, [file], ImportRequest(**options))
 
 
 def test_missing_packages_are_named_with_the_command_that_installs_them(
@@ -150,7 +155,7 @@ def test_missing_packages_are_named_with_the_command_that_installs_them(
         gis, "find_spec", lambda name: None if name == "pyogrio" else find_spec(name)
     )
     with pytest.raises(AvahazardError, match="pyogrio") as caught:
-        import_files(database, [maps[0]], dem=maps[1])
+        import_files(database, [maps[0]], ImportRequest(dem=maps[1]))
     assert "pip install 'avahazard[gis]'" in caught.value.hint
 
 

@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from avahazard.records.conventions import Conventions
 from avahazard.records.mapping import BESIDE
 from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.import_files import import_files
-from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
+from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest, ImportRequest
 
 PUBLISHED = Path(os.environ.get("AVAHAZARD_PUBLISHED", Path(__file__).parents[3] / "shared/data"))
 GIANT = "giant_landslides_v12_2018.xlsx"
@@ -38,7 +37,7 @@ def test_giant_landslides_go_through_the_loop(tmp_path: Path, database: str) -> 
     columns = tmp_path / BESIDE
     columns.write_text(MAPPING, encoding="utf-8")
     assert len(MAPPING.splitlines()) <= 15
-    read = import_files(database, found[:1], columns=columns, given=Conventions(unusual=True))
+    read = import_files(database, found[:1], ImportRequest(columns=str(columns), unusual=True))
     assert read.records.events.new == 63
     model = calibrate(database, "base", CalibrateRequest(chains=2, draws=200, seed=1, law="power"))
     outcome = [note for note in model.notes if note.key == "outcome_column"]

@@ -11,7 +11,7 @@ from avahazard.hazard.volume_source import VolumeSource
 from avahazard.records.errors import AvahazardError
 from avahazard.store import upkeep
 from avahazard.workflow.import_files import import_files
-from avahazard.workflow.requests import VolumesRequest
+from avahazard.workflow.requests import ImportRequest, VolumesRequest
 from avahazard.workflow.volumes import volumes
 from tests.workflow.twin import DATA, twin_records
 
@@ -77,7 +77,11 @@ def test_snowfall_needs_a_release_area(twin: str, write: Write) -> None:
     with pytest.raises(AvahazardError, match="has no release_area_m2") as caught:
         volumes(twin, VolumesRequest(paths=["scey"], source=source))
     assert "--update" in caught.value.hint
-    import_files(twin, [write("paths.csv", "path_id,release_area_m2\nscey,20000\n")], update=True)
+    import_files(
+        twin,
+        [write("paths.csv", "path_id,release_area_m2\nscey,20000\n")],
+        ImportRequest(update=True),
+    )
     (entry,) = volumes(
         twin, VolumesRequest(paths=["scey"], source=source, return_periods=[30.0])
     ).rows
