@@ -143,27 +143,9 @@ def _witnesses(console: Console, found: Diagnosis) -> None:
             )
 
 
-def _kinds(console: Console, found: Diagnosis) -> None:
-    """How many events are of a second kind that nobody recorded, and what goes with it."""
-    for c in found.candidates:
-        if c.kinds is None or c.effect not in found.missing:
-            continue
-        n = sum(p > 0.5 for p in c.kinds.probability.values())
-        columns = ", ".join(
-            f"{row.column}{f' = {row.level}' if row.level else ''} ({row.correlation:+.2f})"
-            for row in c.kinds.in_common
-        )
-        console.print(
-            f"{n} of {len(c.kinds.probability)} events are probably of the kind with less "
-            f"friction; columns that go with it, by rank correlation: {columns or 'none'}.",
-            soft_wrap=True,
-        )
-
-
 def _findings(console: Console, found: Diagnosis) -> None:
     """What else was found, beside the candidates."""
     _witnesses(console, found)
-    _kinds(console, found)
     if found.impossible_stops:
         n = len(found.impossible_stops)
         console.print(

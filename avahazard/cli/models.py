@@ -15,8 +15,8 @@ from avahazard.inference.model.specification import GIVEN
 from avahazard.notes import counted
 from avahazard.progress import show_progress
 from avahazard.report.language import TERMINAL
-from avahazard.report.model_tables import parameters_table
-from avahazard.report.sentences import before_and_after_words
+from avahazard.report.model_tables import kinds_table, parameters_table
+from avahazard.report.sentences import before_and_after_words, kinds_words
 from avahazard.report.tables import cell
 from avahazard.results.calibration import Calibration
 from avahazard.results.models import EffectDetails
@@ -47,10 +47,13 @@ def calibrate(
     warn(*found.notes)
 
 
-def show_calibration(console: Console, model: Calibration) -> None:
+def show_calibration(console: Console, model: Calibration, *, verbose: bool = False) -> None:
     """Print what a calibration found."""
     console.print(f"{model.model}: {_parts(model)}", soft_wrap=True)
     show(console, parameters_table(model, TERMINAL))
+    for words in [] if model.kinds is None else kinds_words(model.kinds, TERMINAL):
+        console.print(words, soft_wrap=True)
+    show(console, kinds_table(model, TERMINAL), verbose=verbose)
     given = model.given_priors or {}
     if given:
         each = (f"{key} {p.mean:g} ± {p.sd:g} {p.unit}".rstrip() for key, p in given.items())
@@ -140,7 +143,7 @@ def model(
     found = show_model(settings(context).database, name)
 
     def render(console: Console) -> None:
-        show_calibration(console, found)
+        show_calibration(console, found, verbose=settings(context).verbose)
         line = f"Stored {str(found.created).replace('T', ' ').removesuffix('Z')} (UTC)"
         parent = f", from {found.parent}" if found.parent else ""
         fingerprint = found.data_fingerprint[:12]

@@ -17,6 +17,7 @@ from avahazard.report.words import (
     axis_words,
     chance,
     coordinate_words,
+    events,
     level_words,
     part_words,
     share,
@@ -53,6 +54,20 @@ def parameters_table(
     )
     rows = [p for p in model.parameters.items() if offsets or not p[0].startswith(OFFSET)]
     return made("parameters", say("Parameters"), columns, rows, language)
+
+
+def kinds_table(model: Calibration, language: Language = ENGLISH) -> Table | None:
+    """Each event's probability to be of the second kind, folded; None where there is one kind."""
+    say = language.say
+    if model.kinds is None:
+        return None
+    rows = sorted(model.kinds.probability.items(), key=lambda row: -row[1])
+    columns: tuple[Column, ...] = (
+        (say("event"), lambda r: r[0]),
+        (">" + say("probability"), lambda r: share(r[1], language)),
+    )
+    folded, title = events(len(rows), language), say("Probability of the second kind")
+    return made("kinds", title, columns, rows, language, shown=0, folded=folded)
 
 
 def scores_table(

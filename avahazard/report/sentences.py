@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from avahazard.inference.model.choices import METHODS
@@ -19,7 +20,7 @@ from avahazard.report.words import (
     share,
 )
 from avahazard.results.base import bare
-from avahazard.results.calibration import Calibration
+from avahazard.results.calibration import Calibration, Kinds
 from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.ladder import BeforeAndAfter, ErrorFall, Rung
@@ -66,10 +67,37 @@ def model_words(model: Calibration, n_paths: int, language: Language = ENGLISH) 
     if model.effects:
         named = language.listed([language.effect(key) for key in model.effects])
         words.append(say("Further effects in it: {effects}.", effects=named))
+    if model.kinds is not None:
+        words += kinds_words(model.kinds, language)
     if not model.centrifugal:
         words.append(say("The load of the path's curvature on the bed is left out."))
     if model.parent:
         words.append(say("It was made from the model “{model}”.", model=model.parent))
+    return words
+
+
+def kinds_words(kinds: Kinds, language: Language = ENGLISH) -> list[str]:
+    """How many avalanches are of a second kind, how it differs, and what goes with it."""
+    say = language.say
+    words = [
+        say(
+            "{share} of the avalanches are of a second kind that no column records: their friction "
+            "is {factor} times that of the others. {n} of {events} are more likely of it than not.",
+            share=share(kinds.share, language),
+            factor=language.number(f"{math.exp(kinds.shift):.2f}"),
+            n=sum(p > 0.5 for p in kinds.probability.values()),
+            events=events(len(kinds.probability), language),
+        )
+    ]
+    if kinds.in_common:
+        columns = [
+            f"{axis_words(row.column, language)}"
+            f"{f' = {level_words(row.level, language)}' if row.level else ''} "
+            f"({language.number(f'{row.correlation:+.2f}')})"
+            for row in kinds.in_common
+        ]
+        found = language.listed(columns)
+        words.append(say("Columns that go with it (rank correlation): {columns}.", columns=found))
     return words
 
 
@@ -225,7 +253,14 @@ def verdict_words(
     """What a diagnosis says of the model, and where the records have what is missing."""
     whose = language.say("The model") if who is None else who
     where = [language.note(note) for note in diagnosis.where]
-    return " ".join([_verdict(diagnosis, whose, language), *_together(diagnosis, language), *where])
+    kinds = [
+        words
+        for c in diagnosis.candidates
+        if c.kinds is not None and c.effect in diagnosis.missing
+        for words in kinds_words(c.kinds, language)
+    ]
+    verdict = _verdict(diagnosis, whose, language)
+    return " ".join([verdict, *_together(diagnosis, language), *kinds, *where])
 
 
 def _together(diagnosis: Diagnosis, language: Language) -> Iterator[str]:

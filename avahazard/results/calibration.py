@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from avahazard.notes import Note
-from avahazard.results.base import ABSENT, Result
+from avahazard.results.base import ABSENT, Result, Rows
 from avahazard.results.ladder import BeforeAndAfter
 
 
@@ -120,6 +120,34 @@ class GivenTold(Result):
 
 
 @dataclass(frozen=True, slots=True)
+class InCommon(Result):
+    """A column, or one level of it, that goes with the second kind of avalanche.
+
+    `correlation` is that of ranks with the probability to be of it; the p-value is corrected for
+    the number of columns.
+    """
+
+    column: str
+    level: str | None
+    correlation: float
+    p_value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Kinds(Result):
+    """A second kind of avalanche that no column records.
+
+    `share` of the avalanches are of it, with log friction lower by -`shift`; the probability is
+    that of each event, by its name, to be one of them.
+    """
+
+    share: float
+    shift: float
+    probability: dict[str, float]
+    in_common: Rows[InCommon]
+
+
+@dataclass(frozen=True, slots=True)
 class Calibration(Result):
     """A calibrated model: what it is made of, its parameters, and whether its chains converged.
 
@@ -130,8 +158,8 @@ class Calibration(Result):
     where paths differ and the model does not know it, `heavier_tails` where friction scatters with
     such and the model's are normal, `prior_dominated` where the records hardly
     narrow a parameter (by its coordinate), `of_records` (notes too) where a path misses its
-    terrain, a record contradicts itself or true volumes are not lognormal. `next` is the step to
-    do now.
+    terrain, a record contradicts itself or true volumes are not lognormal, `kinds` where there are
+    two that no column records. `next` is the step to do now.
     """
 
     model: str
@@ -159,5 +187,6 @@ class Calibration(Result):
     of_records: tuple[Note, ...] | None = field(default=None, metadata=ABSENT)
     prior: PriorTold | None = field(default=None, metadata=ABSENT)
     given_priors: dict[str, GivenTold] | None = field(default=None, metadata=ABSENT)
+    kinds: Kinds | None = field(default=None, metadata=ABSENT)
     created: str | None = field(default=None, metadata=ABSENT)
     next: Note | None = field(default=None, metadata=ABSENT)

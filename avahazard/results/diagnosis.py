@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from avahazard.notes import Note
 from avahazard.results.base import ABSENT, Result, Rows
+from avahazard.results.calibration import Kinds
 
 MOST_MISSED = 0.5
 """Share of the scatter's variance that an effect may be and be missed, for an adequate model."""
@@ -25,28 +26,6 @@ class Declared(Result):
 
     effects: tuple[str, ...]
     at: str
-
-
-@dataclass(frozen=True, slots=True)
-class InCommon(Result):
-    """A column, or one level of it, that goes with the second kind of avalanche.
-
-    `correlation` is that of ranks with the probability to be of it; the p-value is corrected for
-    the number of columns.
-    """
-
-    column: str
-    level: str | None
-    correlation: float
-    p_value: float
-
-
-@dataclass(frozen=True, slots=True)
-class Kinds(Result):
-    """The probability of each event, by its name, to be of the kind that runs on less friction."""
-
-    probability: dict[str, float]
-    in_common: Rows[InCommon]
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,6 +18,7 @@ from avahazard.criticism.diagnosis.nuisances import (
     heavier_tails,
     paths_differ,
 )
+from avahazard.criticism.diagnosis.two_kinds import kinds_of
 from avahazard.effects.columns import NO_EVENTS, build_columns
 from avahazard.effects.effect import Definition
 from avahazard.effects.site import Site
@@ -341,6 +342,7 @@ def calibration_result(
         of_records=of_records or None,
         prior=prior,
         given_priors=given or None,
+        kinds=kinds_of(found),
     )
 
 

@@ -85,6 +85,23 @@ def test_the_runout_is_exceeded_as_often_in_simulated_years() -> None:
     assert np.mean(farthest > x) == pytest.approx(1 / 20, abs=0.002)
 
 
+def test_two_kinds_are_exceeded_as_often_in_simulated_years() -> None:
+    kinds, share, shift = definition("two-kinds").build({}), 0.3, -0.3
+    volumes = EventVolumes(np.array([0.7]), np.log([1e4, 8e4]), np.array([[0.6, 0.4]]))
+    own = [share, shift] / np.array([p.prior_sd for p in kinds.parameters])
+    avalanches = avalanches_of(draws(SIGMA, 1, *own), volumes, effects=(kinds,))
+    (x,) = exceeded_runout(avalanches, 20.0)
+    rng, n_years = np.random.default_rng(8), 100_000
+    year = np.repeat(np.arange(n_years), rng.poisson(0.7, n_years))
+    volume = np.where(rng.random(len(year)) < 0.6, 1e4, 8e4)
+    of_kind = np.where(rng.random(len(year)) < share, (1.0 - share) * shift, -share * shift)
+    log_mu = LAW[0] - LAW[1] * 1e-6 * volume + of_kind + SIGMA * rng.standard_normal(len(year))
+    farthest = np.zeros(n_years)
+    np.maximum.at(farthest, year, stops(np.exp(log_mu), TOP_M))
+    assert np.isfinite(x)
+    assert np.mean(farthest > x) == pytest.approx(1 / 20, abs=0.002)
+
+
 def test_the_chance_of_reaching_falls_to_one_in_t_at_the_runout_of_t() -> None:
     avalanches = avalanches_of(draws(SIGMA, 2), one_volume(VOLUME, 2, 0.3))
     found = reach(avalanches, 400)

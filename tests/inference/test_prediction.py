@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from avahazard.hazard.path_hazard import path_hazard
 from avahazard.hazard.rows import volume_bounds
@@ -56,7 +57,7 @@ def test_nothing_to_split() -> None:
     assert len(table_groups(np.repeat([[0.0], [1.0]], 5, axis=0), 32)) == 2
 
 
-N = 4000
+N, RNG = 4000, np.random.default_rng
 
 
 @cache
@@ -150,6 +151,28 @@ def test_a_look_up_takes_little_beside_what_it_finds(monkeypatch: pytest.MonkeyP
     for one, other in zip(found, whole, strict=True):
         np.testing.assert_array_equal(one, other)
     assert peak < 1.3 * sum(part.nbytes for part in found)
+
+
+@pytest.mark.parametrize("distribution", ["lognormal", "normal"])
+def test_predicted_friction_of_two_kinds_is_a_mixture(distribution: str) -> None:
+    given = posterior(observations(speeds=False), "two-kinds", distribution=distribution)
+    kinds = next(e for e in given.effects if e.key == "two-kinds")
+    share, shift = 0.3, -0.5
+    own = np.array([share, shift]) / [p.prior_sd for p in kinds.parameters]
+    names = ("two-kinds.share", "two-kinds.shift")
+    u = near(given, **dict(zip(names, own.tolist(), strict=True)))
+    found = predict_stops(fitted_model(given, np.repeat(u[None], 5, 0), {}), N, RNG(3))
+    rng, layout, volumes = RNG(4), given.layout, given.observations.volumes
+    scatter = np.exp(u[layout.scatter])
+    for i in (0, 4):
+        expected = []
+        for _ in range(N):
+            log_volume = volumes.mean[i] + volumes.sd[i] * rng.standard_normal()
+            log_mu = u[0] - u[1] * np.exp(log_volume) * 1e-6
+            log_mu += (1.0 - share) * shift if rng.random() < share else -share * shift
+            off = scatter * rng.standard_normal()
+            expected.append(np.exp(log_mu + off) if layout.log_scatter else np.exp(log_mu) + off)
+        assert stats.ks_2samp(found.friction[i], expected).pvalue > 0.01
 
 
 def _model(n: float, *effects: str, **settings: str) -> FittedModel:

@@ -6,8 +6,18 @@ from dataclasses import replace
 
 import pytest
 
-from avahazard.report.sentences import verdict_words
-from tests.results.samples import DIAGNOSIS
+from avahazard.report.model_tables import kinds_table
+from avahazard.report.sentences import model_words, verdict_words
+from avahazard.results.base import Rows
+from avahazard.results.calibration import InCommon, Kinds
+from tests.results.samples import CALIBRATION, CANDIDATE, DIAGNOSIS
+
+KINDS = Kinds(
+    share=0.34,
+    shift=-0.27,
+    probability={"e1": 0.2, "e2": 0.95, "e3": 0.0001},
+    in_common=Rows([InCommon("weather", "storm", -0.31, 0.01)]),
+)
 
 
 @pytest.mark.parametrize(
@@ -46,3 +56,20 @@ def test_few_data_are_not_called_a_good_model(share: float, words: str) -> None:
 def test_what_is_missing_is_named_however_few_the_data() -> None:
     found = replace(DIAGNOSIS, verdict="missing-effect", missing=("season",), detectable_share=0.9)
     assert "lacks an effect: season" in verdict_words(found, "base")
+
+
+def test_a_second_kind_is_told_of_the_model_and_where_it_is_missing() -> None:
+    words = (
+        "34 % of the avalanches are of a second kind that no column records: their friction is "
+        "0.76 times that of the others. 1 of 3 events are more likely of it than not. "
+        "Columns that go with it (rank correlation): weather = storm (\u22120.31)."
+    )
+    assert words in " ".join(model_words(replace(CALIBRATION, kinds=KINDS), 3))
+    candidate = replace(CANDIDATE, effect="two-kinds", kinds=KINDS)
+    found = replace(DIAGNOSIS, candidates=Rows([candidate]), verdict="missing-effect")
+    assert words in verdict_words(replace(found, missing=("two-kinds",)))
+    assert words not in verdict_words(replace(found, missing=("season",)))
+    table = kinds_table(replace(CALIBRATION, kinds=KINDS))
+    assert table is not None
+    assert table.rows == [["e2", "95 %"], ["e1", "20 %"], ["e3", "under 0.1 %"]]
+    assert (kinds_table(CALIBRATION), table.shown) == (None, 0)

@@ -50,7 +50,7 @@ from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.seeds import generator
-from avahazard.results.diagnosis import Kinds
+from avahazard.results.calibration import Kinds
 
 ERROR_DRAWS = 400
 ALIKE = 0.7
@@ -253,7 +253,7 @@ def candidates(
     rest = [c for c in screening.candidates if c not in ranked]
     alike = look_alikes(fits, base)
     new = base.posterior.layout.kinds is None
-    kinds = {key: kinds_of(fit) for key, fit in fits.items() if new and fit.posterior.layout.kinds}
+    kinds = {key: kinds_of(fit.at_mode()) for key, fit in fits.items()} if new else {}
     return tuple(
         Candidate(
             c,

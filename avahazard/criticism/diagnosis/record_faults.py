@@ -187,7 +187,10 @@ def suspects(base: Refit) -> tuple[str, ...]:
     location, scatter = posterior.location_and_scatter(base.mode.u)
     friction = likely_friction(posterior.nodes.at(base.mode.u), posterior.layout.log_scatter)
     asked = np.log(friction) if posterior.layout.log_scatter else friction
-    z = np.nan_to_num(np.abs(asked - location.mean(axis=1)) / scatter.mean(axis=1))
+    # Of the kind of avalanche that suits the event best.
+    by_kind = len(location), -1, posterior.observations.volumes.volume.shape[1]
+    off = np.abs(asked[:, None] - location.reshape(by_kind).mean(axis=2))
+    z = np.nan_to_num(np.min(off, axis=1) / scatter.mean(axis=1))
     order = np.argsort(-z, kind="stable")
     columns = posterior.observations.columns
     found = [*dwarfing(columns.log_volume), *(i for i in order if z[i] > MOST_SCATTERS)]

@@ -15,31 +15,38 @@ from avahazard.effects.columns import EventColumns
 from avahazard.effects.covariate import VOLUME, number_column
 from avahazard.effects.effect import MIN_LEVEL
 from avahazard.effects.levels import level_counts
+from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.likelihood.nodes import wrong_ranges
 from avahazard.inference.likelihood.terms import event_terms
 from avahazard.inference.model.layout import WRONG_SHARE
+from avahazard.inference.seeds import generator
 from avahazard.results.base import Rows
-from avahazard.results.diagnosis import InCommon, Kinds
+from avahazard.results.calibration import InCommon, Kinds
 
 CHANCE_GAIN = 1.0
 """Mean of the exponential distribution that the gain (nats) of two kinds has where there is one, at
 most: in 3 of 4 simulated datasets it is 0."""
 ALWAYS = (VOLUME, "year", "day_of_winter", "release_elevation_m", "deposit_length_m")
-LEVEL = 0.05
+LEVEL, N_DRAWS = 0.05, 50
 WRONG_SHARES, NARROWER = np.arange(1, 21) / 100.0, (1.0, 0.8, 0.65, 0.5, 0.4)
 SHIFTS = (-0.5, -0.25, 0.0, 0.25, 0.5)
 """Shares of wrong records that are tried, with scatters of the others against that of all, and
 shifts of these in scatters."""
 
 
-def kinds_of(fit: Refit) -> Kinds:
-    """The probability of each event to be of the second kind, and the columns that go with it.
+def kinds_of(model: FittedModel) -> Kinds | None:
+    """The second kind of avalanche of a model: its events, and the columns that go with it.
 
     A column goes with it by rank correlation, paths apart, at 5 in 100 for all columns together
-    (Holm); `fit` has two kinds.
+    (Holm). None where all avalanches are of one kind.
     """
-    columns = fit.posterior.observations.columns
-    probability = second_kind(fit)
+    kinds, columns = model.friction.kinds(np.median(model.draws, axis=0)), model.columns
+    if kinds is None:
+        return None
+    chosen = model.evenly(min(N_DRAWS, len(model.draws)))
+    offsets = model.group_offsets(generator(0, "kinds"))
+    each = [second_kind(model, k, None if offsets is None else offsets[k]) for k in chosen]
+    probability = np.mean(each, axis=0)
     z = _scores(probability)
     _, path = np.unique(columns.path_index, return_inverse=True)
     rows: list[InCommon] = []
@@ -56,17 +63,21 @@ def kinds_of(fit: Refit) -> Kinds:
         if p < LEVEL
     ]
     return Kinds(
+        share=float(kinds.share[1]),
+        shift=float(kinds.shift[1] - kinds.shift[0]),
         probability=dict(zip(columns.event_id, probability.tolist(), strict=True)),
         in_common=Rows(sorted(found, key=lambda row: row.p_value)),
     )
 
 
-def second_kind(fit: Refit) -> Floats:
-    """Probability `[n_events]` to be of the second kind, whose friction is lower, at the mode."""
-    posterior, u = fit.posterior, fit.mode.u
+def second_kind(model: FittedModel, draw: int, offsets: Floats | None) -> Floats:
+    """Probability `[n_events]` to be of the second kind, whose friction is lower, of one draw.
+
+    `offsets` `[n_offsets]` are those of its groups.
+    """
+    posterior, u = model.posterior, model.draws[draw]
     location, scatter = posterior.location_and_scatter(u)
-    if posterior.plan:
-        location = posterior.shifted(location, posterior.offsets(u).mode)
+    location = posterior.shifted(location, offsets)
     nodes = posterior.nodes_at(u)
     # Seen or not, and right or wrong, the record is the same for either kind.
     nodes = nodes._replace(

@@ -44,6 +44,7 @@ from avahazard.report.model_tables import (
     candidates_table,
     compared_parts,
     failures_table,
+    kinds_table,
     ladder_table,
     measure_table,
     misfit_table,
@@ -295,6 +296,7 @@ def _tables(content: ReportContent, names: dict[str, str]) -> dict[str, Table | 
         "paths": paths_table(content.summaries, language, names) if content.paths else None,
         "models": ladder_table(content.ladder, language),
         "parameters": parameters_table(content.model, language, offsets=False),
+        "kinds": kinds_table(content.model, language),
         "made": made_table(content),
     }
     if comparison is not None:

@@ -222,9 +222,12 @@ OFF = np.array([0.5, MOST_SCATTERS + 2.0, MOST_SCATTERS - 0.1, -MOST_SCATTERS - 
 """By how many scatters each event's log friction is off; the last one left its profile."""
 
 
-@pytest.mark.parametrize("in_log", [True, False])
-def test_the_far_ones_are_named_worst_first(in_log: bool) -> None:
+@pytest.mark.parametrize(("in_log", "n_volumes"), [(True, 2), (False, 2), (True, 1)])
+def test_the_far_ones_are_named_worst_first(in_log: bool, n_volumes: int) -> None:
     scatter, middle = 0.02, (-0.8 if in_log else 0.5)
+    location = np.full((5, 2), middle)
+    if n_volumes == 1:  # and two kinds: one suits none of the events
+        location[:, 0] += 200.0 * scatter
     place = middle + scatter * OFF
     nodes = SimpleNamespace(
         place=place[:, None], weight=np.ones((5, 1)), is_probability=np.arange(5) == 4
@@ -232,14 +235,15 @@ def test_the_far_ones_are_named_worst_first(in_log: bool) -> None:
     base: Any = SimpleNamespace(
         mode=SimpleNamespace(u=np.zeros(1)),
         posterior=SimpleNamespace(
-            location_and_scatter=lambda _u: (np.full((5, 2), middle), np.full((5, 2), scatter)),
+            location_and_scatter=lambda _u: (location, np.full((5, 2), scatter)),
             nodes=SimpleNamespace(at=lambda _u: nodes),
             layout=SimpleNamespace(log_scatter=in_log),
             observations=SimpleNamespace(
                 columns=SimpleNamespace(
                     event_id=np.array(["a", "b", "c", "d", "e"]),
                     log_volume=np.log([1e3, 2e3, 4e6, 1e4, 3e3]),
-                )
+                ),
+                volumes=SimpleNamespace(volume=np.ones((5, n_volumes))),
             ),
         ),
     )

@@ -65,13 +65,17 @@ def test_share_shift_and_the_kind_of_each_event_are_found() -> None:
     assert found["two-kinds.shift"] == pytest.approx(SHIFT, abs=0.05)
     assert fit.parameters("sigma")["sigma"] == pytest.approx(SIGMA, abs=0.02)
     assert fit.evidence - base.evidence > 5.0
-    probability = second_kind(fit)
+    probability = second_kind(fit.at_mode(), 0, None)
     assert np.mean((probability > 0.5) == (truth == 1.0)) > 0.9
     assert np.sum(probability) == pytest.approx(found["two-kinds.share"] * len(truth), rel=0.1)
 
 
 def test_what_the_kinds_have_in_common_is_found_among_the_columns() -> None:
-    found = kinds_of(fits(straight(2))[1])
+    base, fit = fits(straight(2))
+    assert kinds_of(base.at_mode()) is None
+    found = kinds_of(fit.at_mode())
+    assert found is not None
+    assert (found.share, found.shift) == tuple(fit.parameters("two-kinds").values())
     assert len(found.probability) == 150
     by_column = {row.column: row for row in found.in_common}
     assert set(by_column) == {"second", "weather"}
