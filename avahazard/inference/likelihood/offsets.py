@@ -120,39 +120,6 @@ def _upper(root, right):  # type: ignore[no-untyped-def]
     return x
 
 
-@kernel(inner=True)
-def variances(rest, bend, cross, root):  # type: ignore[no-untyped-def]
-    """Variance of each offset `[n_offsets]` given nothing but the data and the priors."""
-    result = 1.0 / bend
-    if not len(root):
-        return result
-    half = _inverse(root)
-    others = np.dot(half.T, half)
-    for k in range(len(rest)):
-        if rest[k] >= 0:
-            result[k] = others[rest[k], rest[k]]
-            continue
-        met = np.nonzero(cross[k])[0]
-        for r in met:
-            for c in met:
-                result[k] += cross[k, r] * others[r, c] * cross[k, c] / (bend[k] * bend[k])
-    return result
-
-
-@kernel(inner=True)
-def _inverse(root):  # type: ignore[no-untyped-def]
-    """Inverse of a lower root, row by row."""
-    inverse = np.zeros_like(root)
-    for r in range(len(root)):
-        inverse[r, r] = 1.0
-        for c in range(r):
-            for k in range(c + 1):
-                inverse[r, k] -= root[r, c] * inverse[c, k]
-        for k in range(r + 1):
-            inverse[r, k] /= root[r, r]
-    return inverse
-
-
 @kernel
 def log_determinant(rest, bend, root):  # type: ignore[no-untyped-def]
     """Log determinant of the precision of all offsets."""

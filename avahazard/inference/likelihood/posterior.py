@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Bools, Floats
-from avahazard.effects.effect import Effect, VolumeErrorEffect, of_kind
+from avahazard.effects.effect import Effect, KindsEffect, VolumeErrorEffect, of_kind
 from avahazard.effects.site import Site
 from avahazard.inference.likelihood.node_charts import NodeCharts
-from avahazard.inference.likelihood.nodes import Nodes, by_wrong_share, log_wrong
+from avahazard.inference.likelihood.nodes import Nodes, by_wrong_share
 from avahazard.inference.likelihood.offsets import Offsets, newton_offsets
 from avahazard.inference.likelihood.predicted import Values, keep, record_sigma, resistance_of
 from avahazard.inference.likelihood.terms import event_terms, summed_terms
@@ -156,13 +156,11 @@ class Posterior:
         """
         if self.plan:
             return np.empty(0, dtype=np.int64)
+        slots = np.arange(len(self.layout.slots))
+        others = [e for e in self.effects if isinstance(e, VolumeErrorEffect | KindsEffect)]
         held = {*self.layout.tables, self.layout.track_scatter}
-        places = [self.layout.places[effect.key] for effect in self._volume_errors]
-        if self.layout.kinds is not None:
-            places.append(self.layout.kinds)
-        for place in places:
-            held |= set(range(len(self.layout.slots))[place])
-        return np.array([k for k in range(len(self.layout.slots)) if k not in held], np.int64)
+        held.update(*(slots[self.layout.places[e.key]].tolist() for e in others))
+        return np.array([k for k in slots if k not in held], np.int64)
 
     def density_and_slopes(self, u: Floats) -> tuple[float, Floats]:
         """`log_density` at u, within the bounds, and its derivatives `[n_slots]` by `sloped`."""
@@ -237,12 +235,6 @@ class Posterior:
         """The offsets of the groups given coordinates u."""
         location, scatter = self.location_and_scatter(u)
         return self._offsets(u, self.nodes_at(u), location, scatter)[0]
-
-    def log_wrong(self, u: Floats) -> Floats:
-        """Log density of each record as a wrong one, times their share, `[n_events]`."""
-        if self.layout.wrong_share is None:
-            return np.full(self.observations.n_events, -np.inf)
-        return np.asarray(log_wrong(self.observations) + u[self.layout.wrong_share])
 
     def nodes_at(self, u: Floats) -> Nodes:
         """What the records say of friction at coordinates u."""

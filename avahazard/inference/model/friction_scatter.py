@@ -38,16 +38,6 @@ def normal_below(z: float) -> float:
     return 0.5 * math.erfc(-z / ROOT_2)
 
 
-@kernel
-def log_normal_below(z: float) -> tuple[float, float]:
-    """log Φ(z) and its derivative φ(z)/Φ(z), good far into the lower tail."""
-    if z < -8.0:
-        # Mills' ratio: Φ(z) ≈ φ(z)/|z| (1 - 1/z²).
-        return -0.5 * z * z - HALF_LOG_2PI - math.log(-z) - 1.0 / (z * z), -z + 1.0 / -z
-    below = normal_below(z)
-    return math.log(below), normal_density(z) / below
-
-
 @kernel(inner=True, forceinline=True)
 def student_shape(z2: float) -> float:
     """1 / (1 + z²/4) for z² = `z2`: the density is STUDENT_PEAK shape^(5/2)."""
@@ -70,13 +60,6 @@ def student_below(z: float) -> float:
     # z / root + 2, of which nothing is left where both are large.
     gap = 4.0 / ((2.0 * root - z) * root) if z < 0.0 else 2.0 + z / root
     return gap * gap * (4.0 - z / root) / 32.0
-
-
-@kernel(forceinline=True)
-def log_student_below(z: float) -> tuple[float, float]:
-    """log of `student_below` and its derivative."""
-    chance = student_below(z)
-    return math.log(chance), student_density(z)[0] / chance
 
 
 def below(z: Floats, student: bool) -> Floats:

@@ -386,7 +386,7 @@ def test_a_record_where_nothing_stops_costs_no_more_than_a_wrong_one(
     for tails in ("normal", "student"):
         fit = refit(moved, Specification(tails=tails), {}, ())  # type: ignore[arg-type]
         cost[tails] = fit.posterior.event_log_likelihood(fit.mode.u)[i]
-        wrong = fit.posterior.log_wrong(fit.mode.u)[i]
+        wrong = fit.posterior.nodes_at(fit.mode.u).log_wrong[i]
     assert cost["student"] == pytest.approx(wrong, abs=0.1)
     assert cost["normal"] < cost["student"] - 5.0
 
