@@ -8,12 +8,12 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Facts, FrictionEffect, Parameter, Sites
+from avahazard.effects.effect import Curve, Definition, Facts, FrictionEffect, Parameter, Sites
 from avahazard.effects.levels import level_effect, level_facts, level_lacking
 
 PREFIX = "covariate:"
 VOLUME = "volume_m3"
-N_KNOTS = 5
+N_KNOTS, N_PLACES = 5, 41
 MIN_EVENTS = 20
 LINEAR_SD, CURVED_SD = 0.2, 0.1
 """Prior standard deviations of log friction over one spread of the column: the line is freer
@@ -33,6 +33,7 @@ def covariate(column: str) -> Definition:
         event_columns=True,
         uses_volume=column == VOLUME,
         beyond=1,
+        curve=partial(_curve, column),
         names_cause=False,
         column=column,
     )
@@ -87,6 +88,26 @@ def _build(column: str, facts: Facts) -> FrictionEffect:
         Parameter(f"bend_{k + 1}", unit, 0.0, 0.0, CURVED_SD) for k in range(max(0, len(knots) - 2))
     ]
     return FrictionEffect(PREFIX + column, tuple(parameters), design=design)
+
+
+def _curve(column: str, facts: Facts) -> Curve | None:
+    if len(facts.get("knots", ())) < 2:
+        return None
+    knots, centre = np.array(facts["knots"]), facts["centre"]
+    x = np.linspace(knots[0], knots[-1], N_PLACES)
+    curves = spline_columns(x, knots, centre, facts["scale"])
+    state = f"number_column(columns, {column!r})"
+    return Curve(
+        of=column,
+        unit="",
+        value="log friction",
+        x=x,
+        columns=curves - np.mean(curves, axis=0),
+        rests=False,
+        form="friction",
+        state=f"np.nan_to_num({state}, nan={centre:.6g})",
+        needs=(column,),
+    )
 
 
 def spline_columns(values: Floats, knots: Floats, centre: float, scale: float) -> Floats:

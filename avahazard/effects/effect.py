@@ -206,6 +206,27 @@ def _no_answer(_columns: EventColumns, _sites: Sites) -> None:
     return None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Curve:
+    """A smooth effect as a curve over what it goes by, for people and for laws that it may be.
+
+    `of` is the state or the column, in `unit`; the curve is of what `value` says, in `columns`
+    `[n, n_parameters]` times the parameters, at places `x` `[n]`. It is 0 on average or, where
+    `rests`, at the first place. An effect file has it as the function `form`, whose first argument
+    gives the state by the expression `state`, with `needs`.
+    """
+
+    of: str
+    unit: str
+    value: str
+    x: Floats
+    columns: Floats
+    rests: bool
+    form: str
+    state: str
+    needs: tuple[str, ...]
+
+
 @dataclass(frozen=True, slots=True)
 class Setting:
     """A setting of the model that an effect is, instead of something added to the block.
@@ -247,6 +268,7 @@ class Definition:
       change; `facts` gives the likeliest.
     - `beyond`: 0 for the catalogue, 1 for a kind that is made for what a file has, 2 for pairs of
       these. Of effects that explain alike the lowest is named; `family` is the kind's name.
+    - `curve(facts)`: of an effect that is a smooth curve, that; None where it has levels.
     - `names_cause`: False for a smooth curve, which is no physics yet: a verdict that rests on
       such alone is `unexplained`, and it needs no margin of evidence.
     - `column`: the column that the effect is about; a smooth of it would only repeat the effect.
@@ -274,6 +296,7 @@ class Definition:
     says_what_is_seen: bool = False
     alternatives: Callable[[EventColumns, Sites], Sequence[Facts]] | None = None
     beyond: int = 0
+    curve: Callable[[Facts], Curve | None] = lambda _facts: None
     names_cause: bool = True
     column: str | None = None
     reads: str | None = None

@@ -34,6 +34,7 @@ from avahazard.effects.effect import (
 )
 from avahazard.effects.levels import text_column
 from avahazard.effects.site import Site
+from avahazard.effects.state_force import STATES
 from avahazard.physics.cells import SPEEDS, Resistance
 from avahazard.physics.terrain import Terrain
 from avahazard.records.errors import AvahazardError
@@ -41,6 +42,7 @@ from avahazard.records.errors import AvahazardError
 FORMS = {
     "friction": "columns",
     "friction_factor": "track",
+    "added_friction": "track",
     "resistance": "track",
     "drag": "track",
     "speed_factor": "speeds",
@@ -259,6 +261,8 @@ class EffectTrack:
     """A path as an effect sees it: arrays over its cells `[n_cells]`.
 
     `x`, `y` (m) are the middle of each cell, `slope` its angle in degrees (> 0 downhill),
+    `elevation` (m), `distance` (m) along the path and `curvature` (1/km, > 0 where concave) its
+    state as the forces of the state have it,
     `land_cover` a text (`open` where unknown); `path_id` and `section` are those of the path.
     """
 
@@ -267,6 +271,9 @@ class EffectTrack:
     x: Floats
     y: Floats
     slope: Floats
+    elevation: Floats
+    distance: Floats
+    curvature: Floats
     land_cover: NDArray[np.str_]
 
 
@@ -279,6 +286,7 @@ def track_of(site: Site, terrain: Terrain) -> EffectTrack:
         x=x,
         y=terrain.middle_y,
         slope=np.degrees(-np.arctan(site.smooth.derivatives(x)[1])),
+        **{name: STATES[name][2](terrain) for name in ("elevation", "distance", "curvature")},
         land_cover=site.cover(terrain),
     )
 
@@ -322,6 +330,8 @@ class _Call:
         given = self._array(self._result(track_of(site, terrain), values), terrain.n_cells)
         if self.form == "drag":
             return replace(resistance, drag=resistance.drag + given)
+        if self.form == "added_friction":
+            return replace(resistance, offset=resistance.offset + given)
         if self.form == "resistance":
             return replace(resistance, constant=resistance.constant + given)
         return replace(resistance, factor=resistance.factor * given)
@@ -336,7 +346,7 @@ class _Call:
 
     def _lacks(self, columns: EventColumns) -> bool:
         """Whether a column that the file names is not among the data at all."""
-        known = {*columns.numbers, *columns.texts, *columns.__slots__, *GIVEN}
+        known = {*columns.numbers, *columns.texts, *columns.made, *columns.__slots__, *GIVEN}
         return any(need not in known for need in self.needs)
 
     def _missing(self, columns: EventColumns) -> Bools:
@@ -438,9 +448,11 @@ def friction(columns):
 # number for all, or one for each cell, speed or event.
 #
 # def friction_factor(track, name):    what friction is multiplied by, in each cell of the path
+# def added_friction(track, name):     friction added to that of the law, in each cell
 # def resistance(track, name):         force per mass against the motion in each cell, m/s2
 # def drag(track, name):               d in each cell of a force d u2 per mass, 1/m
-#     track.x, track.y (m), track.slope (degrees), track.land_cover, track.path_id, track.section
+#     track.x, track.y, track.elevation, track.distance (m), track.slope (degrees),
+#     track.curvature (1/km), track.land_cover, track.path_id, track.section
 #
 # def speed_factor(speeds, name):      what friction is multiplied by at each speed (m/s)
 # def speed_resistance(speeds, name):  force per mass against the motion at each speed, m/s2

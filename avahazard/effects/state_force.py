@@ -16,6 +16,7 @@ from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.covariate import spline_columns
 from avahazard.effects.effect import (
+    Curve,
     Definition,
     Facts,
     MotionEffect,
@@ -127,6 +128,36 @@ def _by_speed(facts: Facts, _site: Site, resistance: Resistance, values: Floats)
     return replace(resistance, speed_constant=np.asarray(force))
 
 
+def _curve(state: str, facts: Facts) -> Curve:
+    x = np.linspace(facts["knots"][0], facts["knots"][-1], N_GRID)
+    return Curve(
+        of=state,
+        unit=STATES[state][1],
+        value="friction",
+        x=x,
+        columns=_basis(facts, x),
+        rests=False,
+        form="added_friction",
+        state=f"track.{state}",
+        needs=("profile",),
+    )
+
+
+def _speed_curve(facts: Facts) -> Curve:
+    x = np.linspace(0.0, facts["knots"][-1], N_GRID)
+    return Curve(
+        of="speed",
+        unit="m/s",
+        value="force per mass, m/s2",
+        x=x,
+        columns=_basis(facts, x, rest=0.0),
+        rests=True,
+        form="speed_resistance",
+        state="speeds",
+        needs=("profile",),
+    )
+
+
 def _parameters(facts: Facts, unit: str, sd: float) -> tuple[Parameter, ...]:
     names = ["slope", *(f"bend_{k + 1}" for k in range(len(facts["knots"]) - 2))]
     sds = [sd, *[0.5 * sd] * (len(names) - 1)]
@@ -154,6 +185,7 @@ BY_SPEED = Definition(
     build=_build_speed,
     lacking=needs_profile,
     facts=_speed_facts,
+    curve=_speed_curve,
     beyond=1,
     order=60,
 )
@@ -167,6 +199,7 @@ def _of_ground(state: str, order: int) -> Definition:
         build=partial(_build, state),
         lacking=needs_profile,
         facts=partial(_facts, state),
+        curve=partial(_curve, state),
         beyond=1,
         order=order,
     )

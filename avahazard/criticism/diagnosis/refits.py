@@ -16,7 +16,7 @@ from avahazard.engine import spread_map
 from avahazard.inference.fitted_model import FittedModel, fitted_model
 from avahazard.inference.fitting.evidence import log_evidence
 from avahazard.inference.fitting.mode import FIRST_SPREAD, Mode, start_coordinates
-from avahazard.inference.fitting.star import search_mode, short_climbs
+from avahazard.inference.fitting.star import mode_from, search_mode, short_climbs
 from avahazard.inference.likelihood.assemble import (
     assemble,
     definitions_of,
@@ -38,7 +38,7 @@ class Refit:
     """A model at its mode.
 
     `evidence` is the log marginal likelihood (nats), in which needless parameters cost;
-    `log_likelihood` is that of the mode.
+    `log_likelihood` is that of the mode. `sample` `[n, n_slots]` are draws of the posterior.
     """
 
     specification: Specification
@@ -47,6 +47,7 @@ class Refit:
     mode: Mode
     log_likelihood: float
     evidence: float
+    sample: Floats
 
     @cached_property
     def held_out(self) -> Floats:
@@ -60,6 +61,12 @@ class Refit:
         """Readable values of the parameters of one effect (or of all) at the mode."""
         values = self.posterior.layout.readable(self.mode.u)
         return {k: float(v) for k, (v, _) in values.items() if k.startswith(key)}
+
+    def drawn(self, key: str) -> Floats:
+        """Draws of the parameters of one effect, `[n_draws, n_parameters]`."""
+        layout = self.posterior.layout
+        place = layout.places[key]
+        return self.sample[:, place] * [slot.scale for slot in layout.slots[place]]
 
     def at_mode(self) -> FittedModel:
         """The fitted model with its parameters, and offsets of groups, at the mode alone."""
@@ -79,21 +86,31 @@ def refit(
     own: Sequence[Definition] = (),
     start: Refit | None = None,
     likely: Likely | None = None,
+    begin: Likely | None = None,
 ) -> Refit:
     """Fit a specification with `effects` added, from the mode of `start` where names agree.
 
-    `likely` are values of effects' parameters by key that are tried (`search_mode`).
+    `likely` are values of effects' parameters by key that are tried (`search_mode`); with `begin`
+    the mode is sought from such values alone.
     What they need of the data is not asked for: candidates have been asked already.
     """
     wider, more = with_effects(observations, specification, effects, own, granted=True)
     facts = {**facts, **more}
     posterior = assemble(observations, wider, facts, own)
     at = None if start is None else _carried(start, posterior)
-    posterior, mode = search_mode(posterior, at, likely)
+    if at is None or begin is None:
+        posterior, mode = search_mode(posterior, at, likely)
+    else:
+        for key, (values,) in begin.items():
+            place = posterior.layout.places[key]
+            at[place] = values / np.array([slot.scale for slot in posterior.layout.slots[place]])
+        posterior, mode = mode_from(posterior, at)
     log_likelihood = posterior.exact_log_likelihood(mode.u)
-    evidence = log_evidence(posterior, mode).value
+    evidence = log_evidence(posterior, mode)
     posterior.nodes.forget_runs()
-    return Refit(wider, facts, posterior, mode, log_likelihood, evidence)
+    return Refit(
+        wider, facts, posterior, mode, log_likelihood, evidence.value, evidence.sample
+    )
 
 
 def refit_with(

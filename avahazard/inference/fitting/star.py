@@ -226,6 +226,13 @@ def search_mode(
     return starred(posterior, max(peaks, key=lambda peak: peak.log_density))
 
 
+def mode_from(posterior: Posterior, u: Floats) -> tuple[Posterior, Mode]:
+    """The mode that is reached from u `[n_slots]`, with the posterior on the star about it."""
+    if not posterior.nodes.varies:
+        return posterior, find_mode(posterior, u)
+    return starred(posterior, gauss_newton(posterior, u))
+
+
 def short_climbs(
     posterior: Posterior, u: Floats, effect: Effect, values: Sequence[Floats] | None = None
 ) -> list[tuple[float, Floats]]:

@@ -1,0 +1,191 @@
+"""The shape of a smooth that was found, and the laws that it may be.
+
+About the fitted smooth the likelihood of any curve in its place is a normal one, by the scores of
+its heights at some places: by that the forms are screened, on a grid of their shapes. Those that
+stand are fitted to the records as the effect files that they are, and the evidence of these fits
+ranks them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from scipy.special import logsumexp
+
+from avahazard.arrays import Floats
+from avahazard.criticism.diagnosis.naming import MARGIN
+from avahazard.criticism.diagnosis.refits import Refit, refit
+from avahazard.criticism.screening.linear_model import linear_model
+from avahazard.effects.effect import Curve, Definition
+from avahazard.effects.law_forms import LawForm, forms_of, free_curve
+from avahazard.effects.own_file import definition_from
+from avahazard.engine import spread_map
+from avahazard.inference.likelihood.assemble import find_definition
+from avahazard.inference.model.observations import Observations
+from avahazard.inference.seeds import generator
+
+LEVELS = (0.05, 0.5, 0.95)
+PLACES, POINTS = 10, 25
+"""Places of curves, and values of each parameter of a form's shape on the grid."""
+FITTED, NEAR, NEAR_SHARE = 4, 6.0, 0.1
+"""Forms that are fitted at most, and how near to the best of the screening they must be: nats, or
+a share of what the smooth gains, where the second order is no more exact."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FoundShape:
+    """A curve with its quantiles `[n_levels, n]` at its places."""
+
+    curve: Curve
+    quantiles: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FoundLaw:
+    """A law that a smooth may be, fitted.
+
+    Its effect file, quantiles `[n_levels]` of its parameters, and evidence (nats) over the model
+    without it.
+    """
+
+    form: LawForm
+    text: str
+    quantiles: dict[str, Floats]
+    evidence: float
+
+
+def found_shape(fit: Refit, entry: Definition) -> FoundShape | None:
+    """The curve of a smooth that was fitted, by the posterior; None for what is no curve."""
+    curve = entry.curve(fit.facts.get(entry.key, {}))
+    if curve is None:
+        return None
+    curves = fit.drawn(entry.key) @ curve.columns.T
+    return FoundShape(curve, np.quantile(curves, LEVELS, axis=0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Match:
+    """A form set against curves: its evidence to second order, up to a constant (nats).
+
+    `shapes` `[n, n_shape]` are values of its shape, with the probability of each; `begin`
+    `[n_parameters]` are the likeliest values of all of its parameters. `spread_out` is the
+    evidence less that with the likeliest shape alone.
+    """
+
+    form: LawForm
+    evidence: float
+    shapes: Floats
+    share: Floats
+    begin: Floats
+    spread_out: float
+
+
+def found_laws(
+    observations: Observations, own: Sequence[Definition], base: Refit, fit: Refit, key: str
+) -> tuple[FoundLaw, ...]:
+    """The laws that smooth `key` of `fit`, the model `base` with it, may be; the best first.
+
+    Those within `MARGIN` of the best.
+    """
+    entry = find_definition(key, own)
+    curve = entry.curve(fit.facts.get(key, {}))
+    if curve is None:
+        return ()
+    effect = next(e for e in fit.posterior.effects if e.key == key)
+    ends = curve.columns[[0, -1], 0] * effect.parameters[0].prior_sd
+    spread = abs(float(ends[1] - ends[0]))
+    likelihood = curves_likelihood(fit, key, curve, spread)
+    matches = [match(form, *likelihood) for form in forms_of(curve, spread)]
+    best = max(m.evidence for m in matches)
+    least = best - max(NEAR, NEAR_SHARE * (fit.log_likelihood - base.log_likelihood))
+    near = sorted((m for m in matches if m.evidence > least), key=lambda m: -m.evidence)
+    shared = (observations, tuple(own), base, fit, entry.meaning)
+    fitted = list(spread_map(_fitted, shared, near[:FITTED]))
+    fitted.sort(key=lambda law: -law.evidence)
+    return tuple(law for law in fitted if law.evidence > fitted[0].evidence - MARGIN)
+
+
+def curves_likelihood(
+    fit: Refit, key: str, curve: Curve, spread: float
+) -> tuple[Floats, Floats, Floats]:
+    """The likelihood of curves in the place of smooth `key` of `fit`, to second order.
+
+    Places `[n]`; of the curve's heights there the precision `[n, n]`, and that times their middle
+    `[n]`. All else that the model has is projected out.
+    """
+    model = linear_model(fit.posterior, fit.mode.u)
+    n = len(fit.drawn(key).T)
+    assert fit.posterior.effects[-1].key == key
+    model = replace(model, own=model.own[:, :-n], precision=model.precision[:-n])
+    places = np.linspace(curve.x[0], curve.x[-1], PLACES)
+    free = definition_from(free_curve(curve, places, spread), "curve").build({})
+    columns = model.of_effect(free, free.neutral)
+    weighed = model.projected(columns)
+    bend = weighed.T @ columns
+    at_mode = fit.posterior.layout.effect_values(fit.mode.u)[key] @ curve.columns.T
+    heights = np.interp(places, curve.x, at_mode)
+    return places, bend, weighed.T @ model.residual + bend @ heights
+
+
+def match(form: LawForm, places: Floats, precision: Floats, pull: Floats) -> Match:
+    """A form against a normal likelihood of a curve's heights; the change is integrated over."""
+    change, *shape = form.parameters
+    axes = [np.linspace(p.low, p.high, POINTS) for p in shape]
+    shapes = np.array(list(product(*axes)))
+    heights = np.array([form.shape(places, values) for values in shapes]).T
+    bend = np.sum(heights * (precision @ heights), axis=0) + change.prior_sd**-2.0
+    slope = pull @ heights
+    gain = 0.5 * slope**2 / bend - 0.5 * np.log(bend * change.prior_sd**2)
+    means, sds = (np.array([getattr(p, e) for p in shape]) for e in ("prior_mean", "prior_sd"))
+    prior = -0.5 * np.sum(((shapes - means) / sds) ** 2, axis=1)
+    whole = gain + prior - logsumexp(prior)
+    total, top = float(logsumexp(whole)), int(np.argmax(whole))
+    likely = np.clip(slope[top] / bend[top], 0.98 * change.low, 0.98 * change.high)
+    begin = np.array([likely, *shapes[top]])
+    return Match(form, total, shapes, np.exp(whole - total), begin, total - float(gain[top]))
+
+
+def _fitted(
+    shared: tuple[Observations, tuple[Definition, ...], Refit, Refit, str], found: Match
+) -> FoundLaw:
+    """A form fitted to the records from where it fits the curve.
+
+    Where the effect file fixes the shape, it has the likeliest one, and the evidence is that of
+    all of them by the curve's likelihood.
+    """
+    observations, own, base, smooth, meaning = shared
+    form = found.form
+    text = form.text(_meaning(form, meaning), found.begin[1:])
+    entry = definition_from(text, f"{form.key}.py")
+    fixed = form.curve.form == "friction"
+    inside = found.begin.copy()
+    for k, p in enumerate(form.parameters[1:], 1):
+        margin = 0.02 * (p.high - p.low)
+        inside[k] = np.clip(inside[k], p.low + margin, p.high - margin)
+    fit = refit(
+        observations,
+        base.specification,
+        base.facts,
+        (form.key,),
+        (*own, entry),
+        start=smooth,
+        begin={form.key: [inside[:1] if fixed else inside]},
+    )
+    drawn = fit.drawn(form.key)
+    evidence = fit.evidence - base.evidence
+    if fixed:
+        rng = generator(0, f"shape of {form.key}")
+        chosen = rng.choice(len(found.shapes), len(drawn), p=found.share)
+        drawn = np.column_stack([drawn, found.shapes[chosen]])
+        evidence += found.spread_out
+    names = [p.name for p in form.parameters]
+    quantiles = np.quantile(drawn, LEVELS, axis=0)
+    return FoundLaw(form, text, dict(zip(names, quantiles.T, strict=True)), evidence)
+
+
+def _meaning(form: LawForm, meaning: str) -> str:
+    """What the law means: what the smooth does, and the formula."""
+    return f"{meaning.split(',')[0].split('. ')[0].rstrip('.')}: {form.formula}, s: {form.curve.of}."

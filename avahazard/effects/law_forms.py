@@ -1,0 +1,213 @@
+"""Forms that the curve of a smooth effect may have, and the effect file of each.
+
+A form gives the curve at states s from its change and, of some, a shape: a place and a width, an
+exponent. `low` and `high` are the ends of the states that the curve is known at.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from avahazard.arrays import Floats
+from avahazard.effects.effect import Curve, Parameter
+
+GIVEN = ("s", "low", "high", "change")
+"""Arguments of a form that are not of its shape."""
+
+
+def constant(s: Floats, change: float) -> Floats:
+    """The same at all states."""
+    return change + 0.0 * s
+
+
+def linear(s: Floats, low: float, high: float, change: float) -> Floats:
+    """A line that changes by `change` from `low` to `high`."""
+    return change * (s - low) / (high - low)
+
+
+def power(s: Floats, high: float, change: float, exponent: float) -> Floats:
+    """A power of the state, `change` at `high`."""
+    return change * (np.maximum(s, 0.0) / high) ** exponent
+
+
+def above(s: Floats, high: float, change: float, threshold: float, exponent: float) -> Floats:
+    """A power of what the state is above a threshold, `change` at `high`."""
+    return change * (np.maximum(s - threshold, 0.0) / (high - threshold)) ** exponent
+
+
+def below(s: Floats, low: float, change: float, limit: float, exponent: float) -> Floats:
+    """A power of what the state is below a limit, `change` at `low`."""
+    return change * (np.maximum(limit - s, 0.0) / (limit - low)) ** exponent
+
+
+def exponential(s: Floats, low: float, high: float, change: float, length: float) -> Floats:
+    """Exponential growth, 0 at `low` and `change` at `high`."""
+    return change * np.expm1((s - low) / length) / np.expm1((high - low) / length)
+
+
+def saturating(s: Floats, low: float, change: float, length: float) -> Floats:
+    """A rise from 0 at `low` that levels out at `change`."""
+    return -change * np.expm1(-np.maximum(s - low, 0.0) / length)
+
+
+def step(s: Floats, change: float, centre: float, width: float) -> Floats:
+    """A logistic step by `change` about `centre`."""
+    return change / (1.0 + np.exp(-(s - centre) / width))
+
+
+def hump(s: Floats, change: float, centre: float, width: float) -> Floats:
+    """A band about `centre`, `change` at its middle."""
+    return change * np.exp(-0.5 * ((s - centre) / width) ** 2)
+
+
+FORMULAS: Mapping[Callable[..., Floats], str] = {
+    constant: "change",
+    linear: "change (s - low) / (high - low)",
+    power: "change (s / high)^exponent",
+    above: "change ((s - threshold)+ / (high - threshold))^exponent",
+    below: "change ((limit - s)+ / (limit - low))^exponent",
+    exponential: "change (e^((s - low)/length) - 1) / (e^((high - low)/length) - 1)",
+    saturating: "change (1 - e^(-(s - low)+ / length))",
+    step: "change / (1 + e^(-(s - centre)/width))",
+    hump: "change e^(-((s - centre)/width)²/2)",
+}
+"""The forms, and how people write them; ( )+ is 0 where it would be negative."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LawForm:
+    """A form that a curve may have: its parameters, the change first, then its shape."""
+
+    function: Callable[..., Floats]
+    curve: Curve
+    parameters: tuple[Parameter, ...]
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self.function.__name__
+
+    @property
+    def formula(self) -> str:
+        """How people write it."""
+        return FORMULAS[self.function]
+
+    @property
+    def key(self) -> str:
+        """The key of the effect that it makes."""
+        of = re.sub(r"[^a-z0-9]+", "-", self.curve.of.lower()).strip("-")
+        return f"{of or 'column'}-{self.name}"
+
+    def shape(self, s: Floats, values: Floats) -> Floats:
+        """The form at states `[n]` for a change of 1 and values of the shape."""
+        x = self.curve.x
+        known = {"low": x[0], "high": x[-1], "change": 1.0}
+        known |= {p.name: v for p, v in zip(self.parameters[1:], values, strict=True)}
+        names = list(inspect.signature(self.function).parameters)[1:]
+        return np.asarray(self.function(s, **{name: known[name] for name in names}))
+
+    def text(self, meaning: str, values: Floats) -> str:
+        """Its effect file. On friction, which parameters multiply, the shape has these values."""
+        curve, fixed = self.curve, self.curve.form == "friction"
+        free = self.parameters[:1] if fixed else self.parameters
+        known = {"low": curve.x[0], "high": curve.x[-1]}
+        if fixed:
+            known |= {p.name: v for p, v in zip(self.parameters[1:], values, strict=True)}
+        names = list(inspect.signature(self.function).parameters)
+        known = {name: known[name] for name in names if name in known}
+        given = [name.upper() if name in known else name for name in names[1:]]
+        given = ["1.0" if fixed and name == "change" else name for name in given]
+        call = f"{self.name}({curve.state}, {', '.join(given)})"
+        constants = [f"{name.upper()} = {value:.6g}\n" for name, value in known.items()]
+        above = "".join([*constants, "\n\n", _source(self.function), "\n"])
+        return _file(curve, self.key, meaning, free, above, f"[{call}]" if fixed else call)
+
+
+def free_curve(curve: Curve, places: Floats, spread: float) -> str:
+    """The effect file of a curve that is what it will at the places, straight between them."""
+    heights = [Parameter(f"h{k}", curve.value, 0.0, 0.0, spread, -9.0 * spread, 9.0 * spread)
+        for k in range(len(places))]  # fmt: skip
+    above = f"PLACES = {places.tolist()!r}\n"
+    call = f"np.interp({curve.state}, PLACES, [{', '.join(p.name for p in heights)}])"
+    if curve.form == "friction":
+        call = f"[np.interp({curve.state}, PLACES, row) for row in np.eye({len(places)})]"
+    return _file(curve, "free-curve", "A curve.", heights, above, call)
+
+
+def _file(
+    curve: Curve, key: str, meaning: str, parameters: Sequence[Parameter], above: str, call: str
+) -> str:
+    """An effect file whose function returns `call`; `above` stands before it."""
+    first = {"friction": "columns", "speed_resistance": "speeds"}.get(curve.form, "track")
+    named = [] if curve.form == "friction" else [p.name for p in parameters]
+    column = "from avahazard.effects.covariate import number_column\n"
+    return "".join(
+        [
+            "import numpy as np\n\n",
+            column if "number_column" in curve.state else "",
+            "from avahazard.effects.effect import Parameter\n\n",
+            f"KEY = {key!r}\nMEANING = {meaning!r}\nNEEDS = {list(curve.needs)!r}\n",
+            "PARAMETERS = [\n",
+            *(f"    {_written(p)},\n" for p in parameters),
+            "]\n",
+            above,
+            f"\n\ndef {curve.form}({', '.join([first, *named])}):\n",
+            f'    """{curve.value.capitalize()} by {curve.of}."""\n',
+            f"    return {call}\n",
+        ]
+    )
+
+
+def _written(p: Parameter) -> str:
+    ends = f", low={p.low:.6g}, high={p.high:.6g}" if np.isfinite(p.low) else ""
+    return (
+        f'Parameter("{p.name}", "{p.unit}", neutral={p.neutral:.6g}, '
+        f"prior_mean={p.prior_mean:.6g}, prior_sd={p.prior_sd:.6g}{ends})"
+    )
+
+
+def _source(function: Callable[..., Floats]) -> str:
+    """The text of a function without its types."""
+    made = ast.parse(inspect.getsource(function)).body[0]
+    assert isinstance(made, ast.FunctionDef)
+    made.returns = None
+    for argument in made.args.args:
+        argument.annotation = None
+    return ast.unparse(made)
+
+
+MOST = 4.0
+"""Prior standard deviations that the change can be."""
+
+
+def forms_of(curve: Curve, spread: float) -> list[LawForm]:
+    """The forms that a curve may have; `spread` is the prior standard deviation of its change."""
+    low, high = float(curve.x[0]), float(curve.x[-1])
+    span, middle = high - low, 0.5 * (low + high)
+    most = np.inf if curve.form == "friction" else MOST * spread
+    change = Parameter("change", curve.value, 0.0, 0.0, spread, -most, most)
+    shapes = {
+        "exponent": ("", 1.5, 1.0, 0.2, 5.0),
+        "threshold": (curve.unit, middle, 0.5 * span, low, high - 0.1 * span),
+        "limit": (curve.unit, middle, 0.5 * span, low + 0.1 * span, high),
+        "length": (curve.unit, 0.5 * span, 0.5 * span, 0.2 * span, 3.0 * span),
+        "centre": (curve.unit, middle, 0.5 * span, low, high),
+        "width": (curve.unit, 0.12 * span, 0.12 * span, 0.02 * span, 0.4 * span),
+    }
+    found = []
+    for function in FORMULAS:
+        if (function is constant and not curve.rests) or (function is power and low < 0.0):
+            continue
+        shape = []
+        for name in inspect.signature(function).parameters:
+            if name not in GIVEN:
+                unit, mean, sd, *ends = shapes[name]
+                shape.append(Parameter(name, unit, mean, mean, sd, *ends))
+        found.append(LawForm(function, curve, (change, *shape)))
+    return found
