@@ -236,6 +236,7 @@ TERMINAL = {
     "why_compare": "{model} was not compared with its records.",
     "why_diagnose": "{model} was not diagnosed for missing effects.",
     "why_missing": "{model} lacks {effects:and}.",
+    "why_law": "{model} lacks {effects:and}; the leading law of it stands in {file}.",
     "why_unexplained": "{model} fails along {along:and}, which no effect explains: write one.",
     "why_measure": "{model} lacks one of {effects}: these records cannot tell which (expected gain "
     "{nats:.1f} nats).",

@@ -20,10 +20,12 @@ from avahazard.report.model_tables import (
     compared_parts,
     failures_table,
     ladder_table,
+    laws_table,
     measure_table,
     misfit_table,
     predicted_table,
     scores_table,
+    shape_table,
 )
 from avahazard.report.sentences import error_words, failure_words, verdict_words
 from avahazard.results.diagnosis import Candidate, Diagnosis
@@ -92,6 +94,7 @@ def diagnose(
       avahazard diagnose first
       avahazard diagnose first --expect snow-type
       avahazard diagnose first --plot candidates.png
+      avahazard diagnose first --write-effect law.py
     """
     from avahazard.workflow.diagnose import diagnose_model  # noqa: PLC0415
 
@@ -109,6 +112,13 @@ def diagnose(
         best = found.candidates[0] if found.candidates else None
         if found.missing and best is not None and best.effect in found.missing:
             console.print(best.physics, soft_wrap=True)
+        show(console, shape_table(found, TERMINAL))
+        show(console, laws_table(found, TERMINAL))
+        if found.effect_file is not None:
+            console.print(f"Written: {found.effect_file}", soft_wrap=True)
+        elif found.lawful is not None:
+            words = f"avahazard diagnose {found.model} --write-effect FILE"
+            console.print(f"The first as an effect file: {words}", soft_wrap=True)
         if found.verdict == "adequate" and best is not None:
             _nearest(console, best, len(found.candidates))
         _findings(console, found)

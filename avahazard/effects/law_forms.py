@@ -48,7 +48,7 @@ def below(s: Floats, low: float, change: float, limit: float, exponent: float) -
 
 def exponential(s: Floats, low: float, high: float, change: float, length: float) -> Floats:
     """Exponential growth, 0 at `low` and `change` at `high`."""
-    return change * np.expm1((s - low) / length) / np.expm1((high - low) / length)
+    return change * np.expm1((s - low) / length) / float(np.expm1((high - low) / length))
 
 
 def saturating(s: Floats, low: float, change: float, length: float) -> Floats:

@@ -262,8 +262,8 @@ class EffectTrack:
 
     `x`, `y` (m) are the middle of each cell, `slope` its angle in degrees (> 0 downhill),
     `elevation` (m), `distance` (m) along the path and `curvature` (1/km, > 0 where concave) its
-    state as the forces of the state have it,
-    `land_cover` a text (`open` where unknown); `path_id` and `section` are those of the path.
+    state as the forces of the state have it, `land_cover` a text (`open` where unknown);
+    `path_id` and `section` are those of the path.
     """
 
     path_id: str

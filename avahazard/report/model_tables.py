@@ -26,7 +26,7 @@ from avahazard.report.words import (
 from avahazard.results.base import RATIO, bare, unit_of
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison, Failure, HeldOutScores, Scores
-from avahazard.results.diagnosis import Diagnosis
+from avahazard.results.diagnosis import Diagnosis, Law
 from avahazard.results.friction import Fits
 from avahazard.results.ladder import Rung
 from avahazard.results.prediction import PredictedEvent, PredictionScores
@@ -283,6 +283,75 @@ def candidates_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Tabl
         shown=shown,
         folded=say("{n} that may be chance", n=len(diagnosis.candidates) - shown),
     )
+
+
+SHAPE_ROWS = 5
+
+
+def shape_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Table | None:
+    """The curve of the leading smooth, at a few places; None where there is none."""
+    named = (c for c in diagnosis.candidates if c.shape and c.effect in diagnosis.missing)
+    found = next(named, None)
+    if found is None or found.shape is None:
+        return None
+    say, shape = language.say, found.shape
+    places = [k * (len(shape.x) - 1) // (SHAPE_ROWS - 1) for k in range(SHAPE_ROWS)]
+    said = {
+        "friction": say("friction that is added"),
+        "log friction": say("log friction that is added"),
+    }
+
+    def of(values: Sequence[float]) -> Any:
+        return lambda k: language.number(f"{values[k]:+.3f}")
+
+    columns: tuple[Column, ...] = (
+        (">" + ", ".join(filter(None, [shape.of, shape.unit])),
+         lambda k: language.number(f"{shape.x[k]:.4g}")),
+        (">5 %", of(shape.q05)),
+        (">" + say("median"), of(shape.q50)),
+        (">95 %", of(shape.q95)),
+    )  # fmt: skip
+    value = said.get(shape.value, say("force per mass, m/s²"))
+    title = say("Shape of {effect}: {value}", effect=language.effect(found.effect), value=value)
+    return made("shape", title, columns, places, language)
+
+
+def laws_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Table | None:
+    """The laws that the leading smooth may be; None where there is none."""
+    found = diagnosis.lawful
+    if found is None or not found.laws:
+        return None
+    say = language.say
+
+    def values(law: Law) -> str:
+        said = (
+            say(
+                "{name} {median} ({low} to {high})",
+                name=name,
+                median=language.number(f"{p.q50:.3g}"),
+                low=language.number(f"{p.q05:.3g}"),
+                high=language.number(f"{p.q95:.3g}"),
+            )
+            for name, p in law.parameters.items()
+        )
+        return "; ".join(said)
+
+    columns: tuple[Column, ...] = (
+        (say("law"), lambda law: law.form),
+        (">" + say("evidence, nats"), lambda law: language.number(f"{law.evidence:.1f}")),
+        (say("parameters: median (90 % credible interval)"), values),
+    )
+    formulas = "; ".join(f"{law.form}: {law.formula}" for law in found.laws)
+    legend = [
+        say(
+            "Laws whose evidence differs by less than 3 nats cannot be told apart. s: {of}. "
+            "{formulas}.",
+            of=found.shape.of if found.shape else "",
+            formulas=formulas,
+        )
+    ]
+    title = say("Laws of {effect}", effect=language.effect(found.effect))
+    return made("laws", title, columns, found.laws, language, legend)
 
 
 def measure_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Table | None:

@@ -29,6 +29,46 @@ class Declared(Result):
 
 
 @dataclass(frozen=True, slots=True)
+class Shape(Result):
+    """A smooth of a state or a column (`of`, in `unit`) with its 90 % credible band at places `x`.
+
+    What it is of says `value`: friction that is added, log friction, or a force per mass.
+    """
+
+    of: str
+    unit: str
+    value: str
+    x: tuple[float, ...]
+    q05: tuple[float, ...]
+    q50: tuple[float, ...]
+    q95: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class LawParameter(Result):
+    """Posterior quantiles of a law's parameter."""
+
+    q05: float
+    q50: float
+    q95: float
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Law(Result):
+    """A law that a smooth may be: `effect` is the KEY of its effect file.
+
+    `evidence` (nats) is over the model without it; the formula is in s, the state.
+    """
+
+    form: str
+    effect: str
+    formula: str
+    parameters: dict[str, LawParameter]
+    evidence: float
+
+
+@dataclass(frozen=True, slots=True)
 class Candidate(Result):
     """One effect that could be missing.
 
@@ -36,7 +76,9 @@ class Candidate(Result):
     held out; `p_value` is family-wise, `p_value_alone` by itself; `chance_gain` is exceeded in one
     of twenty datasets in which nothing is missing. What a full fit tells is None where it was not
     worth one. `error_after_m` is the mean CRPS with the effect. `force_witness` is what speeds say
-    of an effect on the motion, `kinds` which events are of a kind that nobody recorded.
+    of an effect on the motion, `kinds` which events are of a kind that nobody recorded. A smooth
+    that was fitted has its `shape`, the leading one the `laws` that it may be, those within 3 nats
+    of the first.
     """
 
     effect: str
@@ -54,6 +96,8 @@ class Candidate(Result):
     confounded_with: tuple[str, ...]
     force_witness: MeasuredAmount | None = None
     kinds: Kinds | None = None
+    shape: Shape | None = field(default=None, metadata=ABSENT)
+    laws: Rows[Law] | None = field(default=None, metadata=ABSENT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +153,7 @@ class Diagnosis(Result):
     `where` says in sentences on which paths the model fails and where the records have what is
     missing; `suspect_events` are records hard to believe, `impossible_stops` those on ground too
     steep for any block to stop. `declared` is what was expected beforehand; `notes` is what a
-    reader must know, `next` the step to do now.
+    reader must know, `next` the step to do now; `effect_file` was written with the leading law.
     """
 
     model: str
@@ -132,7 +176,19 @@ class Diagnosis(Result):
     where: tuple[Note, ...] = ()
     coordinate: str = "elevation"
     detectable_share: float | None = None
+    effect_file: str | None = field(default=None, metadata=ABSENT)
     next: Note | None = field(default=None, metadata=ABSENT)
+
+    @property
+    def lawful(self) -> Candidate | None:
+        """The candidate of which laws were asked."""
+        return next((c for c in self.candidates if c.laws), None)
+
+    @property
+    def leading_law(self) -> Law | None:
+        """The first of them."""
+        found = self.lawful
+        return found.laws[0] if found and found.laws else None
 
     @property
     def cannot_tell(self) -> bool:

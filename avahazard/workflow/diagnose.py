@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from avahazard.criticism.diagnosis.diagnose import Candidate as Tried
 from avahazard.criticism.diagnosis.diagnose import Diagnosis as Findings
 from avahazard.criticism.diagnosis.diagnose import diagnose, error_of
 from avahazard.criticism.diagnosis.force_witness import ForceWitness
+from avahazard.criticism.diagnosis.laws import FoundLaw, FoundShape
 from avahazard.criticism.diagnosis.measurements import measurement_gains
 from avahazard.criticism.diagnosis.nuisances import MOST_CROSSED
 from avahazard.criticism.diagnosis.together import Together
@@ -29,9 +31,12 @@ from avahazard.results.diagnosis import (
     Declared,
     Diagnosis,
     GroupTest,
+    Law,
+    LawParameter,
     MeasuredAmount,
     Measurement,
     Pair,
+    Shape,
 )
 from avahazard.store.results import (
     COMPARISON,
@@ -43,7 +48,7 @@ from avahazard.store.results import (
 )
 from avahazard.store.session import reading, writing
 from avahazard.workflow.compare import coordinate_name, stored_comparison
-from avahazard.workflow.effects import read_own_of
+from avahazard.workflow.effects import read_own_of, write_effect_file
 from avahazard.workflow.next_step import next_step
 from avahazard.workflow.requests import DiagnoseRequest
 from avahazard.workflow.stored import load_stored, notes_of_fit, require_unchanged
@@ -64,7 +69,9 @@ def diagnose_model(
             cannot tell it, its records have changed, none of them stopped on its profile, or its
             method has no likelihood that effects could be tested in.
     """
-    expect, plot = request.expect, request.plot
+    expect, plot, file = request.expect, request.plot, request.write_effect
+    if file is not None and file.exists():
+        raise AvahazardError(f"{file} is there already.", "Name another file.")
     require_picture(plot)
     with reading(database) as session:
         own_files = read_own_of(load_model(session, name), request.effect_files)
@@ -94,13 +101,53 @@ def diagnose_model(
     if expect:
         at = now().isoformat(timespec="seconds")
         told = replace(told, declared=Declared(tuple(expect), f"{at}Z"))
+    if file is not None and found.laws:
+        write_effect_file(file, _law_file(stored, told, found.laws[0], request.seed))
+        told = replace(told, effect_file=str(file))
     with writing(database) as session:
         save_result(session, DIAGNOSIS, name, plain(told, keyed=True))
+    if file is not None and not found.laws:
+        raise _no_law(file, told)
     if plot is not None:
         from avahazard.report.score_pictures import draw_diagnosis  # noqa: PLC0415 (slow)
 
         draw_diagnosis(plot, told)
     return replace(told, next=next_step(database, name))
+
+
+def _law_file(stored: FittedModel, told: Diagnosis, law: FoundLaw, seed: int) -> str:
+    """The effect file of a law, with where it comes from."""
+    lawful, record = told.lawful, stored.calibration.data_fingerprint
+    assert lawful is not None
+    assert lawful.laws is not None
+    lines = [
+        f"The leading law of {lawful.effect}, found by `avahazard diagnose {stored.name}`.",
+        "",
+        f"On {stored.observations.n_events} events (data fingerprint {record}), seed {seed}.",
+        "Evidence over the model without it (nats), of all laws within 3 nats of the first:",
+        *(f"- {one.form}, {one.formula}: {one.evidence:.1f}" for one in lawful.laws),
+        "Parameters of the first (median, 90 % credible interval):",
+        *(
+            f"- {name}: {p.q50:.3g} ({p.q05:.3g} to {p.q95:.3g}) {p.unit}".rstrip()
+            for name, p in lawful.laws[0].parameters.items()
+        ),
+        "The priors below were those of this fit. Constants in capitals are not fitted again.",
+    ]
+    return '"""' + "\n".join(lines) + f'\n"""\n\n{law.text}'
+
+
+def _no_law(file: Path, told: Diagnosis) -> AvahazardError:
+    """Why no law was written."""
+    if not told.missing:
+        return AvahazardError(
+            f"{file} is not written: these data show no effect that {told.model} lacks.",
+            "The diagnosis is stored; without --write-effect it is shown.",
+        )
+    return AvahazardError(
+        f"{file} is not written: what {told.model} lacks first is {told.missing[0]}, which is no "
+        "smooth curve.",
+        "Follow the next step of `avahazard diagnose`; an effect of the catalogue needs no file.",
+    )
 
 
 def _require_stops(stored: FittedModel) -> None:
@@ -223,7 +270,26 @@ def _candidate(candidate: Tried, found: Findings) -> Candidate:
         confounded_with=candidate.confounded_with,
         force_witness=_amount(candidate.force_witness),
         kinds=candidate.kinds,
+        shape=_shape(candidate.shape),
+        laws=Rows(map(_law, found.laws)) if candidate.key in found.missing[:1] else None,
     )
+
+
+def _shape(found: FoundShape | None) -> Shape | None:
+    if found is None:
+        return None
+    curve = found.curve
+    low, middle, high = (tuple(row.tolist()) for row in found.quantiles)
+    return Shape(curve.of, curve.unit, curve.value, tuple(curve.x.tolist()), low, middle, high)
+
+
+def _law(found: FoundLaw) -> Law:
+    form = found.form
+    parameters = {}
+    for p in form.parameters:
+        low, middle, high = found.quantiles[p.name].tolist()
+        parameters[p.name] = LawParameter(low, middle, high, p.unit)
+    return Law(form.name, form.key, form.formula, parameters, found.evidence)
 
 
 def _amount(witness: ForceWitness | None) -> MeasuredAmount | None:

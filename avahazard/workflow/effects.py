@@ -70,6 +70,11 @@ def show_effect(database: str, key: str) -> EffectDetails:
 
 def write_template(file: Path) -> WrittenTemplate:
     """Write a commented effect file to start from. Raises `AvahazardError` where it exists."""
+    return write_effect_file(file, TEMPLATE)
+
+
+def write_effect_file(file: Path, text: str) -> WrittenTemplate:
+    """Write a new effect file. Raises `AvahazardError` where it exists."""
     try:
         stream = file.open("x", encoding="utf-8")
     except FileExistsError as error:
@@ -78,7 +83,7 @@ def write_template(file: Path) -> WrittenTemplate:
         ) from error
     try:
         with stream:
-            stream.write(TEMPLATE)
+            stream.write(text)
     except BaseException:
         file.unlink(missing_ok=True)
         raise

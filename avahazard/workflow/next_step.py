@@ -103,12 +103,12 @@ class StoredModels:
         """What is not known yet of a model, or what its diagnosis asks for."""
         name, method = found.model, METHODS[found.method]
         if not method.in_metres and self._latest(COMPARISON, name) is None:
-            return _step(("compare", name), Note("why_compare", model=name))
+            return self._with_files(("compare", name), Note("why_compare", model=name))
         if not method.knows_errors:
             return None
         document = self._latest(DIAGNOSIS, name)
         if document is None:
-            return _step(("diagnose", name), Note("why_diagnose", model=name))
+            return self._with_files(("diagnose", name), Note("why_diagnose", model=name))
         return self._by_verdict(Diagnosis.from_dict(document))
 
     def _by_verdict(self, found: Diagnosis) -> Note | None:
@@ -123,12 +123,20 @@ class StoredModels:
                     file = f"{name}-effect.py"
                     why = Note("why_unexplained", model=name, along=list(missing))
                     return _step(("effect", "new", file), why)
+        law, written = found.leading_law, found.effect_file
+        if law is not None and written is not None:
+            # Its law, which has been written, stands for the smooth.
+            effects = tuple(law.effect if k == missing[0] else k for k in effects) or (law.effect,)
         if effects:
             tried = self._child(name, effects)
             if tried is None:
                 child = self._free(f"{name}+{'+'.join(effects)}")
                 why = Note("why_missing", model=name, effects=list(effects))
-                return _step(("add", name, *effects, "--as", child), why)
+                words = ("add", name, *effects, "--as", child, *self._own_files(name))
+                if written is not None:
+                    why = Note("why_law", model=name, effects=list(missing), file=written)
+                    words += ("--effect-file", written)
+                return _step(words, why)
             return None if self.worse(tried) else self.step(tried)
         worth = [one for one in found.measure_next if one.expected_gain > LEAST_GAIN]
         if found.verdict == "ambiguous" and worth:
@@ -141,9 +149,10 @@ class StoredModels:
         """The answers by a model that is good enough, first those that are not there yet."""
         stored = latest_run(self.session, BOUNDS, name) is not None
         if self.survey.with_profile and not (stored or "hazard" in self.done):
-            return _step(("hazard", name), Note("why_hazard", model=name))
+            return self._with_files(("hazard", name), Note("why_hazard", model=name))
         if "report" not in self.done:
-            return _step(("report", name, "-o", f"{name}.html"), Note("why_report", model=name))
+            words = ("report", name, "-o", f"{name}.html")
+            return self._with_files(words, Note("why_report", model=name))
         return None
 
     def _child(self, name: str, effects: Sequence[str]) -> str | None:
@@ -165,6 +174,20 @@ class StoredModels:
         words += [] if found.centrifugal else ["--without", CENTRIFUGAL.key]
         paths = self.models[found.model].paths
         return (*words, *(word for path in paths for word in ("--path", path)))
+
+    def _own_files(self, name: str) -> tuple[str, ...]:
+        """Options that name the effect files of a model, of those that a diagnosis has written."""
+        effects, words = self.models[name].effects, list[str]()
+        for other in self.models if self.models[name].effect_sha256 else ():
+            document = self._latest(DIAGNOSIS, other)
+            found = None if document is None else Diagnosis.from_dict(document)
+            if found and found.effect_file and (law := found.leading_law) and law.effect in effects:
+                words += ["--effect-file", found.effect_file]
+        return tuple(words)
+
+    def _with_files(self, words: Sequence[str], why: Note) -> Note:
+        """A command on the model `words[1]`, with its effect files."""
+        return _step((*words, *self._own_files(words[1])), why)
 
     def _free(self, name: str) -> str:
         free, k = name, 2

@@ -196,6 +196,10 @@ class DiagnoseRequest(Request):
     ] = ()
     seed: Annotated[int, Option(help="Seed of the simulated rows.", least=0)] = 0
     plot: Annotated[Path | None, _picture("Draw the candidates")] = None
+    write_effect: Annotated[
+        Path | None,
+        Option(help="Write the law of what was found as an effect file.", metavar="FILE"),
+    ] = None
     effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()
 
 

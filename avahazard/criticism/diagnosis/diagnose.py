@@ -20,6 +20,7 @@ from avahazard.criticism.diagnosis.full_fits import (
     fitted_in_full,
     group_tests,
 )
+from avahazard.criticism.diagnosis.laws import FoundLaw, FoundShape, found_laws, found_shape
 from avahazard.criticism.diagnosis.naming import (
     MARGIN,
     Naming,
@@ -72,6 +73,7 @@ class Candidate:
     confounded_with: tuple[str, ...]
     force_witness: ForceWitness | None
     kinds: Kinds | None
+    shape: FoundShape | None
 
     @property
     def key(self) -> str:
@@ -83,7 +85,8 @@ class Candidate:
 class Diagnosis:
     """The verdict with all that it rests on; `base` is the model with the nuisances.
 
-    `not_asked` holds, by key, what a column of the records lacks for its effect to be asked about.
+    `laws` are those that the leading smooth of `missing` may be. `not_asked` holds, by key, what a
+    column of the records lacks for its effect to be asked about.
     """
 
     verdict: str
@@ -101,6 +104,7 @@ class Diagnosis:
     suspects: tuple[str, ...]
     together: tuple[Together, ...]
     impossible_stops: tuple[str, ...]
+    laws: tuple[FoundLaw, ...]
 
 
 def diagnose(
@@ -145,6 +149,7 @@ def diagnose(
     progress(0.85)
     question = Question(observations, own, base, fits, screening)
     verdict, missing, together = verdict_on(question, naming, groups, granted)
+    smooth = leading_smooth(missing, fits, own)
     found = Diagnosis(
         verdict=verdict,
         missing=missing,
@@ -168,9 +173,20 @@ def diagnose(
         suspects=suspects(base),
         together=together,
         impossible_stops=impossible_stops(base),
+        laws=found_laws(observations, own, base, fits[smooth], smooth) if smooth else (),
     )
     progress(1.0)
     return found
+
+
+def leading_smooth(
+    missing: Sequence[str], fits: Mapping[str, Refit], own: Sequence[Definition] = ()
+) -> str | None:
+    """The first of what is missing, where it is a smooth curve; laws are asked of it alone."""
+    for key in missing[:1]:
+        if key in fits and find_definition(key, own).curve(fits[key].facts.get(key, {})):
+            return key
+    return None
 
 
 def verdict_on(
@@ -264,6 +280,7 @@ def candidates(
             alike.get(c.key, ()),
             naming.witnesses.get(c.key),
             kinds.get(c.key),
+            found_shape(fits[c.key], c.definition) if c.key in fits else None,
         )
         for c in [*ranked, *rest]
     )

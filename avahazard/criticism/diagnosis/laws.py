@@ -8,6 +8,7 @@ ranks them.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
@@ -188,4 +189,5 @@ def _fitted(
 
 def _meaning(form: LawForm, meaning: str) -> str:
     """What the law means: what the smooth does, and the formula."""
-    return f"{meaning.split(',')[0].split('. ')[0].rstrip('.')}: {form.formula}, s: {form.curve.of}."
+    what = re.split(r",|\. ", meaning, maxsplit=1)[0].rstrip(".")
+    return f"{what}: {form.formula}, s being {form.curve.of}."

@@ -108,9 +108,7 @@ def refit(
     log_likelihood = posterior.exact_log_likelihood(mode.u)
     evidence = log_evidence(posterior, mode)
     posterior.nodes.forget_runs()
-    return Refit(
-        wider, facts, posterior, mode, log_likelihood, evidence.value, evidence.sample
-    )
+    return Refit(wider, facts, posterior, mode, log_likelihood, evidence.value, evidence.sample)
 
 
 def refit_with(

@@ -46,10 +46,12 @@ from avahazard.report.model_tables import (
     failures_table,
     kinds_table,
     ladder_table,
+    laws_table,
     measure_table,
     misfit_table,
     parameters_table,
     scores_table,
+    shape_table,
 )
 from avahazard.report.sentences import error_words, model_words, verdict_words, why_words
 from avahazard.report.tables import (
@@ -307,10 +309,11 @@ def _tables(content: ReportContent, names: dict[str, str]) -> dict[str, Table | 
         found["misfit"] = misfit_table(comparison, language)
     if diagnosis is not None:
         found["candidates"] = candidates_table(diagnosis, language)
+        found["shape"] = shape_table(diagnosis, language)
+        found["laws"] = laws_table(diagnosis, language)
         found["measure"] = measure_table(diagnosis, language)
-    return (
-        dict.fromkeys(("scores", "failures", "budget", "misfit", "candidates", "measure")) | found
-    )
+    optional = ("scores", "failures", "budget", "misfit", "candidates", "shape", "laws", "measure")
+    return dict.fromkeys(optional) | found
 
 
 def made_table(content: ReportContent) -> Table:
