@@ -344,7 +344,7 @@ def laws_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Table | No
     formulas = "; ".join(f"{law.form}: {law.formula}" for law in found.laws)
     legend = [
         say(
-            "Laws whose evidence differs by less than 3 nats cannot be told apart. s: {of}. "
+            "Laws whose evidence differs by less than 3 nats cannot be distinguished. s: {of}. "
             "{formulas}.",
             of=found.shape.of if found.shape else "",
             formulas=formulas,

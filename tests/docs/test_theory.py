@@ -56,6 +56,8 @@ CONSTANTS = [
     ("criticism", "its own, 0.5 %", "criticism.screening.screen", "PAIR_LEVEL", 0.005),
     ("criticism", "the 300 that go together most", "criticism.screening.screen", "MOST_PAIRS", 300),
     ("criticism", "At most 7 candidates", "criticism.diagnosis.full_fits", "FITTED", 7),
+    ("criticism", "At most 4 forms", "criticism.diagnosis.laws", "FITTED", 4),
+    ("criticism", "at 10 places", "criticism.diagnosis.laws", "PLACES", 10),
     ("criticism", "So are three", "criticism.diagnosis.full_fits", "BY_PATH", 3),
     ("criticism", "up to 40 dates", "effects.change", "MOST_DATES", 40),
     ("criticism", "nearby within 3 days", "effects.columns", "NEARBY_DAYS", 3),

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import shutil
 from collections.abc import Callable
 from dataclasses import replace
@@ -8,15 +9,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 
+from avahazard.cli.main import app
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Rows
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.store.results import DIAGNOSIS, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.compare import compare
 from avahazard.workflow.diagnose import diagnose_model, failing_paths
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.next_step import next_step
 from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
 from tests.criticism.lengths import as_csv, lengths
 from tests.results.samples import COMPARISON, FAILURE
@@ -96,6 +101,52 @@ def test_changed_records_are_refused(base: str, write: Write) -> None:
 def test_a_picture_that_cannot_be_is_refused_before_the_work(base: str, tmp_path: Path) -> None:
     with pytest.raises(AvahazardError):
         diagnosed(base, plot=tmp_path / "candidates.xyz")
+
+
+@pytest.mark.usefixtures("drawn_little")
+def test_the_law_that_is_written_is_added_as_the_next_steps_say(base: str, tmp_path: Path) -> None:
+    file = tmp_path / "law.py"
+    found = diagnosed(base, write_effect=file)
+    best, law = found.candidates[0], found.leading_law
+    assert best.shape is not None
+    assert best.shape.of == "column_1"
+    assert len(best.shape.x) == len(best.shape.q05) == len(best.shape.q95)
+    assert best.laws is not None
+    assert law == best.laws[0]
+    assert {one.form for one in best.laws} >= {"linear"}
+    assert found.effect_file == str(file)
+    text = file.read_text(encoding="utf-8")
+    assert f"KEY = {law.effect!r}" in text
+    assert "covariate:column_1" in text
+    compare(base, "base")
+    step = shlex.split(str(next_step(base, "base")))
+    assert step == ["avahazard", "add", "base", law.effect, "--as", f"base+{law.effect}",
+        "--effect-file", str(file)]  # fmt: skip
+    done = CliRunner().invoke(app, ["--db", base, *step[1:]])
+    assert done.exit_code == 0, done.output
+    assert "falls from" in done.output
+    # The child's commands name its file again.
+    then = next_step(base, f"base+{law.effect}")
+    assert str(then) == f"avahazard diagnose base+{law.effect} --effect-file {file}"
+    with pytest.raises(AvahazardError, match="is there already"):
+        diagnosed(base, write_effect=file)
+
+
+def test_where_nothing_is_found_no_law_is_written(
+    database: str, write: Write, tmp_path: Path
+) -> None:
+    import_files(database, [write("events.csv", as_csv(lengths(40, 0.0, 3, n_columns=1)))])
+    calibrate(database, "base", CalibrateRequest(law="power", chains=2, draws=100))
+    file = tmp_path / "law.py"
+    done = CliRunner().invoke(
+        app, ["--db", database, "diagnose", "base", "--write-effect", str(file)]
+    )
+    assert done.exit_code == 1
+    assert "no effect that base lacks" in done.stderr
+    assert not file.exists()
+    # The diagnosis stands all the same.
+    with reading(database) as session:
+        assert latest_result(session, DIAGNOSIS, "base") is not None
 
 
 def test_paths_that_fail_beyond_chance_are_named() -> None:

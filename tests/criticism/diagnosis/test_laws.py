@@ -1,0 +1,117 @@
+"""Shapes of smooths and the laws that they may be."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from avahazard.criticism.diagnosis.diagnose import leading_smooth
+from avahazard.criticism.diagnosis.laws import (
+    LEVELS,
+    curves_likelihood,
+    found_laws,
+    found_shape,
+    match,
+)
+from avahazard.criticism.diagnosis.refits import Refit, refit, refit_with
+from avahazard.effects.effect import FrictionEffect
+from avahazard.effects.law_forms import forms_of
+from avahazard.effects.own_file import definition_from
+from avahazard.inference.likelihood.assemble import find_definition
+from avahazard.inference.model.observations import Observations, build_observations
+from avahazard.inference.model.specification import Specification
+from tests.criticism.lengths import lengths, shifted
+from tests.effects.event_table import event_table
+
+KEY = "covariate:column_1"
+
+
+@cache
+def fits() -> tuple[Observations, Refit, Refit]:
+    """Records whose friction has a step at 0.5 in column 1; the base model, and with a smooth."""
+    x = np.random.default_rng(5).standard_normal(150)
+    records = shifted(lengths(150, seed=5), {"column_1": x}, 0.4 * (x > 0.5))
+    observations = build_observations(records)
+    base = refit(observations, Specification(law="power"), {})
+    return observations, base, refit_with(observations, (), base, KEY)
+
+
+def test_the_band_is_that_of_what_the_effect_does() -> None:
+    _, _, fit = fits()
+    found = found_shape(fit, find_definition(KEY))
+    assert found is not None
+    effect = next(e for e in fit.posterior.effects if e.key == KEY)
+    assert isinstance(effect, FrictionEffect)
+    table = event_table(column_1=found.curve.x.tolist())
+    slow = []
+    for draw in fit.sample:
+        values = fit.posterior.layout.effect_values(draw)[KEY]
+        at = [sum(c * v for c, v in zip(row, values, strict=True)) for row in effect.design(table)]
+        slow.append([height - sum(at) / len(at) for height in at])
+    for level, quantile in zip(LEVELS, found.quantiles, strict=True):
+        np.testing.assert_allclose(quantile, np.quantile(slow, level, axis=0), atol=1e-9)
+    # The step: below 0 on one side, above on the other, by more than the band is wide.
+    low, middle, high = found.quantiles
+    assert np.min(high) < 0.0 < np.max(low)
+    assert np.argmin(middle) < np.argmax(middle)
+
+
+def test_draws_have_the_spread_of_the_curvature_at_the_mode() -> None:
+    _, _, fit = fits()
+    expected = np.sqrt(np.diag(fit.mode.covariance))
+    np.testing.assert_allclose(np.std(fit.sample, axis=0), expected, rtol=0.3)
+
+
+def test_a_form_is_matched_as_by_integration() -> None:
+    """The evidence of a form, and its likeliest values, on a fine grid of all its parameters."""
+    _, _, fit = fits()
+    curve = find_definition(KEY).curve(fit.facts[KEY])
+    assert curve is not None
+    places, precision, pull = curves_likelihood(fit, KEY, curve, 0.5)
+    form = next(form for form in forms_of(curve, 0.5) if form.name == "saturating")
+    found = match(form, places, precision, pull)
+    (change, length) = form.parameters
+    total = []
+    for a in np.linspace(-4.0, 4.0, 801) * change.prior_sd:
+        for b in np.linspace(length.low, length.high, 25):
+            heights = a * form.shape(places, np.array([b]))
+            likely = pull @ heights - 0.5 * heights @ precision @ heights
+            prior = -0.5 * (a / change.prior_sd) ** 2
+            total.append((likely + prior, -0.5 * ((b - length.prior_mean) / length.prior_sd) ** 2))
+    both = np.array(total)
+    top = np.max(both.sum(axis=1))
+    weight = np.exp(both[::1, 1])
+    share = weight / np.sum(weight[:25])
+    step = 8.0 / 800.0 / np.sqrt(2.0 * np.pi)
+    slow = np.log(np.sum(np.exp(both[:, 0] - top) * share) * step) + top
+    assert found.evidence == pytest.approx(slow, abs=0.02)
+
+
+def test_the_law_of_a_step_is_among_the_laws() -> None:
+    observations, base, fit = fits()
+    laws = found_laws(observations, (), base, fit, KEY)
+    by_name = {law.form.name: law for law in laws}
+    assert "step" in by_name
+    assert "linear" not in by_name
+    assert laws[0].evidence - laws[-1].evidence < 3.0
+    step = by_name["step"]
+    low, _, high = step.quantiles["change"]
+    assert low < 0.4 < high
+    low, _, high = step.quantiles["centre"]
+    assert low < 0.5 < high
+    # It explains more than the curve does, which pays for bends that nobody needs.
+    assert step.evidence > fit.evidence - base.evidence
+    # What is written is what was fitted.
+    entry = definition_from(step.text, "law.py")
+    again = refit(observations, base.specification, base.facts, (entry.key,), (entry,), base)
+    drawn = again.drawn(entry.key)[:, 0]
+    np.testing.assert_allclose(np.quantile(drawn, LEVELS), step.quantiles["change"], atol=0.02)
+
+
+def test_laws_are_asked_of_what_leads_alone() -> None:
+    _, _, fit = fits()
+    assert leading_smooth((KEY,), {KEY: fit}) == KEY
+    assert leading_smooth((), {KEY: fit}) is None
+    assert leading_smooth(("path-effect", KEY), {KEY: fit}) is None
