@@ -18,7 +18,7 @@ from scipy.special import logsumexp
 
 from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.naming import MARGIN
-from avahazard.criticism.diagnosis.refits import Refit, refit
+from avahazard.criticism.diagnosis.refits import Refit, peak_with, refit
 from avahazard.criticism.screening.linear_model import linear_model
 from avahazard.effects.effect import Curve, Definition
 from avahazard.effects.law_forms import LawForm, forms_of, free_curve
@@ -104,7 +104,14 @@ def found_laws(
     least = best - max(NEAR, NEAR_SHARE * (fit.log_likelihood - base.log_likelihood))
     near = sorted((m for m in matches if m.evidence > least), key=lambda m: -m.evidence)
     shared = (observations, tuple(own), base, fit, entry.meaning)
-    fitted = list(spread_map(_fitted, shared, near[:FITTED]))
+    near = near[:FITTED]
+    if curve.form != "friction":
+        # A climb costs a third of a fit: what falls short by far is not fitted.
+        climbs = list(spread_map(_climbed, shared, near))
+        top = max(reached for reached, _ in climbs)
+        pairs = zip(near, climbs, strict=True)
+        near = [replace(m, begin=at) for m, (reached, at) in pairs if reached > top - NEAR]
+    fitted = list(spread_map(_fitted, shared, near))
     fitted.sort(key=lambda law: -law.evidence)
     return tuple(law for law in fitted if law.evidence > fitted[0].evidence - MARGIN)
 
@@ -149,9 +156,18 @@ def match(form: LawForm, places: Floats, precision: Floats, pull: Floats) -> Mat
     return Match(form, total, shapes, np.exp(whole - total), begin, total - float(gain[top]))
 
 
-def _fitted(
-    shared: tuple[Observations, tuple[Definition, ...], Refit, Refit, str], found: Match
-) -> FoundLaw:
+Shared = tuple[Observations, tuple[Definition, ...], Refit, Refit, str]
+
+
+def _climbed(shared: Shared, found: Match) -> tuple[float, Floats]:
+    """The log density that a form climbs to, and its parameters there."""
+    observations, own, base, smooth, meaning = shared
+    entry = _entry(found, meaning)
+    inside = _inside(found)
+    return peak_with(observations, (*own, entry), base, smooth, entry.key, inside)
+
+
+def _fitted(shared: Shared, found: Match) -> FoundLaw:
     """A form fitted to the records from where it fits the curve.
 
     Where the effect file fixes the shape, it has the likeliest one, and the evidence is that of
@@ -159,13 +175,8 @@ def _fitted(
     """
     observations, own, base, smooth, meaning = shared
     form = found.form
-    text = form.text(_meaning(form, meaning), found.begin[1:])
-    entry = definition_from(text, f"{form.key}.py")
+    entry, inside = _entry(found, meaning), _inside(found)
     fixed = form.curve.form == "friction"
-    inside = found.begin.copy()
-    for k, p in enumerate(form.parameters[1:], 1):
-        margin = 0.02 * (p.high - p.low)
-        inside[k] = np.clip(inside[k], p.low + margin, p.high - margin)
     fit = refit(
         observations,
         base.specification,
@@ -184,7 +195,25 @@ def _fitted(
         evidence += found.spread_out
     names = [p.name for p in form.parameters]
     quantiles = np.quantile(drawn, LEVELS, axis=0)
+    text = _text(found, meaning)
     return FoundLaw(form, text, dict(zip(names, quantiles.T, strict=True)), evidence)
+
+
+def _inside(found: Match) -> Floats:
+    """Where a form begins, off the ends of its ranges."""
+    inside = found.begin.copy()
+    for k, p in enumerate(found.form.parameters[1:], 1):
+        margin = 0.02 * (p.high - p.low)
+        inside[k] = np.clip(inside[k], p.low + margin, p.high - margin)
+    return inside
+
+
+def _entry(found: Match, meaning: str) -> Definition:
+    return definition_from(_text(found, meaning), f"{found.form.key}.py")
+
+
+def _text(found: Match, meaning: str) -> str:
+    return found.form.text(_meaning(found.form, meaning), found.begin[1:])
 
 
 def _meaning(form: LawForm, meaning: str) -> str:

@@ -16,7 +16,7 @@ from avahazard.engine import spread_map
 from avahazard.inference.fitted_model import FittedModel, fitted_model
 from avahazard.inference.fitting.evidence import log_evidence
 from avahazard.inference.fitting.mode import FIRST_SPREAD, Mode, start_coordinates
-from avahazard.inference.fitting.star import mode_from, search_mode, short_climbs
+from avahazard.inference.fitting.star import gauss_newton, mode_from, search_mode, short_climbs
 from avahazard.inference.likelihood.assemble import (
     assemble,
     definitions_of,
@@ -101,14 +101,39 @@ def refit(
     if at is None or begin is None:
         posterior, mode = search_mode(posterior, at, likely)
     else:
-        for key, (values,) in begin.items():
-            place = posterior.layout.places[key]
-            at[place] = values / np.array([slot.scale for slot in posterior.layout.slots[place]])
-        posterior, mode = mode_from(posterior, at)
+        posterior, mode = mode_from(posterior, put(at, posterior, begin))
     log_likelihood = posterior.exact_log_likelihood(mode.u)
     evidence = log_evidence(posterior, mode)
     posterior.nodes.forget_runs()
     return Refit(wider, facts, posterior, mode, log_likelihood, evidence.value, evidence.sample)
+
+
+def put(u: Floats, posterior: Posterior, begin: Likely) -> Floats:
+    """Coordinates u `[n_slots]` with the values of effects by key in their places."""
+    u = u.copy()
+    for key, (values,) in begin.items():
+        place = posterior.layout.places[key]
+        u[place] = values / np.array([slot.scale for slot in posterior.layout.slots[place]])
+    return u
+
+
+def peak_with(
+    observations: Observations,
+    own: Sequence[Definition],
+    base: Refit,
+    start: Refit,
+    key: str,
+    values: Floats,
+) -> tuple[float, Floats]:
+    """The log density, and the effect's values there, to which `base` with an effect climbs.
+
+    From these values, and all else as it is in `start`: what a full fit begins with.
+    """
+    wider, more = with_effects(observations, base.specification, (key,), own, granted=True)
+    posterior = assemble(observations, wider, {**base.facts, **more}, own)
+    peak = gauss_newton(posterior, put(_carried(start, posterior), posterior, {key: [values]}))
+    posterior.nodes.forget_runs()
+    return peak.log_density, posterior.layout.effect_values(peak.u)[key]
 
 
 def refit_with(
