@@ -19,7 +19,7 @@ from avahazard.records.intake import Drawn
 from avahazard.records.meanings import known_name
 from avahazard.records.path import TerrainCrop
 from avahazard.records.rows import PathRow
-from avahazard.records.table import Table, table_of
+from avahazard.records.table import FileTable, table_of
 
 FEWEST_STEPS, MOST_STEPS = 50, 400
 SHORTEST_M = 1e-6
@@ -249,7 +249,7 @@ def read_drawn(
         return [replace(drawn[0], notes=(note, *drawn[0].notes)), *drawn[1:]]
 
 
-def read_points(file: FilePath) -> Table:
+def read_points(file: FilePath) -> FileTable:
     """The points of a file as rows of `events.csv`: attributes and coordinates."""
     layer = read_layer(file, "point")
     code = system_code(layer.crs) if layer.crs.is_projected else None

@@ -23,7 +23,7 @@ from avahazard.hazard.frequency import N_DRAWS
 from avahazard.hazard.future_events import FutureEvents, future_events, path_release_zone
 from avahazard.inference.fitted_model import FittedModel, table_groups
 from avahazard.inference.likelihood.predicted import Values, front_ahead, fronts
-from avahazard.inference.model.friction_model import FrictionModel, Kinds
+from avahazard.inference.model.friction_model import FrictionKinds, FrictionModel
 from avahazard.inference.seeds import generator
 from avahazard.physics.cells import Resistance
 from avahazard.physics.runout_curve import RunoutCurve
@@ -134,7 +134,7 @@ class PathDraws:
     offset: Floats | None
     tau: Floats | None
     sigma_m: Floats | None
-    kinds: Kinds | None
+    kinds: FrictionKinds | None
 
     def shift(self, rng: np.random.Generator) -> Floats:
         """Offset of the path's log friction `[n_parameters]`; one is drawn where it has none."""

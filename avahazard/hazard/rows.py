@@ -24,7 +24,7 @@ from avahazard.hazard.exceedance import (
 from avahazard.hazard.extremes import ANY_VOLUME_M3
 from avahazard.hazard.frequency import VolumeFrequency
 from avahazard.hazard.path_hazard import PathHazard
-from avahazard.inference.model.friction_model import Kinds
+from avahazard.inference.model.friction_model import FrictionKinds
 from avahazard.inference.model.friction_scatter import shifted, widening
 from avahazard.inference.seeds import generator
 from avahazard.kernels import kernel
@@ -320,7 +320,7 @@ def volume_bounds(
     event = rng.integers(avalanches.n_classes, size=n_draws)
     shift = draws.shift(rng)[parameter]
     if draws.kinds is not None:
-        kinds = Kinds(*(part[parameter] for part in draws.kinds))
+        kinds = FrictionKinds(*(part[parameter] for part in draws.kinds))
         shift = shift + kinds.drawn(rng.uniform(size=n_draws))
     location = shifted(here.location[parameter, event], shift, avalanches.in_log)
     scatter = here.scatter[parameter, event]

@@ -21,7 +21,7 @@ from avahazard.records.conventions import (
 from avahazard.records.errors import RowProblem
 from avahazard.records.meanings import MEANINGS
 from avahazard.records.sheet import Texts
-from avahazard.records.table import Table
+from avahazard.records.table import FileTable
 from avahazard.records.units import factor, known_unit
 
 Place = tuple[int, str]  # index of the row, column
@@ -36,7 +36,7 @@ AMBIGUOUS = "a number: is this sign a decimal one or of thousands? Use --decimal
 MADE_A_DATE = "the text that was meant: the spreadsheet holds a date here"
 
 
-def plain_cells(table: Table, given: Conventions, problems: list[RowProblem]) -> Table:
+def plain_cells(table: FileTable, given: Conventions, problems: list[RowProblem]) -> FileTable:
     """Return `table` with numbers such as 1234.5 and dates such as 1950-02-13, told in its words.
 
     The decimal sign is one in the whole file. Where the file does not show it and `given` does
@@ -74,7 +74,7 @@ def _edited(cells: Texts, edits: Mapping[int, str] | None) -> Texts:
     return edited
 
 
-def _without_marks(table: Table, given: Conventions, problems: list[RowProblem]) -> Table:
+def _without_marks(table: FileTable, given: Conventions, problems: list[RowProblem]) -> FileTable:
     """Empty the cells that mean unknown; refuse likely marks that nobody has named."""
     columns = dict(table.columns)
     emptied = 0
@@ -100,7 +100,7 @@ def _without_marks(table: Table, given: Conventions, problems: list[RowProblem])
 
 
 def _numbers(
-    table: Table,
+    table: FileTable,
     decimal: Decimal | None,
     edits: dict[str, dict[int, str]],
     problems: list[RowProblem],
@@ -130,7 +130,7 @@ def _numbers(
 
 
 def _decided(
-    table: Table,
+    table: FileTable,
     places: Sequence[Place],
     texts: Sequence[str],
     found: DecimalMarks,
@@ -158,7 +158,7 @@ def _decided(
 
 
 def _refuse(
-    table: Table,
+    table: FileTable,
     places: Sequence[Place],
     texts: Sequence[str],
     which: Sequence[int],
@@ -171,7 +171,7 @@ def _refuse(
 
 
 def _dates(
-    table: Table,
+    table: FileTable,
     given: Conventions,
     edits: dict[str, dict[int, str]],
     problems: list[RowProblem],
@@ -199,7 +199,7 @@ OF_RANGE: dict[str, Callable[[float, float], float]] = {
 USUAL_MARKS = frozenset((-99.0, -999.0, -9999.0, -99999.0, 999.0, 9999.0, 99999.0))
 
 
-def _convert(table: Table, edits: dict[str, dict[int, str]]) -> None:
+def _convert(table: FileTable, edits: dict[str, dict[int, str]]) -> None:
     """Make numbers of the column's unit of the classes, ranges and units that a mapping names."""
     for name, (unit, words, kind) in table.conversions.items():
         classes = {word.casefold(): number for word, number in words.items()}
@@ -241,7 +241,7 @@ def _of_range(ends: Sequence[str], kind: str | None) -> float | None:
     return OF_RANGE[kind](low, high) if kind is not None and low < high else None
 
 
-def _holds_numbers(column: str, table: Table) -> bool:
+def _holds_numbers(column: str, table: FileTable) -> bool:
     """A known column of numbers, or one of one's own in which most values are numbers."""
     meaning = MEANINGS.get(column)
     if meaning:

@@ -20,10 +20,10 @@ from avahazard.records.intake import Intake, UnderstoodColumn
 from avahazard.records.meanings import ABOVE_SEA, MEANINGS, Meaning, known_name, near_name, squash
 from avahazard.records.path import Covariate
 from avahazard.records.rows import EventRow, PathRow, ProfileRow, Row, StraightRow, VelocityRow
-from avahazard.records.table import Table
+from avahazard.records.table import FileTable
 
 
-def spell(table: Table, stored: Collection[str], problems: list[RowProblem]) -> Table:
+def spell(table: FileTable, stored: Collection[str], problems: list[RowProblem]) -> FileTable:
     """Return `table` with known columns and `stored` covariates under their names, and say so.
 
     Two columns that mean one are added to `problems`.
@@ -53,7 +53,7 @@ def spell(table: Table, stored: Collection[str], problems: list[RowProblem]) -> 
     )
 
 
-def refuse_near(table: Table, columns: Collection[str], problems: list[RowProblem]) -> None:
+def refuse_near(table: FileTable, columns: Collection[str], problems: list[RowProblem]) -> None:
     """Add to `problems` columns of `table` that are nearly one of `columns` of its form."""
     free = [column for column in columns if column not in table.header]
     for name in table.header:
@@ -72,7 +72,9 @@ KNOWN_FORMS = (
 OTHER_NAMES = "; or a columns.toml with the names here (import FILE --guess-columns writes one)"
 
 
-def recognise(table: Table, problems: list[RowProblem], *, need_runout: bool = True) -> Kind | None:
+def recognise(
+    table: FileTable, problems: list[RowProblem], *, need_runout: bool = True
+) -> Kind | None:
     """Return the kind of `table`, or None after adding to `problems` what its header lacks."""
     columns = set(table.header)
     kind = _kind(columns, (table.name or PurePath(table.file).stem).lower())
@@ -153,7 +155,7 @@ def column_kinds(rows: Iterable[Mapping[str, Covariate]]) -> dict[str, Content]:
 
 
 def read_covariates(
-    tables: Sequence[Table],
+    tables: Sequence[FileTable],
     own_columns: set[str],
     stored: Mapping[str, Content],
     problems: list[RowProblem],
@@ -189,7 +191,7 @@ def read_covariates(
     return found
 
 
-def _content(tables: Sequence[Table], name: str) -> Content:
+def _content(tables: Sequence[FileTable], name: str) -> Content:
     """A column of numbers and a few words is one of numbers with mistakes, not one of words."""
     if _means_numbers(name):
         return "number"
@@ -198,7 +200,7 @@ def _content(tables: Sequence[Table], name: str) -> Content:
     return "number" if 2 * numbers > found.total() else "text"
 
 
-def _mixed(tables: Sequence[Table], name: str) -> Iterator[str]:
+def _mixed(tables: Sequence[FileTable], name: str) -> Iterator[str]:
     """Say of each file that a column of words holds numbers as well."""
     for table in tables:
         numbers = {text: _like_a_number(text) for text in table.counts(name)}
@@ -234,7 +236,7 @@ SHOWN = 3
 
 
 def check_ranges(
-    table: Table, problems: list[RowProblem], notes: list[str], *, unusual: bool = False
+    table: FileTable, problems: list[RowProblem], notes: list[str], *, unusual: bool = False
 ) -> None:
     """Refuse what is physically impossible, and dates to come; note what is unusual, with rows.
 
@@ -252,7 +254,7 @@ def check_ranges(
 
 
 def _check_numbers(
-    table: Table, column: str, meaning: Meaning, problems: list[RowProblem], notes: list[str]
+    table: FileTable, column: str, meaning: Meaning, problems: list[RowProblem], notes: list[str]
 ) -> None:
     if meaning.limits is None:
         return
@@ -273,7 +275,7 @@ FAR, FAR_OF_MARK = 10.0, 1.0
 """How many times the range of the others a repeated value, or a usual mark, lies beyond it."""
 
 
-def _marks_among_numbers(table: Table, column: str) -> Iterator[str]:
+def _marks_among_numbers(table: FileTable, column: str) -> Iterator[str]:
     """Note a value far outside the rest that looks like a mark of unknown."""
     if column in MEANINGS and MEANINGS[column].content != "number":
         return
@@ -293,7 +295,9 @@ def _marks_among_numbers(table: Table, column: str) -> Iterator[str]:
             )
 
 
-def _check_years(table: Table, column: str, problems: list[RowProblem], notes: list[str]) -> None:
+def _check_years(
+    table: FileTable, column: str, problems: list[RowProblem], notes: list[str]
+) -> None:
     # A day's grace: the clock may stand in another time zone.
     tomorrow = (dt.date.today() + dt.timedelta(1)).isoformat()
     unusual: list[tuple[int, str]] = []
@@ -315,7 +319,7 @@ def _check_years(table: Table, column: str, problems: list[RowProblem], notes: l
 
 
 def _outside(
-    table: Table, column: str, low: float, high: float
+    table: FileTable, column: str, low: float, high: float
 ) -> Iterator[tuple[int, str, float]]:
     """The numbers of a column that are not from `low` to `high`, with their rows from 0."""
     numbers = {text: _number(text) for text in table.counts(column)}
@@ -324,7 +328,7 @@ def _outside(
         yield k, text, odd[text]
 
 
-def _rows_with(table: Table, column: str, texts: Collection[str]) -> Iterator[tuple[int, str]]:
+def _rows_with(table: FileTable, column: str, texts: Collection[str]) -> Iterator[tuple[int, str]]:
     """The rows from 0 whose text is one of these, of which there are few or none."""
     return ((k, text) for k, text in table.values(column) if text in texts) if texts else iter(())
 
@@ -337,7 +341,7 @@ def _number(text: str) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _note(table: Table, column: str, rows: list[tuple[int, str]], what: str) -> str:
+def _note(table: FileTable, column: str, rows: list[tuple[int, str]], what: str) -> str:
     shown = ", ".join(f"line {line}: {text}" for line, text in rows[:SHOWN])
     more = f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else ""
     return (
@@ -349,7 +353,7 @@ def _note(table: Table, column: str, rows: list[tuple[int, str]], what: str) -> 
 FIRST_VALUES = 3
 
 
-def understood(table: Table, form: str, columns: Collection[str]) -> list[UnderstoodColumn]:
+def understood(table: FileTable, form: str, columns: Collection[str]) -> list[UnderstoodColumn]:
     """Say it for every column of `table`; `columns` are those of its form."""
     found = []
     for name in table.header:
@@ -368,7 +372,7 @@ def understood(table: Table, form: str, columns: Collection[str]) -> list[Unders
     return found
 
 
-def summary(table: Table, form: str) -> str:
+def summary(table: FileTable, form: str) -> str:
     """One line for a file or sheet: what it holds, and how it was read."""
     n = len(table.lines)
     rows = "1 row" if n == 1 else f"{n} rows"
@@ -393,13 +397,13 @@ COLUMNS: dict[Kind, frozenset[str]] = {
 
 
 def read_forms(
-    sheets: Sequence[Table],
+    sheets: Sequence[FileTable],
     known: Records,
     intake: Intake,
     faults: Sequence[RowProblem],
     need_runout: bool,
     given: Conventions,
-) -> Iterator[tuple[Kind, Table]]:
+) -> Iterator[tuple[Kind, FileTable]]:
     """Yield the tables of one file whose form is known; `faults` are those of reading it.
 
     What is wrong goes to `intake.problems`, where a wrong header stands for the faults of the
@@ -409,8 +413,8 @@ def read_forms(
         *column_kinds(path.covariates for path in known.paths),
         *column_kinds(event.covariates for event in known.events),
     }
-    unknown: list[tuple[Table, list[RowProblem]]] = []
-    found: list[tuple[Kind, Table]] = []
+    unknown: list[tuple[FileTable, list[RowProblem]]] = []
+    found: list[tuple[Kind, FileTable]] = []
     wrong: list[RowProblem] = []
     for sheet in sheets:
         table = spell(sheet, stored, wrong)
@@ -439,7 +443,7 @@ def read_forms(
     yield from found
 
 
-def _all_stored(table: Table, known: Records) -> bool:
+def _all_stored(table: FileTable, known: Records) -> bool:
     """Tell whether every event of the table is stored, so that its runout is."""
     stored = {event.event_id for event in known.events}
     if not stored or "event_id" not in table.header:

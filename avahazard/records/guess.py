@@ -14,8 +14,8 @@ from rapidfuzz import fuzz
 from avahazard.records.conventions import is_number, read_dates
 from avahazard.records.errors import RowProblem
 from avahazard.records.meanings import MEANINGS, squash
-from avahazard.records.sheet import Layout
-from avahazard.records.table import Table, read_tables
+from avahazard.records.sheet import SheetLayout
+from avahazard.records.table import FileTable, read_tables
 from avahazard.records.units import known_unit
 
 WORDS = {
@@ -78,8 +78,8 @@ class Guess(NamedTuple):
 class GuessedTable(NamedTuple):
     """A table's guesses, what they leave open, and where its header and units stand."""
 
-    table: Table
-    layout: Layout
+    table: FileTable
+    layout: SheetLayout
     guesses: tuple[Guess, ...]
     open: tuple[str, ...]
     unknown: tuple[str, ...]
@@ -95,10 +95,10 @@ def guess_tables(file: FilePath) -> tuple[list[GuessedTable], list[RowProblem]]:
     return found, problems
 
 
-def _layouts(file: FilePath, problems: list[RowProblem]) -> Iterator[tuple[Layout, str]]:
+def _layouts(file: FilePath, problems: list[RowProblem]) -> Iterator[tuple[SheetLayout, str]]:
     """Each sheet, with the rows of its header and units."""
     faults: list[RowProblem] = []
-    heads = read_tables(file, faults, Layout(guess=True))
+    heads = read_tables(file, faults, SheetLayout(guess=True))
     if not heads:
         problems += faults
     for table in heads:
@@ -109,7 +109,7 @@ def _layouts(file: FilePath, problems: list[RowProblem]) -> Iterator[tuple[Layou
             if like and 2 * len(like) >= sum(not is_number(text) for text in row.values()):
                 units = None if any(is_number(text) for text in row.values()) else table.lines[0]
         merged = any("merged" in fault.value for fault in faults if fault.file == table.file)
-        yield Layout(table.first, units, merged), table.title
+        yield SheetLayout(table.first, units, merged), table.title
 
 
 def _any_unit(text: str) -> bool:
@@ -118,7 +118,7 @@ def _any_unit(text: str) -> bool:
     )
 
 
-def _guessed(table: Table, layout: Layout) -> GuessedTable:
+def _guessed(table: FileTable, layout: SheetLayout) -> GuessedTable:
     candidates = [guess for name in table.header for guess in _candidates(table, name)]
     candidates.sort(key=lambda guess: -guess.confidence)
     taken: dict[str, Guess] = {}
@@ -152,12 +152,12 @@ def _guessed(table: Table, layout: Layout) -> GuessedTable:
     return GuessedTable(table, layout, tuple(taken.values()), tuple(open_), tuple(counts))
 
 
-def _middle(table: Table, guess: Guess) -> float:
+def _middle(table: FileTable, guess: Guess) -> float:
     found = [text.replace(",", ".") for text in table.counts(guess.source).elements()]
     return float(np.median([float(t) for t in found if PLAIN.fullmatch(t)] or [np.nan]))
 
 
-def _candidates(table: Table, name: str) -> Iterator[Guess]:
+def _candidates(table: FileTable, name: str) -> Iterator[Guess]:
     """What a column may be, by its name and unit, each held against its contents."""
     given = FROM_UNIT.search(name)
     unit = next((g for g in given.groups() if g), "") if given else table.units.get(name, "")

@@ -9,7 +9,7 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import RowProblem
 from avahazard.records.event import Speed
 from avahazard.records.path import TerrainCrop
-from avahazard.records.table import Table
+from avahazard.records.table import FileTable
 
 Key = tuple[Hashable, ...]  # the kind of a record, and what identifies it
 Origin = tuple[str, int]  # file and line
@@ -36,8 +36,8 @@ class Drawn:
     """
 
     file: str
-    paths: Table
-    profiles: Table
+    paths: FileTable
+    profiles: FileTable
     terrain: tuple[TerrainCrop, ...]
     problems: tuple[RowProblem, ...]
     notes: tuple[str, ...]

@@ -14,7 +14,7 @@ from avahazard.records.conventions import Conversion, Decimal, Order
 from avahazard.records.errors import AvahazardError, did_you_mean
 from avahazard.records.meanings import MEANINGS, squash
 from avahazard.records.sheet import Texts, texts
-from avahazard.records.table import Table
+from avahazard.records.table import FileTable
 from avahazard.records.toml_document import Strict, read_toml
 from avahazard.records.units import known_unit
 
@@ -123,14 +123,14 @@ def fits(mapping: TableMapping, file: str) -> bool:
     return mapping.file is None or fnmatch(FilePath(file).name, mapping.file)
 
 
-def lacking(mapping: TableMapping, table: Table) -> list[str]:
+def lacking(mapping: TableMapping, table: FileTable) -> list[str]:
     """The columns of the mapping that a table has not, each with what may be meant."""
     named = {squash(name) for name in table.header}
     absent = [name for name in mapping.needed() if squash(name) not in named]
     return [f"{name} {did_you_mean(name, table.header)}".strip() for name in absent]
 
 
-def mapped(table: Table, mapping: TableMapping) -> Table:
+def mapped(table: FileTable, mapping: TableMapping) -> FileTable:
     """The table under the names of the forms; its cells are as they were written."""
     at = {squash(name): name for name in table.header}
     sources = mapping.sources()
@@ -197,7 +197,7 @@ def _dates(parts: Sequence[Sequence[str]]) -> list[str]:
     return [joined(row) for row in zip(*parts, strict=True)]
 
 
-def _with_rows(table: Table, needed: Sequence[Texts]) -> Table:
+def _with_rows(table: FileTable, needed: Sequence[Texts]) -> FileTable:
     """Those rows that hold something in each of the columns `needed`."""
     if not needed:
         return table

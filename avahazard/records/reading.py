@@ -34,9 +34,9 @@ from avahazard.records.rows import (
     VelocityRow,
     check_rows,
 )
-from avahazard.records.sheet import Layout
+from avahazard.records.sheet import SheetLayout
 from avahazard.records.stops import Convert, place_stop
-from avahazard.records.table import Table, read_tables
+from avahazard.records.table import FileTable, read_tables
 
 TABLES = (".csv", ".tsv", ".xlsx", ".xlsm", ".xls", ".xlsb", ".ods")
 OTHERS = (".numbers",)
@@ -121,7 +121,7 @@ def read_files(
     *,
     need_runout: bool = True,
     drawn: Sequence[Drawn] = (),
-    points: Sequence[Table] = (),
+    points: Sequence[FileTable] = (),
     given: Conventions = UNKNOWN,
     columns: FilePath | None = None,
     convert: Convert | None = None,
@@ -136,7 +136,12 @@ def read_files(
     """
     intake = Intake()
     used: list[TableMapping] = []
-    tables: dict[Kind, list[Table]] = {"paths": [], "profiles": [], "events": [], "velocities": []}
+    tables: dict[Kind, list[FileTable]] = {
+        "paths": [],
+        "profiles": [],
+        "events": [],
+        "velocities": [],
+    }
     for file in find_files(sources):
         intake.files.append(str(file))
         faults: list[RowProblem] = []
@@ -190,20 +195,20 @@ def mapped_tables(
     problems: list[RowProblem],
     columns: FilePath | None,
     used: list[TableMapping],
-) -> list[Table]:
+) -> list[FileTable]:
     """The tables of a file, by a mapping where one is for it, which is added to `used`.
 
     A mapping that names no file is for those with any of its columns.
     """
     beside = file.parent / BESIDE
     where = columns or (beside if beside.is_file() else None)
-    found: list[Table] = []
+    found: list[FileTable] = []
     lacks: list[RowProblem] = []
     for mapping in read_mappings(where) if where is not None else ():
         if not fits(mapping, str(file)):
             continue
         faults: list[RowProblem] = []
-        layout = Layout(mapping.header, mapping.units, mapping.merged)
+        layout = SheetLayout(mapping.header, mapping.units, mapping.merged)
         named = mapping.file is not None
         for table in read_tables(file, faults, layout):
             if mapping.sheet not in (None, table.title or None):
@@ -226,7 +231,7 @@ def mapped_tables(
     return read_tables(file, problems)
 
 
-def _ids(column: str, tables: Iterable[Table]) -> set[str]:
+def _ids(column: str, tables: Iterable[FileTable]) -> set[str]:
     return {text for table in tables for block in table.blocks(column) for text in block if text}
 
 
@@ -408,7 +413,7 @@ ON_PROFILE = frozenset({"runout_x_m", "runout_elevation_m"})
 PLACES = ON_PROFILE | {"left_profile", "easting_m", "lon"}
 
 
-def gather_paths(tables: Sequence[Table], known: Records, intake: Intake) -> list[Path]:
+def gather_paths(tables: Sequence[FileTable], known: Records, intake: Intake) -> list[Path]:
     """Return the paths that have a row of their own."""
     stored = column_kinds(path.covariates for path in known.paths)
     columns = set(PathRow.model_fields)
@@ -423,7 +428,7 @@ def gather_paths(tables: Sequence[Table], known: Records, intake: Intake) -> lis
     return paths
 
 
-def gather_profiles(tables: Sequence[Table], known: Records, intake: Intake) -> list[Profile]:
+def gather_profiles(tables: Sequence[FileTable], known: Records, intake: Intake) -> list[Profile]:
     """Return the profiles of which every point and the order of the points are right."""
     old = {profile.path_id: profile for profile in known.profiles}
     profiles = []
@@ -454,7 +459,7 @@ def gather_profiles(tables: Sequence[Table], known: Records, intake: Intake) -> 
 
 
 def gather_events(
-    tables: Sequence[Table],
+    tables: Sequence[FileTable],
     known: Records,
     intake: Intake,
     need_runout: bool,
@@ -541,7 +546,7 @@ def _placed(
     return replace(event, runout_x_m=round(stop.x_m, 3))
 
 
-def gather_speeds(tables: Sequence[Table], known: Records, intake: Intake) -> list[Speed]:
+def gather_speeds(tables: Sequence[FileTable], known: Records, intake: Intake) -> list[Speed]:
     """Return the speeds."""
     old = {speed_key(speed): speed for speed in known.speeds}
     speeds = []
@@ -558,7 +563,7 @@ def gather_speeds(tables: Sequence[Table], known: Records, intake: Intake) -> li
 
 
 def _each_once(
-    kind: str, column: str, table: Table, intake: Intake
+    kind: str, column: str, table: FileTable, intake: Intake
 ) -> Iterator[tuple[int, dict[str, str]]]:
     """Yield the rows of `table`, without those whose id another row has taken."""
     for line, cells in table.numbered():
@@ -567,7 +572,7 @@ def _each_once(
             yield line, cells
 
 
-def _note_unused(table: Table, form: type[Row], intake: Intake) -> None:
+def _note_unused(table: FileTable, form: type[Row], intake: Intake) -> None:
     unused = [name for name in table.header if name not in form.model_fields]
     if unused:
         intake.notes.append(f"{table.file}: not used are the columns {', '.join(unused)}.")

@@ -35,7 +35,7 @@ AT_ONCE = 10_000
 """Rows that are taken apart, or put together, at a time."""
 
 
-class Layout(NamedTuple):
+class SheetLayout(NamedTuple):
     """Where a table stands on its sheet: rows of the header and of units, and merged cells.
 
     With `merged` a merged cell holds its value in each of its rows and columns; with `guess` the
@@ -48,7 +48,7 @@ class Layout(NamedTuple):
     guess: bool = False
 
 
-PLAIN = Layout()
+PLAIN = SheetLayout()
 
 
 class SheetCells(NamedTuple):
@@ -115,7 +115,7 @@ def header_row(rows: Sequence[Line]) -> int:
     return 0
 
 
-def packed(lines: Iterable[Line], layout: Layout = PLAIN) -> SheetCells | None:
+def packed(lines: Iterable[Line], layout: SheetLayout = PLAIN) -> SheetCells | None:
     """The cells of `lines`, of which the first has the names; None where there is no line."""
     rows = (line for line in lines if line[0] >= (layout.header or 0))
     begin = list(islice(rows, LOOKED_AT))
@@ -256,7 +256,7 @@ HINT = re.compile(r"sep=(.)\r?\n", re.IGNORECASE)  # what Excel writes for itsel
 
 
 def split(
-    file: str, text: str, encoding: str, problems: list[RowProblem], layout: Layout = PLAIN
+    file: str, text: str, encoding: str, problems: list[RowProblem], layout: SheetLayout = PLAIN
 ) -> Sheet | None:
     """Return the rows of `text`; None after adding to `problems`."""
     start = HINT.match(text)
@@ -330,7 +330,7 @@ def is_workbook(raw: bytes) -> bool:
 
 
 def read_sheets(
-    file: str, raw: bytes, problems: list[RowProblem], layout: Layout = PLAIN
+    file: str, raw: bytes, problems: list[RowProblem], layout: SheetLayout = PLAIN
 ) -> list[Sheet]:
     """Return the sheets that hold anything; add to `problems` the cells that cannot be read."""
     try:
@@ -498,7 +498,7 @@ def _unpacked(raw: bytes) -> int:
 
 
 def _sheet(
-    file: str, grid: Grid, several: bool, layout: Layout, problems: list[RowProblem]
+    file: str, grid: Grid, several: bool, layout: SheetLayout, problems: list[RowProblem]
 ) -> Sheet | None:
     label = f"{file}, sheet {grid.title}" if several else file
     if layout.merged:

@@ -19,9 +19,9 @@ from avahazard.records.errors import RowProblem
 from avahazard.records.sheet import (
     AT_ONCE,
     PLAIN,
-    Layout,
     Sheet,
     SheetCells,
+    SheetLayout,
     Texts,
     decode,
     is_workbook,
@@ -35,7 +35,7 @@ LONGEST_NAME = 200
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class FileTable:
     """Cells without the blanks around them: of each column of the header those of `lines`.
 
     `name` hints at the form, `words` say how the file was read, `separator` is that of a text
@@ -109,14 +109,16 @@ class Table:
 
 def table_of(
     file: str, header: Sequence[str], rows: Iterable[tuple[int, Mapping[str, str]]]
-) -> Table:
+) -> FileTable:
     """A table of rows, each with its line number; cells may be left out."""
     numbered = list(rows)
     columns = {name: texts([row.get(name, "") for _, row in numbered]) for name in header}
-    return Table(file, tuple(header), array("q", [line for line, _ in numbered]), columns)
+    return FileTable(file, tuple(header), array("q", [line for line, _ in numbered]), columns)
 
 
-def read_tables(path: FilePath, problems: list[RowProblem], layout: Layout = PLAIN) -> list[Table]:
+def read_tables(
+    path: FilePath, problems: list[RowProblem], layout: SheetLayout = PLAIN
+) -> list[FileTable]:
     """Read the table of a text file, or those of a workbook, cells as they were written.
 
     What is wrong is added to `problems`; a table without a usable header is left out.
@@ -134,7 +136,7 @@ def read_tables(path: FilePath, problems: list[RowProblem], layout: Layout = PLA
     return [table for sheet in sheets if (table := _table(sheet, problems))]
 
 
-def _table(sheet: Sheet, problems: list[RowProblem]) -> Table | None:
+def _table(sheet: Sheet, problems: list[RowProblem]) -> FileTable | None:
     cells = sheet.cells
     used = [k for k, name in enumerate(cells.names) if name or k in cells.nameless]
     header = _header(sheet.file, cells, used, problems)
@@ -146,7 +148,7 @@ def _table(sheet: Sheet, problems: list[RowProblem]) -> Table | None:
             accepted += " (a number with a decimal comma stands in quotes)"
         problems.append(RowProblem(sheet.file, line, "", f"{n} values", accepted))
     column = dict(zip(used, header, strict=True))
-    return Table(
+    return FileTable(
         sheet.file,
         header,
         cells.lines,

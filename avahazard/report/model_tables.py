@@ -26,7 +26,7 @@ from avahazard.report.words import (
 from avahazard.results.base import RATIO, bare, unit_of
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison, Failure, HeldOutScores, Scores
-from avahazard.results.diagnosis import Diagnosis, Law
+from avahazard.results.diagnosis import Diagnosis, FittedLaw
 from avahazard.results.friction import Fits
 from avahazard.results.ladder import Rung
 from avahazard.results.prediction import PredictedEvent, PredictionScores
@@ -323,7 +323,7 @@ def laws_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Table | No
         return None
     say = language.say
 
-    def values(law: Law) -> str:
+    def values(law: FittedLaw) -> str:
         said = (
             say(
                 "{name} {median} ({low} to {high})",

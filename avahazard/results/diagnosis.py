@@ -55,7 +55,7 @@ class LawParameter(Result):
 
 
 @dataclass(frozen=True, slots=True)
-class Law(Result):
+class FittedLaw(Result):
     """A law that a smooth may be: `effect` is the KEY of its effect file.
 
     `evidence` (nats) is over the model without it; the formula is in s, the state.
@@ -97,7 +97,7 @@ class Candidate(Result):
     force_witness: MeasuredAmount | None = None
     kinds: Kinds | None = None
     shape: Shape | None = field(default=None, metadata=ABSENT)
-    laws: Rows[Law] | None = field(default=None, metadata=ABSENT)
+    laws: Rows[FittedLaw] | None = field(default=None, metadata=ABSENT)
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,7 +185,7 @@ class Diagnosis(Result):
         return next((c for c in self.candidates if c.laws), None)
 
     @property
-    def leading_law(self) -> Law | None:
+    def leading_law(self) -> FittedLaw | None:
         """The first of them."""
         found = self.lawful
         return found.laws[0] if found and found.laws else None

@@ -6,9 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from avahazard.criticism.diagnosis.diagnose import Candidate as Tried
-from avahazard.criticism.diagnosis.diagnose import Diagnosis as Findings
-from avahazard.criticism.diagnosis.diagnose import diagnose, error_of
+from avahazard.criticism.diagnosis.diagnose import Findings, TriedEffect, diagnose, error_of
 from avahazard.criticism.diagnosis.force_witness import ForceWitness
 from avahazard.criticism.diagnosis.laws import FoundLaw, FoundShape
 from avahazard.criticism.diagnosis.measurements import measurement_gains
@@ -30,8 +28,8 @@ from avahazard.results.diagnosis import (
     Candidate,
     Declared,
     Diagnosis,
+    FittedLaw,
     GroupTest,
-    Law,
     LawParameter,
     MeasuredAmount,
     Measurement,
@@ -249,7 +247,7 @@ def _pair(more: Together) -> Pair:
     )
 
 
-def _candidate(candidate: Tried, found: Findings) -> Candidate:
+def _candidate(candidate: TriedEffect, found: Findings) -> Candidate:
     fit = candidate.fit
     gain = candidate.screened.gain
     if fit is not None:
@@ -283,13 +281,13 @@ def _shape(found: FoundShape | None) -> Shape | None:
     return Shape(curve.of, curve.unit, curve.value, tuple(curve.x.tolist()), low, middle, high)
 
 
-def _law(found: FoundLaw) -> Law:
+def _law(found: FoundLaw) -> FittedLaw:
     form = found.form
     parameters = {}
     for p in form.parameters:
         low, middle, high = found.quantiles[p.name].tolist()
         parameters[p.name] = LawParameter(low, middle, high, p.unit)
-    return Law(form.name, form.key, form.formula, parameters, found.evidence)
+    return FittedLaw(form.name, form.key, form.formula, parameters, found.evidence)
 
 
 def _amount(witness: ForceWitness | None) -> MeasuredAmount | None:

@@ -20,7 +20,7 @@ from avahazard.records.intake import Drawn
 from avahazard.records.mapping import BESIDE
 from avahazard.records.merge import merge_records
 from avahazard.records.reading import read_files
-from avahazard.records.table import Table
+from avahazard.records.table import FileTable
 from avahazard.results.base import Rows
 from avahazard.results.database import (
     Counts,
@@ -177,7 +177,7 @@ def _converted(point: Floats, source: str, target: str) -> Floats:
     return moved(point[None, :], one, other).ravel()
 
 
-def _points(files: Sequence[FilePath]) -> dict[FilePath, Table]:
+def _points(files: Sequence[FilePath]) -> dict[FilePath, FileTable]:
     """The files that hold points alone, as tables: stops on the map."""
     if not files:
         return {}

@@ -1,9 +1,10 @@
-"""The diagram of the trunk is true to the imports."""
+"""The diagram of the trunk is true to the imports; a class has a name of its own."""
 
 from __future__ import annotations
 
 import ast
 import re
+from collections import Counter
 
 import pytest
 
@@ -43,3 +44,12 @@ def test_every_box_has_its_arrows() -> None:
 def test_an_arrow_is_an_import(above: str, name: str, below: str) -> None:
     """What passes is imported by the one from the other: what it is, or who is called with it."""
     assert (above, name) in imported(below) or (below, name) in imported(above)
+
+
+def test_no_two_classes_share_a_name() -> None:
+    files = sorted((ROOT / "avahazard").rglob("*.py"))
+    trees = [ast.parse(file.read_text(encoding="utf-8")) for file in files]
+    names = Counter(
+        node.name for tree in trees for node in ast.walk(tree) if isinstance(node, ast.ClassDef)
+    )
+    assert [name for name, n in names.items() if n > 1] == []

@@ -15,13 +15,13 @@ from avahazard.gis.drawn_lines import LineFault, avaframe_files, line_profile, r
 from avahazard.gis.systems import WGS84, moved
 from avahazard.gis.terrain_model import TerrainModel, open_terrain
 from avahazard.records.errors import AvahazardError
-from avahazard.records.table import Table
+from avahazard.records.table import FileTable
 from tests.gis.surface import BOTTOM, CODE, NORTH, TOP, WEST, surface, write_dem, write_lines
 
 LINE = shapely.LineString([TOP, BOTTOM])
 
 
-def rows(table: Table) -> list[dict[str, str]]:
+def rows(table: FileTable) -> list[dict[str, str]]:
     """Give the cells of every row."""
     return [row for _, row in table.numbered()]
 

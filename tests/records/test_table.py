@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from avahazard.records.errors import RowProblem
-from avahazard.records.table import Table, read_tables
+from avahazard.records.table import FileTable, read_tables
 
 
-def read(folder: Path, raw: bytes) -> tuple[Table | None, list[RowProblem]]:
+def read(folder: Path, raw: bytes) -> tuple[FileTable | None, list[RowProblem]]:
     """Read `raw` as a file."""
     file = folder / "a.csv"
     file.write_bytes(raw)

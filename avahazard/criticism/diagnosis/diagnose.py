@@ -15,7 +15,7 @@ from avahazard.criticism.diagnosis.distinguishable import (
 )
 from avahazard.criticism.diagnosis.force_witness import ForceWitness
 from avahazard.criticism.diagnosis.full_fits import (
-    GroupTest,
+    TriedGroup,
     evidence_gain,
     fitted_in_full,
     group_tests,
@@ -59,7 +59,7 @@ ALIKE = 0.7
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Candidate:
+class TriedEffect:
     """One candidate, screened.
 
     With its full refit if it survived, and the evidence (nats) that it adds.
@@ -82,7 +82,7 @@ class Candidate:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Diagnosis:
+class Findings:
     """The verdict with all that it rests on; `base` is the model with the nuisances.
 
     `laws` are those that the leading smooth of `missing` may be. `not_asked` holds, by key, what a
@@ -91,10 +91,10 @@ class Diagnosis:
 
     verdict: str
     missing: tuple[str, ...]
-    candidates: tuple[Candidate, ...]
+    candidates: tuple[TriedEffect, ...]
     base: Refit
     screening: Screening
-    groups: tuple[GroupTest, ...]
+    groups: tuple[TriedGroup, ...]
     error_before_m: float
     still_needed: dict[str, float]
     not_granted: tuple[str, ...]
@@ -116,7 +116,7 @@ def diagnose(
     expected: Sequence[str] = (),
     seed: int = 0,
     progress: Callable[[float], None] = lambda _share: None,
-) -> Diagnosis:
+) -> Findings:
     """Ask which effect a model lacks on observations.
 
     Paths may differ for reasons unknown in every fit, winters and storms where the records ask for
@@ -150,7 +150,7 @@ def diagnose(
     question = Question(observations, own, base, fits, screening)
     verdict, missing, together = verdict_on(question, naming, groups, granted)
     smooth = leading_smooth(missing, fits, own)
-    found = Diagnosis(
+    found = Findings(
         verdict=verdict,
         missing=missing,
         candidates=candidates(
@@ -190,7 +190,7 @@ def leading_smooth(
 
 
 def verdict_on(
-    question: Question, naming: Naming, groups: Sequence[GroupTest], granted: Sequence[str]
+    question: Question, naming: Naming, groups: Sequence[TriedGroup], granted: Sequence[str]
 ) -> tuple[str, tuple[str, ...], tuple[Together, ...]]:
     """The verdict, the keys that it names, and effects that are needed together.
 
@@ -228,7 +228,7 @@ def verdict_on(
 def named_group(
     question: Question,
     rivals: Sequence[Refit],
-    groups: Sequence[GroupTest],
+    groups: Sequence[TriedGroup],
     granted: Sequence[str],
 ) -> tuple[str, ...]:
     """The granted groups that differ most plainly, where no rival explains more; none or one key.
@@ -264,14 +264,14 @@ def candidates(
     evidence: Mapping[str, float],
     naming: Naming,
     base: Refit,
-) -> tuple[Candidate, ...]:
+) -> tuple[TriedEffect, ...]:
     """Every candidate with what is known of it: those refitted (`ranked`) first."""
     rest = [c for c in screening.candidates if c not in ranked]
     alike = look_alikes(fits, base)
     new = base.posterior.layout.kinds is None
     kinds = {key: kinds_of(fit.at_mode()) for key, fit in fits.items()} if new else {}
     return tuple(
-        Candidate(
+        TriedEffect(
             c,
             fits.get(c.key),
             evidence.get(c.key),

@@ -41,7 +41,7 @@ and of storms, which must have evidence besides."""
 
 
 @dataclass(frozen=True, slots=True)
-class GroupTest:
+class TriedGroup:
     """An effect on groups of events, by its key: its gain (nats) beside the others, its p-value.
 
     `level` is what the p-value is held against; `evidence` (nats) is that for the groups.
@@ -166,14 +166,14 @@ def _alone(entry: Definition, fit: Refit, gain: float) -> Screened:
 
 def group_tests(
     observations: Observations, own: Sequence[Definition], base: Refit
-) -> tuple[GroupTest, ...]:
+) -> tuple[TriedGroup, ...]:
     """Each of the granted groups beside the others; a spread that is 0 lies at its bound."""
     plan, found = base.posterior.plan, []
     for key, lasts in zip(plan.keys, plan.lasting, strict=True):
         without = refit_without(observations, own, base, key)
         gain = max(base.log_likelihood - without.log_likelihood, 0.0)
         found.append(
-            GroupTest(
+            TriedGroup(
                 key,
                 gain,
                 0.5 * float(stats.chi2.sf(2.0 * gain, 1)),

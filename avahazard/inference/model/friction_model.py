@@ -128,7 +128,7 @@ class EventFriction(NamedTuple):
     plan: OffsetPlan
 
 
-class Kinds(NamedTuple):
+class FrictionKinds(NamedTuple):
     """The share of each kind of avalanche, and how far its log friction lies from the mean of all.
 
     Both are `[..., n_kinds]`.
@@ -179,7 +179,7 @@ class FrictionModel:
         is_line = law.form == "line" and len(law.coordinates) == 2
         return law.covariate(volume) if is_line else None
 
-    def kinds(self, u: Floats) -> Kinds | None:
+    def kinds(self, u: Floats) -> FrictionKinds | None:
         """The kinds of avalanche at coordinates u `[..., n_slots]`; None where all are of one."""
         place = self.layout.kinds
         if place is None:
@@ -189,7 +189,7 @@ class FrictionModel:
         if not np.any(shift):
             return None
         shares = np.stack([1.0 - share, share], axis=-1)
-        return Kinds(shares, np.stack([-share * shift, (1.0 - share) * shift], axis=-1))
+        return FrictionKinds(shares, np.stack([-share * shift, (1.0 - share) * shift], axis=-1))
 
     def location_and_scatter(
         self,

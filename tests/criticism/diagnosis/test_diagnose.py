@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
+from avahazard.criticism.diagnosis.diagnose import Findings, diagnose
 from avahazard.effects.effect import Definition
 from avahazard.effects.own_file import definition_from
 from avahazard.inference.likelihood.assemble import with_effects
@@ -29,7 +29,7 @@ def friction(columns):
 
 def on_lengths(
     slope: float, seed: int = 1, own: tuple[Definition, ...] = (), n_columns: int = 3
-) -> Diagnosis:
+) -> Findings:
     observations = build_observations(lengths(90, slope, seed, n_columns))
     return diagnose(observations, POWER, {}, own)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
+from avahazard.criticism.diagnosis.diagnose import Findings, diagnose
 from avahazard.criticism.diagnosis.refits import refit
 from avahazard.criticism.scoring.held_out import choose_groups, held_out_together
 from avahazard.criticism.screening.screen import LEVEL
@@ -18,12 +18,12 @@ CONFINEMENT, SUBSTRATE = "covariate:confinement", "covariate:substrate"
 
 
 @pytest.fixture(scope="module")
-def found(shared_data: Path) -> Diagnosis:
+def found(shared_data: Path) -> Findings:
     observations = build_observations(read_records([shared_data / "rock-avalanches-canada"]))
     return diagnose(observations, Specification(law="power"), {})
 
 
-def test_confinement_leads_and_substrate_is_nothing(found: Diagnosis) -> None:
+def test_confinement_leads_and_substrate_is_nothing(found: Findings) -> None:
     by_key = {c.key: c.screened for c in found.candidates}
     best = min((c for c in by_key.values() if c.definition.beyond < 2), key=lambda c: c.p_single)
     assert best.key == CONFINEMENT
@@ -32,12 +32,12 @@ def test_confinement_leads_and_substrate_is_nothing(found: Diagnosis) -> None:
     assert by_key[SUBSTRATE].p_single > 0.3
 
 
-def test_among_all_columns_tried_49_events_cannot_tell(found: Diagnosis) -> None:
+def test_among_all_columns_tried_49_events_cannot_tell(found: Findings) -> None:
     assert found.verdict == "adequate"
     assert found.candidates[0].screened.p_family > LEVEL
 
 
-def test_held_out_records_ask_for_confinement_alone(found: Diagnosis) -> None:
+def test_held_out_records_ask_for_confinement_alone(found: Findings) -> None:
     base = found.base
     observations = base.posterior.observations
     groups = choose_groups(observations).groups
@@ -50,7 +50,7 @@ def test_held_out_records_ask_for_confinement_alone(found: Diagnosis) -> None:
     assert gains[SUBSTRATE] < 0.0
 
 
-def test_the_fall_height_is_a_column_that_unmasks_it(found: Diagnosis) -> None:
+def test_the_fall_height_is_a_column_that_unmasks_it(found: Findings) -> None:
     base = found.base
     observations = base.posterior.observations
     height = "covariate:fall_height_m"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from avahazard.criticism.diagnosis import together
-from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
+from avahazard.criticism.diagnosis.diagnose import Findings, diagnose
 from avahazard.criticism.diagnosis.refits import Question
 from avahazard.criticism.diagnosis.together import needed_beside
 from avahazard.effects.own_file import definition_from
@@ -29,7 +29,7 @@ def friction(columns):
 COLD, WIND = (definition_from(OWN.format(name), f"{name}.py") for name in ("cold", "wind"))
 
 
-def diagnosed(cold: float, wind: float, together: float, seed: int, n: int = 90) -> Diagnosis:
+def diagnosed(cold: float, wind: float, together: float, seed: int, n: int = 90) -> Findings:
     """Friction that follows two columns, whose correlation is `together`."""
     # Other numbers than those of the volumes.
     rng = np.random.default_rng(seed + 100)

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from avahazard.criticism.diagnosis.diagnose import Diagnosis, diagnose
+from avahazard.criticism.diagnosis.diagnose import Findings, diagnose
 from avahazard.criticism.scoring.scores import randomised_pit
 from avahazard.criticism.scoring.speed_misfit import matched_speeds
 from avahazard.inference.fitted_model import fitted_model
@@ -50,7 +50,7 @@ def test_intervals_hold_the_speeds_of_avalanches_not_seen(uneven: float) -> None
     assert 0.38 < np.mean(np.abs(pit - 0.5) < 0.25) < 0.65
 
 
-def asked(seed: int, drag: float) -> Diagnosis:
+def asked(seed: int, drag: float) -> Findings:
     records = made(seed, 0.1, drag=drag, level=0.33 if drag else 0.45, share=0.5)
     return diagnose(build_observations(records), Specification(law="constant"), {}, n_worlds=59)
 
