@@ -106,7 +106,7 @@ def found_laws(
     shared = (observations, tuple(own), base, fit, entry.meaning)
     near = near[:FITTED]
     if curve.form != "friction":
-        # A climb costs a third of a fit: what falls short by far is not fitted.
+        # The mode costs a third of a fit: what falls short by far is not fitted.
         climbs = list(spread_map(_climbed, shared, near))
         top = max(reached for reached, _ in climbs)
         pairs = zip(near, climbs, strict=True)
