@@ -13,7 +13,7 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
 from avahazard.records.path import Path, Profile
-from avahazard.synth.effects import NEED_SPEEDS, Parameters, WorldEffect, find_effect
+from avahazard.synth.effects import NEED_SPEEDS, Parameters, find_effect
 from avahazard.synth.world import (
     LEFT_PROFILE,
     NOT_RELEASED,
@@ -160,9 +160,7 @@ class Runs:
 def run_world(world: World) -> Runs:
     """Run every event; one that nothing sets moving is not seen either."""
     n, rng = len(world.path), world.generator("scatter")
-    df = world.settings.student_df
-    unit = rng.normal(size=n) if df is None else rng.standard_t(df, size=n)
-    mu = np.exp(world.log_mu + world.scatter * unit)
+    mu = np.exp(world.log_mu + world.scatter * rng.normal(size=n))
     status, stop = np.zeros(n, np.int64), np.zeros(n)
     front, elevation = np.zeros(n), np.zeros(n)
     told = [s.path.observed_below_m for s in world.sites]
@@ -328,18 +326,16 @@ def make_world(
     effects: Mapping[str, float] | None = None,
     settings: Settings | None = None,
     sites: tuple[SitePlan, ...] | None = None,
-    own_effects: Mapping[str, WorldEffect] | None = None,
 ) -> tuple[Records, dict[str, object]]:
     """Records of a world with known effects, and its truth (what `truth.json` holds).
 
-    `effects` maps a key of the catalogue, or of `own_effects`, to its strength. `sites`
-    gives the paths; without it they are made up. Same arguments, same result, bit for bit.
+    `effects` maps a key of the catalogue to its strength. `sites` gives the paths; without it
+    they are made up. Same arguments, same result, bit for bit.
     Raises AvahazardError for an unknown effect, for too few events, and for a world whose
     avalanches do not start or are never seen.
     """
     settings = settings or Settings()
     effects = effects or {}
-    own = own_effects or {}
     if sites is None:
         if n_paths < 1 or n_events < n_paths:
             raise AvahazardError(
@@ -347,7 +343,7 @@ def make_world(
                 "Ask for at least one path and as many events as paths.",
             )
         sites = make_sites(seed, n_paths, n_events)
-    applied = {key: own.get(key) or find_effect(key) for key in effects}
+    applied = {key: find_effect(key) for key in effects}
     for spare in SPARES:
         world = draw_world(seed, sites, settings, spare)
         parameters = {key: apply(world, effects[key]) for key, apply in applied.items()}
@@ -379,6 +375,7 @@ def _record(
     effects: Mapping[str, float],
     parameters: Mapping[str, Parameters],
 ) -> tuple[Records, dict[str, object]]:
+    """The records of the events `kept`, and the truth."""
     ids: list[str] = []
     for site in world.sites:
         ids += [f"{site.path.path_id}-{j + 1:03d}" for j in range(site.n_events)]
@@ -392,26 +389,13 @@ def _record(
         events=events,
         speeds=recorded_speeds(world, runs, kept, ids, share),
     )
-    return records, _truth(world, runs, kept, ids, wrong, effects, parameters, share)
-
-
-def _truth(
-    world: World,
-    runs: Runs,
-    kept: NDArray[np.int64],
-    ids: list[str],
-    wrong: NDArray[np.bool_],
-    effects: Mapping[str, float],
-    parameters: Mapping[str, Parameters],
-    share: float,
-) -> dict[str, object]:
     law = world.settings.law
     limits = {
         s.path.path_id: float(limit)
         for s, limit in zip(world.sites, runs.limit_m, strict=True)
         if np.isfinite(limit)
     }
-    return {
+    truth = {
         "seed": world.seed,
         "n_events": len(kept),
         "n_paths": len(world.sites),
@@ -442,3 +426,4 @@ def _truth(
             for j, k in enumerate(kept)
         ],
     }
+    return records, truth

@@ -10,7 +10,7 @@ from datetime import date, timedelta
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline, PPoly, make_smoothing_spline
+from scipy.interpolate import CubicSpline
 from scipy.special import ndtr, ndtri
 
 from avahazard.arrays import Floats
@@ -67,23 +67,19 @@ class SitePlan:
 class Settings:
     """The base world.
 
-    `scatter`: sd of log μ; `student_df`: degrees of freedom of Student's t with that scale
-    (None: normal); `wrong_share`: records with a gross error; `censored_share`: events of
-    a path unseen because they stop above its `observed_below_m`; `speeds`: share of events
-    with measured speeds (None: none, or 0.3 where an effect needs them); `decoys`: columns
-    of pure noise, in turn numeric, categorical, following volume, following release
-    elevation; `smooth_m`: wavelength that a smoothing of the given profiles halves.
+    `scatter`: sd of log μ; `wrong_share`: records with a gross error; `censored_share`: events
+    of a path unseen because they stop above its `observed_below_m`; `speeds`: share of events
+    with measured speeds (None: none, or 0.3 where an effect needs them); `decoys`: columns of
+    pure noise, in turn numeric, categorical, following volume, following release elevation.
     """
 
     law: Exponential | Power = Exponential()
     scatter: float = 0.15
-    student_df: float | None = None
     wrong_share: float = 0.0
     censored_share: float = 0.0
     volume_rel_sigma: float = 0.3
     speeds: float | None = None
     decoys: int = 0
-    smooth_m: float = 0.0
 
 
 def generator(seed: int, key: str) -> np.random.Generator:
@@ -97,7 +93,7 @@ class Track:
 
     `knots_m [n_cells + 1]`, `coef [4, n_cells]` in rising powers of x - knot; cell arrays
     `[n_cells]`. The deceleration in a cell is, with u the speed and N the normal force,
-    factor μ(u) N + constant + linear u + quadratic u², in m/s², and
+    μ(u) N + constant + quadratic u², in m/s², and
     μ(u) = μ (r + (1 - r) / (1 + u / u0)). N = max(0, g cosθ + centrifugal κ u²).
     """
 
@@ -105,17 +101,14 @@ class Track:
     coef: Floats
     forest: NDArray[np.bool_]
     constant: Floats = field(init=False)
-    linear: Floats = field(init=False)
     quadratic: Floats = field(init=False)
-    factor: Floats = field(init=False)
     centrifugal: float = 1.0
     weakening_r: float = 1.0
     weakening_u0: float = 1.0
 
     def __post_init__(self) -> None:
         n = len(self.knots_m) - 1
-        self.constant, self.linear, self.quadratic = np.zeros(n), np.zeros(n), np.zeros(n)
-        self.factor = np.ones(n)
+        self.constant, self.quadratic = np.zeros(n), np.zeros(n)
 
     def elevation(self, x_m: Floats | float) -> Floats:
         """Elevation at x, in metres."""
@@ -163,27 +156,13 @@ class Track:
         self.coef = np.insert(self.coef, i + 1, moved, axis=1)
         self.knots_m = np.insert(self.knots_m, i + 1, x_m)
         self.forest = np.insert(self.forest, i + 1, self.forest[i])
-        for name in ("constant", "linear", "quadratic", "factor"):
-            cells = getattr(self, name)
-            setattr(self, name, np.insert(cells, i + 1, cells[i]))
+        self.constant = np.insert(self.constant, i + 1, self.constant[i])
+        self.quadratic = np.insert(self.quadratic, i + 1, self.quadratic[i])
 
 
-def make_track(
-    x_m: Floats, y_m: Floats, land_cover: Sequence[str] | None = None, smooth_m: float = 0.0
-) -> Track:
-    """Track through profile points `[n_points]`; a cell has the land cover of its upper point.
-
-    `smooth_m` is the wavelength at which a cubic smoothing spline keeps half the amplitude
-    (surveyed points are too rough for a curvature); 0 passes through every point.
-    """
-    if smooth_m > 0.0:
-        spacing = float(np.mean(np.diff(x_m)))
-        lam = (smooth_m / (2.0 * np.pi)) ** 4 / spacing
-        pieces = PPoly.from_spline(make_smoothing_spline(x_m, y_m, lam=lam).tck)
-        kept = np.diff(pieces.x) > 0.0
-        coef = pieces.c[::-1, kept]
-    else:
-        coef = CubicSpline(x_m, y_m, bc_type="natural").c[::-1]
+def make_track(x_m: Floats, y_m: Floats, land_cover: Sequence[str] | None = None) -> Track:
+    """Track through profile points `[n_points]`; a cell has the land cover of its upper point."""
+    coef = CubicSpline(x_m, y_m, bc_type="natural").c[::-1]
     forest = np.array([cover == "forest" for cover in (land_cover or [""] * len(x_m))][:-1])
     return Track(np.array(x_m, float), np.ascontiguousarray(coef, float), forest)
 
@@ -202,10 +181,10 @@ def _rate(d, w, c, resistance, motion):  # type: ignore[no-untyped-def]
     w = max(w, 0.0)
     u = math.sqrt(w)
     mu, centrifugal, r, u0 = motion
-    constant, linear, quadratic, factor = resistance
+    constant, quadratic = resistance
     normal = max(0.0, GRAVITY / root + centrifugal * curvature * w)
-    friction = factor * mu * (r + (1.0 - r) / (1.0 + u / u0)) * normal
-    resisting = friction + constant + linear * u + quadratic * w
+    friction = mu * (r + (1.0 - r) / (1.0 + u / u0)) * normal
+    resisting = friction + constant + quadratic * w
     return 2.0 * root * (-GRAVITY * slope / root - resisting)
 
 
@@ -224,11 +203,10 @@ def _run(knots, coef, cells, x0, motion, step, w_knots):  # type: ignore[no-unty
     """One run from rest at x0: (status, x of the stop); fills w_knots where it passes."""
     i = min(max(np.searchsorted(knots, x0, "right") - 1, 0), len(knots) - 2)
     x, w = x0, 0.0
-    first = (cells[0, i], cells[1, i], cells[2, i], cells[3, i])
-    if _rate(x - knots[i], 0.0, coef[i], first, motion) <= 0.0:
+    if _rate(x - knots[i], 0.0, coef[i], (cells[0, i], cells[1, i]), motion) <= 0.0:
         return NOT_RELEASED, x
     while i < len(knots) - 1:
-        resistance = (cells[0, i], cells[1, i], cells[2, i], cells[3, i])
+        resistance = (cells[0, i], cells[1, i])
         c = coef[i]
         n = max(1, math.ceil((knots[i + 1] - x) / step))
         h = (knots[i + 1] - x) / n
@@ -273,7 +251,7 @@ def run_track(
     n = len(mu)
     status, stop = np.zeros(n, np.int64), np.zeros(n)
     w_knots = np.zeros((n, len(track.knots_m)))
-    cells = np.stack([track.constant, track.linear, track.quadratic, track.factor])
+    cells = np.stack([track.constant, track.quadratic])
     _run_all(
         track.knots_m,
         np.ascontiguousarray(track.coef.T),
@@ -342,10 +320,7 @@ def draw_world(seed: int, sites: tuple[SitePlan, ...], settings: Settings, spare
     """
     path = np.repeat(np.arange(len(sites)), [int(np.ceil(spare * s.n_events)) + 6 for s in sites])
     n = len(path)
-    tracks = [
-        make_track(s.profile.x_m, s.profile.y_m, s.profile.land_cover, settings.smooth_m)
-        for s in sites
-    ]
+    tracks = [make_track(s.profile.x_m, s.profile.y_m, s.profile.land_cover) for s in sites]
     volume = _draw_volumes(generator(seed, "volumes"), sites, path)
     release = _draw_releases(generator(seed, "releases"), sites, tracks, path)
     rng = generator(seed, "dates")

@@ -6,7 +6,7 @@ import csv
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -16,6 +16,7 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
 from avahazard.records.path import Path
+from avahazard.results.made import MadeWorld
 from avahazard.synth.making import make_world
 from avahazard.synth.world import Settings
 
@@ -123,18 +124,6 @@ FORMS = {
 """Columns by file."""
 
 
-@dataclass(frozen=True, slots=True)
-class Written:
-    """What was written; `effects` are those of the first part."""
-
-    files: tuple[FilePath, ...]
-    effects: dict[str, Any]
-    n_paths: int
-    n_events: int
-    n_left_profile: int
-    n_speeds: int
-
-
 def write_region(
     folder: FilePath,
     seed: int,
@@ -142,7 +131,7 @@ def write_region(
     n_paths: int,
     effects: Mapping[str, float],
     settings: Settings,
-) -> Written:
+) -> MadeWorld:
     """Write a region into a new or empty folder, part by part; `truth.json` has a truth a part.
 
     Winters and storms, and what else an effect draws for all paths, are drawn for each part anew.
@@ -173,8 +162,10 @@ def write_region(
             first = first or dict(truth["effects"])
             n_left += sum(event.left_profile for event in records.events)
         truth_file.write("\n]}\n")
-    return Written(
-        files=(*(folder / name for name in writers), target),
+    return MadeWorld(
+        folder=str(folder),
+        files=tuple(str(file) for file in (*(folder / name for name in writers), target)),
+        seed=seed,
         effects=first,
         n_paths=counts["paths.csv"],
         n_events=counts["events.csv"],

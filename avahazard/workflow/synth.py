@@ -25,23 +25,13 @@ def synthesise(
     """Write a world into `folder` and return what was made; all effects have one strength.
 
     `speeds` is the share of events with measured speeds; None gives them where an effect needs
-    them. Many paths are made and written in parts (`synth.region`). Raises `AvahazardError` where
+    them. Many paths are made and written in parts . Raises `AvahazardError` where
     the folder is not empty, an effect is unknown, or nothing runs.
     """
     refuse_full(folder)
     wanted = seed, n_events, n_paths, dict.fromkeys(effects, strength), Settings(speeds=speeds)
     if n_paths > PART_PATHS:
-        made = write_region(folder, *wanted)
-        return MadeWorld(
-            folder=str(folder),
-            files=tuple(str(file) for file in made.files),
-            seed=seed,
-            effects=made.effects,
-            n_paths=made.n_paths,
-            n_events=made.n_events,
-            n_left_profile=made.n_left_profile,
-            n_speeds=made.n_speeds,
-        )
+        return write_region(folder, *wanted)
     records, truth = make_world(*wanted)
     files = write_world(folder, records, truth)
     return MadeWorld(

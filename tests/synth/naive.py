@@ -26,8 +26,8 @@ def run_in_time(track: Track, release_x_m: float, mu: float) -> tuple[float, flo
         curvature = (2 * c[2] + 6 * c[3] * d) / (1 + tangent**2) ** 1.5
         normal = max(0.0, GRAVITY * cos(angle) + track.centrifugal * curvature * u**2)
         weakening = track.weakening_r + (1 - track.weakening_r) / (1 + abs(u) / track.weakening_u0)
-        force = GRAVITY * sin(angle) - mu * track.factor[cell] * weakening * normal
-        force -= track.constant[cell] + track.linear[cell] * u + track.quadratic[cell] * u**2
+        force = GRAVITY * sin(angle) - mu * weakening * normal
+        force -= track.constant[cell] + track.quadratic[cell] * u**2
         return [u * cos(angle), force]
 
     def stopped(_: float, state: list[float]) -> float:

@@ -47,10 +47,6 @@ def cohesion(track: Track) -> None:
     track.constant += 0.6
 
 
-def viscous(track: Track) -> None:
-    track.linear += 0.03
-
-
 def drag(track: Track) -> None:
     track.quadratic += 0.002
 
@@ -65,20 +61,14 @@ def forest(track: Track) -> None:
     track.quadratic += np.where(track.forest, 0.004, 0.0)
 
 
-def slippery(track: Track) -> None:
-    track.factor *= np.where(track.middles() < track.coef[0].mean(), 0.9, 1.1)
-
-
 CHANGES = (
     no_change,
     no_curvature,
     weakening,
     cohesion,
-    viscous,
     drag,
     entrainment,
     forest,
-    slippery,
 )
 
 
@@ -154,13 +144,3 @@ def test_place_is_where_the_elevation_is() -> None:
     track = make_track(X, Y)
     asked = np.array([1850.0, 1500.0, 1200.0])
     np.testing.assert_allclose(track.elevation(track.place(asked)), asked, atol=1e-3)
-
-
-@pytest.mark.parametrize(("wavelength", "share"), [(40.0, 0.02), (200.0, 0.5), (1000.0, 1.0)])
-def test_smoothing_halves_its_wavelength(wavelength: float, share: float) -> None:
-    x = np.arange(0.0, 4001.0, 10.0)
-    wave = 3.0 * np.sin(2.0 * np.pi * x / wavelength)
-    track = make_track(x, 2000.0 - 0.4 * x + wave, smooth_m=200.0)
-    inside = (x > 800.0) & (x < 3200.0)
-    left = (track.elevation(x) - 2000.0 + 0.4 * x)[inside]
-    assert left @ wave[inside] / (wave[inside] @ wave[inside]) == pytest.approx(share, abs=0.03)
