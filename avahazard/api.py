@@ -288,7 +288,7 @@ class Model:
         `return_periods`; `density` of the flow and its standard deviation are in kg/m3. Raises
         `AvahazardError` where no path has a rate, or the method has no scatter of friction.
 
-        >>> base.zones(paths="P01").rows[0].zones[0].zone
+        >>> base.zones(paths="P01", no_drag=True).rows[0].zones[0].zone
         'red'
         """
         from avahazard.workflow.zones import zones  # noqa: PLC0415

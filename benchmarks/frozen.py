@@ -112,7 +112,7 @@ def outcome(data: DataSet) -> Outcome:
         if data.hazard:
             found |= designs(run(f"hazard {last} {data.hazard}"))
         if data.zones:
-            found |= zones(run(f"zones {last}"))
+            found |= zones(run(f"zones {last} --no-drag"))
         page = folder / "report.html"
         found |= report(run(f"report {last} -o {page}"), page, found)
         return found

@@ -130,8 +130,9 @@ def zones(
 
     with show_progress() as report:
         found = run(settings(context).database, name, request, report)
-    emit(context, found.rows, lambda console: show_zones(console, found.rows))
-    warn(*(note for note in found.notes if note.key != WINDOW))
+    verbose = settings(context).verbose
+    emit(context, found.rows, lambda console: show_zones(console, found.rows, verbose=verbose))
+    warn(*grouped(note for note in found.notes if note.key != WINDOW))
 
 
 WINDOW = "data_window"
@@ -172,12 +173,21 @@ def show_bounds(
         console.print(table("Left out", ("path", "why"), list(failed.items())))
 
 
-def show_zones(console: Console, entries: Sequence[ZonedPath]) -> None:
-    """Print design runouts, zones and speeds: largest of every path; of one path at places."""
+FEW_PATHS = 8
+"""Paths whose design runouts and speeds stand beside their zones without being asked for."""
+
+
+def show_zones(console: Console, entries: Sequence[ZonedPath], *, verbose: bool = False) -> None:
+    """Print zones; of few paths, or if `verbose`, design runouts and speeds too."""
     show_windows(console, (note for entry in entries for note in entry.notes))
-    show(console, design_table(entries, TERMINAL))
+    whole = verbose or len(entries) <= FEW_PATHS
+    if whole:
+        show(console, design_table(entries, TERMINAL))
     show(console, zones_table(entries, TERMINAL))
-    show(console, speeds_table(entries, TERMINAL))
+    if whole:
+        show(console, speeds_table(entries, TERMINAL))
+    else:
+        console.print("Design runouts, speeds and pressures: avahazard --verbose zones …")
 
 
 def show_plan(console: Console, plan: HazardPlan) -> None:

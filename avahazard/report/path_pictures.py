@@ -122,8 +122,10 @@ SHADES = {"left_profile": ("#eef2f6", "leaves the profile"), "not_released": (GR
 """What frictions do under which the block does not stop on the way: a colour, and words."""
 
 
-def draw_run(file: FilePath, smooth: SmoothProfile, found: Runout) -> None:
+def draw_run(file: FilePath, smooth: SmoothProfile, found: Runout, *, drag: bool = False) -> None:
     """Draw the profile with the release, the way and the stop, and beneath it the speeds.
+
+    The axis of speeds says so where no `drag` limits them.
 
     Raises:
         AvahazardError: `file` is not the name of a picture.
@@ -141,7 +143,7 @@ def draw_run(file: FilePath, smooth: SmoothProfile, found: Runout) -> None:
         path.legend(fontsize="small")
         speeds.plot(x, speed, color=STOPS)
         speeds.set_ylim(bottom=0.0)
-        speeds.set_ylabel("speed (m/s)")
+        speeds.set_ylabel("speed (m/s)" if drag else "speed without drag (m/s)")
         speeds.set_xlabel("horizontal distance along the path x (m)")
 
 

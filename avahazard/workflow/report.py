@@ -69,7 +69,13 @@ from avahazard.workflow.path import describe_path, list_paths
 from avahazard.workflow.report_loop import QUANTILES, loop_view
 from avahazard.workflow.requests import ReportRequest
 from avahazard.workflow.runout import run_site
-from avahazard.workflow.stored import load_parameter_draws, load_stored, notes_of_fit, surroundings
+from avahazard.workflow.stored import (
+    limits_speed,
+    load_parameter_draws,
+    load_stored,
+    notes_of_fit,
+    surroundings,
+)
 
 ENDINGS = (".html", ".htm")
 
@@ -176,7 +182,7 @@ def gather(
         calibrated_paths=stored.paths,
         effect_sha256=model.effect_sha256,
         physics={entry.key: entry.meaning for entry in stored.definitions},
-        speed_limited=any(entry.limits_speed for entry in stored.definitions),
+        speed_limited=limits_speed(stored),
         versions=surroundings().versions,
         lacking=_lacking(
             stored,

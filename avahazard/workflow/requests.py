@@ -273,8 +273,8 @@ class ZonesRequest(Request):
     """Which zones, on the paths named or all with a profile.
 
     Zones are those of `limits`, a preset or a TOML file, at the return periods (years) of these
-    and those given. `density` and its standard deviation are in kg/m3; `source` says where the
-    frequency of volumes comes from.
+    and those given. A model without drag and without measured speeds needs `no_drag`. `density` and
+    its standard deviation are in kg/m3; `source` says where the frequency of volumes comes from.
     """
 
     return_periods: Annotated[
@@ -299,6 +299,12 @@ class ZonesRequest(Request):
             least=0.0,
         ),
     ] = 50.0
+    no_drag: Annotated[
+        bool,
+        Option(
+            help="Accept speeds that nothing but friction limits: too high on long, steep paths."
+        ),
+    ] = False
     plot: Annotated[Path | None, _picture()] = None
     seed: Annotated[int, SEED] = 0
     effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()

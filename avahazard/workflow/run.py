@@ -63,7 +63,7 @@ from avahazard.workflow.requests import (
     ZonesRequest,
 )
 from avahazard.workflow.stored import notes_of
-from avahazard.workflow.zones import zones, zones_work
+from avahazard.workflow.zones import NoDragError, zones, zones_work
 
 NAME = "avahazard.toml"
 EXAMPLE = (
@@ -165,7 +165,9 @@ class Project(Strict):
             HazardRequest(return_periods=YEARS), ("return_periods", "volumes", "paths", "seed")
         ),
     ] = HazardRequest(return_periods=YEARS)
-    zones: Annotated[ZonesRequest, TomlTable(ZonesRequest(), ("limits",))] = ZonesRequest()
+    zones: Annotated[ZonesRequest, TomlTable(ZonesRequest(), ("limits", "no_drag"))] = (
+        ZonesRequest()
+    )
     report: ReportSection = ReportSection()
     export: ExportSection = ExportSection()
 
@@ -188,7 +190,7 @@ def read_project(file: FilePath) -> Project:
     return read_toml(str(file), text, Project, EXAMPLE)
 
 
-DONE, UP_TO_DATE, TO_DO = "done", "up to date", "to do"
+DONE, UP_TO_DATE, TO_DO, LEFT_OUT = "done", "up to date", "to do", "left out"
 NAMED = "missing-effect"
 """The verdict on which an effect is added."""
 ALIKE = ("law", "scatter", "distribution", "tails", "method", "seed", "chains")
@@ -448,9 +450,13 @@ class RunningProject:
             if limits.is_file():
                 request = replace(request, limits=str(limits))
             work = partial(zones_work, self.database, model, request)
-            if not (self._paths_found("zones", work) or self.only_said("zones")):
-                along = zones(self.database, model, request, self.report)
-                self.done("zones", counted(len(along.rows), "path"), along.notes)
+            try:
+                if not (self._paths_found("zones", work) or self.only_said("zones")):
+                    along = zones(self.database, model, request, self.report)
+                    self.done("zones", counted(len(along.rows), "path"), along.notes)
+            except NoDragError as error:
+                self.steps.append(Step("zones", LEFT_OUT, ""))
+                self.notes.append(f"{error.message} To accept it: no_drag = true in [zones].")
         page = folder / project.report.file
         if (
             "report" not in project.skip

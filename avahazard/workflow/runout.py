@@ -23,7 +23,7 @@ from avahazard.results.terrain import Runout, RunoutAt, RunoutJump, SpeedHere
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.requests import RunoutRequest
-from avahazard.workflow.stored import load_stored, notes_of_fit
+from avahazard.workflow.stored import limits_speed, load_stored, notes_of_fit
 
 SPEED_EVERY_M, MOST_PLACES = 10.0, 100
 """Speeds are told about so far apart, at so many places at most."""
@@ -65,7 +65,8 @@ def run_block(database: str, path_id: str, request: RunoutRequest) -> Runout:
         if request.table:
             draw_curve(request.plot, found)
         else:
-            draw_run(request.plot, site.smooth, found)
+            drag = model is not None and limits_speed(model)
+            draw_run(request.plot, site.smooth, found, drag=drag)
     return found
 
 

@@ -203,6 +203,11 @@ def on_events(model: FittedModel, records: Records, events: Sequence[Event]) -> 
     return model.on(build_observations(there, model.observations))
 
 
+def limits_speed(model: FittedModel) -> bool:
+    """Whether an effect of the model holds the speed on steep and long paths."""
+    return any(entry.limits_speed for entry in model.definitions)
+
+
 def load_parameter_draws(database: str, name: str) -> dict[str, Floats]:
     """Draws `[n_chains, n_draws]` of the parameters that people read, in the result's order."""
     with reading(database) as session:

@@ -12,6 +12,7 @@ from avahazard.hazard.frequency import Frequencies, volume_frequencies
 from avahazard.hazard.path_hazard import path_hazard
 from avahazard.hazard.zones import PRESETS, ZoneSystem, path_zones, read_limits
 from avahazard.inference.fitted_model import FittedModel
+from avahazard.inference.model.layout import TRACK_SCATTER_NAME
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
@@ -26,7 +27,11 @@ from avahazard.store.session import reading
 from avahazard.workflow.by_path import PathDocuments, PathTask, PathWork, run_paths, went_on
 from avahazard.workflow.hazard import source_settings
 from avahazard.workflow.requests import ZonesRequest
-from avahazard.workflow.stored import load_for_paths, notes_of_fit
+from avahazard.workflow.stored import limits_speed, load_for_paths, notes_of_fit
+
+
+class NoDragError(AvahazardError):
+    """Zones by a model whose speeds nothing but friction limits."""
 
 
 def zones(database: str, name: str, request: ZonesRequest, report: Report = silent) -> Zones:
@@ -35,7 +40,8 @@ def zones(database: str, name: str, request: ZonesRequest, report: Report = sile
     One entry for each path named, or each that has a profile and a rate of avalanches, by path.
     Raises `AvahazardError` where there is no such model, path or preset, the file of limits cannot
     be used, `effect_files` are not those of the model, its scatter is in metres (method
-    metropolis), `plot` is not the name of a picture, or no path has a rate.
+    metropolis), `plot` is not the name of a picture, or no path has a rate; `NoDragError` where
+    neither drag nor measured speeds limit its speeds, without `no_drag`.
     """
     plot = request.plot
     require_picture(plot)
@@ -64,6 +70,15 @@ def zones_work(
         raise AvahazardError(
             f"The scatter of {name} is in metres of the stop: it says nothing of speeds.",
             "Calibrate with the method marginal or gibbs.",
+        )
+    if not (
+        request.no_drag or limits_speed(model) or TRACK_SCATTER_NAME in model.calibration.parameters
+    ):
+        raise NoDragError(
+            f"Nothing but friction limits the speeds of {name}: it has no drag, and no measured "
+            "speeds. Speeds and pressures would be too high where a path is steep and long.",
+            f"Add drag: avahazard add {name} {_remedies()} --as NEW; or import measured speeds and "
+            f"calibrate again; or accept it: avahazard zones {name} --no-drag.",
         )
     seed, source = request.seed, request.source
     periods = tuple(sorted({*request.return_periods, *wanted.return_periods}))
@@ -148,7 +163,11 @@ def load_limits(limits: str) -> ZoneSystem:
 
 def _notes(model: FittedModel) -> tuple[Note, ...]:
     """What goes with the zones of every path by a model."""
-    if any(entry.limits_speed for entry in model.definitions):
+    if limits_speed(model):
         return notes_of_fit(model)
-    remedies = " or ".join(e.key for e in catalogue().values() if e.limits_speed)
-    return (Note("no_drag", model=model.name, effects=remedies), *notes_of_fit(model))
+    return (Note("no_drag", model=model.name, effects=_remedies()), *notes_of_fit(model))
+
+
+def _remedies() -> str:
+    """The effects that hold the speed."""
+    return " or ".join(entry.key for entry in catalogue().values() if entry.limits_speed)

@@ -21,7 +21,7 @@ from benchmarks.trust.commands import SAMPLED, Ran, Words, run
 GARBAGE = 1e12
 """No parameter of friction, and no spread, is as large."""
 HAZARD = ("hazard", "m", "--return-period", "30", "--volume", "20000", "--draws", "1000")
-ZONES = ("zones", "m", "--return-period", "30")
+ZONES = ("zones", "m", "--no-drag", "--return-period", "30")
 STEPS: tuple[Words, ...] = (
     ("calibrate", "m", *SAMPLED), ("compare", "m"), HAZARD, ZONES, ("fit",), ("friction",),
     ("ladder",), ("export", "m", "-o", "bounds.csv"),

@@ -64,7 +64,7 @@ JOBS = (
     Job("compare", ("compare", "base"), "model"),
     Job("diagnose", ("diagnose", "base", "--worlds", "39"), "model"),
     Job("hazard", HAZARD, "model"),
-    Job("zones", ("zones", "base", "--return-period", "30"), "model"),
+    Job("zones", ("zones", "base", "--no-drag", "--return-period", "30"), "model"),
     Job("run", ("run", "avahazard.toml"), "empty"),
     Job("db upgrade", ("db", "upgrade"), "old"),
     Job("db backup", ("db", "backup", "copy.db"), "model", "copy.db", on_server=False),

@@ -33,7 +33,7 @@ UPGRADE = ("db", "upgrade")
 ANSWERS = (
     ("compare", "base"),
     ("diagnose", "base", "--worlds", "39"),
-    ("zones", "base", "--return-period", "30"),
+    ("zones", "base", "--no-drag", "--return-period", "30"),
 )
 Dump = dict[str, list[dict[str, Any]]]
 

@@ -126,7 +126,7 @@ def test_tables_and_profiles_are_made_once_for_a_path(
     assert len(counted) == 2 * len(paths)
     assert set(counted.values()) == {1}
     counted.clear()
-    zones(mine, "gibbs", ZonesRequest(return_periods=[10.0], paths=paths))
+    zones(mine, "gibbs", ZonesRequest(no_drag=True, return_periods=[10.0], paths=paths))
     assert len(counted) == 2 * len(paths)
     assert set(counted.values()) == {1}
 

@@ -114,6 +114,11 @@ def test_zones_are_found_again_for_other_limits_or_paths(folder: Path) -> None:
     text = SMALL.replace('"zones", "report"', '"report", "hazard"')
     text += '[zones]\nlimits = "own.toml"\n'
     file.write_text(text)
+    without = ran(folder)
+    assert states(without)["zones"] == "left out"
+    assert any("no_drag = true in [zones]" in note for note in without.notes)
+    text += "no_drag = true\n"
+    file.write_text(text)
     found = []
     for change in ("", "", "limits", "", "paths", ""):
         if change == "limits":

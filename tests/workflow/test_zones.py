@@ -17,11 +17,13 @@ from avahazard.results.base import Rows
 from avahazard.results.zones import ZonedPath
 from avahazard.store.results import ZONES, latest_documents
 from avahazard.store.session import reading
+from avahazard.store.upkeep import create
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ZonesRequest
-from avahazard.workflow.zones import load_limits, zones
+from avahazard.workflow.synth import synthesise
+from avahazard.workflow.zones import NoDragError, load_limits, zones
 
 Write = Callable[[str, str], Path]
 OWN = """
@@ -83,6 +85,7 @@ def french(models: str, tmp_path_factory: pytest.TempPathFactory) -> Found:
         file,
         "gibbs",
         ZonesRequest(
+            no_drag=True,
             limits="french",
             paths=["scey", "saugy"],
             return_periods=[10.0],
@@ -138,7 +141,9 @@ def test_zones_end_where_hazard_says_that_runouts_do(french: Found) -> None:
 
 def test_a_path_does_not_hang_on_the_others(french: Found, mine: str) -> None:
     alone = zones(
-        mine, "gibbs", ZonesRequest(limits="french", paths=["scey"], return_periods=[10.0])
+        mine,
+        "gibbs",
+        ZonesRequest(no_drag=True, limits="french", paths=["scey"], return_periods=[10.0]),
     ).rows
     assert alone == french.entries[1:]
 
@@ -147,7 +152,9 @@ def test_limits_and_density_of_ones_own(mine: str, tmp_path: Path) -> None:
     (tmp_path / "own.toml").write_text(OWN)
     own = str(tmp_path / "own.toml")
     (entry,) = zones(
-        mine, "gibbs", ZonesRequest(limits=own, paths=["scey"], density=150.0, density_sd=0.0)
+        mine,
+        "gibbs",
+        ZonesRequest(no_drag=True, limits=own, paths=["scey"], density=150.0, density_sd=0.0),
     ).rows
     assert entry.limits == "own.toml"
     strong, reached = entry.zones
@@ -166,7 +173,7 @@ def test_a_block_that_does_not_start_is_told(mine: str, write: Write) -> None:
     points = "\n".join(f"shelf,{x},{y:.1f}" for x, y in places)
     write("events.csv", "event_id,path_id,runout_x_m,date\ns1,shelf,1500,1950\n")
     import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{points}\n").parent])
-    found = zones(mine, "constant", ZonesRequest(paths=["shelf"]))
+    found = zones(mine, "constant", ZonesRequest(no_drag=True, paths=["shelf"]))
     (entry,) = found.rows
     assert entry.p_not_released > 0.9
     assert any(
@@ -182,8 +189,8 @@ def test_what_has_no_volumes_is_left_out_or_needs_none(mine: str, write: Write) 
     write("events.csv", "event_id,path_id,runout_x_m,date\nb1,bare,1500,1950\nb2,bare,1600,1960\n")
     import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{points}\n").parent])
     with pytest.raises(AvahazardError, match="path bare"):
-        zones(mine, "gibbs", ZonesRequest(paths=["bare"]))
-    (entry,) = zones(mine, "constant", ZonesRequest(paths=["bare"])).rows
+        zones(mine, "gibbs", ZonesRequest(no_drag=True, paths=["bare"]))
+    (entry,) = zones(mine, "constant", ZonesRequest(no_drag=True, paths=["bare"])).rows
     assert entry.zones[0].to_x_m > entry.release_x_m
 
 
@@ -202,7 +209,29 @@ def test_what_has_no_volumes_is_left_out_or_needs_none(mine: str, write: Write) 
 )
 def test_what_cannot_be_asked(models: str, model: str, more: dict[str, Any], message: str) -> None:
     with pytest.raises(AvahazardError, match=message):
-        zones(models, model, ZonesRequest(**more))
+        zones(models, model, ZonesRequest(no_drag=True, **more))
+
+
+def test_speeds_that_nothing_but_friction_limits_are_refused(mine: str) -> None:
+    with pytest.raises(NoDragError, match="Nothing but friction limits the speeds") as caught:
+        zones(mine, "gibbs", ZonesRequest(paths=["scey"]))
+    assert "avahazard add gibbs turbulent-drag --as NEW" in caught.value.hint
+    assert "--no-drag" in caught.value.hint
+    found = zones(mine, "gibbs", ZonesRequest(no_drag=True, paths=["scey"]))
+    assert "no_drag" in [note.key for note in found.notes]
+
+
+@pytest.mark.parametrize("effects", [("turbulent-drag",), ()])
+def test_drag_or_measured_speeds_limit_speeds(effects: tuple[str, ...], tmp_path: Path) -> None:
+    file = str(tmp_path / "d.db")
+    create(file)
+    synthesise(tmp_path / "world", (), n_events=20, n_paths=2, seed=1, speeds=0.3)
+    if effects:
+        (tmp_path / "world" / "velocities.csv").unlink()
+    import_files(file, [tmp_path / "world"])
+    calibrate(file, "m", CalibrateRequest(with_=effects, draws=50, chains=2))
+    found = zones(file, "m", ZonesRequest(paths=["P01"]))
+    assert ("no_drag" in [note.key for note in found.notes]) == (not effects)
 
 
 def test_a_bad_file_of_limits_is_named(tmp_path: Path) -> None:

@@ -275,7 +275,10 @@ def _sections(content: ReportContent) -> Iterator[PathSection]:
     for number, view in enumerate(content.paths, start=1):
         language = content.language
         drawn = (
-            path_figure(number, view, content.loop, content.events, language),
+            path_figure(
+                *(number, view, content.loop, content.events, language),
+                drag=content.speed_limited,
+            ),
             map_figure(number, view, language),
         )
         yield PathSection(number, view, tuple(f for f in drawn if f is not None))

@@ -442,10 +442,13 @@ def path_figure(
     loop: LoopView,
     all_events: Sequence[EventView],
     language: Language = ENGLISH,
+    *,
+    drag: bool = True,
 ) -> Figure | None:
     """Panels above one another over the same x; None for a path without a profile.
 
-    The last trace of the profile is the block, which the page's sliders move.
+    The last trace of the profile is the block, which the page's sliders move. The axis
+    of speeds says so where no `drag` limits them.
     """
     if view.smooth is None or view.release_x is None:
         return None
@@ -480,7 +483,8 @@ def path_figure(
     speeds = speed_traces(view, language)
     if speeds:
         words.append(say("the speeds"))
-        panels.append((speeds, axis(say("speed (m/s)"), rangemode="tozero"), PANEL_PX))
+        of_speed = say("speed (m/s)") if drag else say("speed without drag (m/s)")
+        panels.append((speeds, axis(of_speed, rangemode="tozero"), PANEL_PX))
     if reach_of(view) is not None:
         words.append(say("the chance to be reached in a year"))
         ticks = [1.0, 0.1, 0.01, 0.001, 0.0001]

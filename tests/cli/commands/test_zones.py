@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 from typer.testing import Result
 
+from avahazard.cli.hazard import show_zones
+from avahazard.results.zones import ZonedPath
+from tests.report.zone_entries import entry
 from tests.telling import untold
 
 Run = Callable[..., Result]
@@ -19,7 +24,17 @@ KEYS = {
 
 
 def test_the_document(on_my_models: Run, tmp_path: Path) -> None:
-    words = ("zones", "base", "-T", "100", "--path", "scey", "--plot", str(tmp_path / "z.png"))
+    words = (
+        "zones",
+        "base",
+        "--no-drag",
+        "-T",
+        "100",
+        "--path",
+        "scey",
+        "--plot",
+        str(tmp_path / "z.png"),
+    )
     (entry,) = json.loads(on_my_models("--json", *words).stdout)
     assert entry.keys() >= {"path_id", "limits", "places", "zones", "notes"}
     place = entry["places"][10]
@@ -38,12 +53,31 @@ def test_people_see_zones_and_largest_speeds(on_my_models: Run, tmp_path: Path) 
     rows = [f"{p},{t},{200 * t}" for p in ("scey", "gurraz") for t in (10, 100)]
     file.write_text("\n".join(["path_id,return_period_years,volume_m3", *rows, ""]))
     paths = ("--path", "scey", "--path", "gurraz")
-    done = on_my_models("zones", "base", "--limits", "french", *paths, "--volumes", str(file))
+    done = on_my_models(
+        "zones", "base", "--no-drag", "--limits", "french", *paths, "--volumes", str(file)
+    )
     assert done.exit_code == 0
     assert untold(done.stderr, "scey", 300, "extrapolation", "powder") == []
     words = " ".join(done.stdout.split())
     assert untold(words, "french", "5–95 %", "300 ± 50 kg/m³") == []
     assert max(map(len, done.stdout.splitlines())) <= 80
+
+
+def test_of_many_paths_only_zones_are_shown() -> None:
+    def paths(n: int) -> list[ZonedPath]:
+        return [replace(entry(), path_id=f"P{k}") for k in range(n)]
+
+    console = Console(width=80)
+    with console.capture() as brief:
+        show_zones(console, paths(25))
+    with console.capture() as whole:
+        show_zones(console, paths(25), verbose=True)
+    assert len(brief.get().splitlines()) <= 80
+    assert "avahazard --verbose zones" in brief.get()
+    assert untold(whole.get(), "Design runout", "Largest speed") == []
+    with console.capture() as few:
+        show_zones(console, paths(3))
+    assert untold(few.get(), "Design runout", "Largest speed") == []
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,7 @@ def make_report_database(folder: Path) -> str:
         "m",
         HazardRequest(return_periods=[30.0, 300.0], paths=["scey", "nants"], draws=1000),
     )
-    zones(database, "m", ZonesRequest(paths=["scey"]))
+    zones(database, "m", ZonesRequest(no_drag=True, paths=["scey"]))
     with writing(database) as session:
         results.save_result(session, results.DIAGNOSIS, "m", DIAGNOSIS)
         save_terrain(session, [_ground()])
