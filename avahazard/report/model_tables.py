@@ -361,8 +361,8 @@ def measure_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Table |
         (say("measurement"), lambda m: language.note(m.measurement)),
         (">" + say("expected gain, nats"), lambda m: language.number(f"{m.expected_gain:.1f}")),
     )
-    rows = [step for step in diagnosis.measure_next if step.expected_gain > 0.05]
     title = say("What to measure next")
+    rows = diagnosis.measure_next
     return made("measure", title, columns, rows, language) if rows else None
 
 

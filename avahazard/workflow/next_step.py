@@ -29,8 +29,6 @@ from avahazard.workflow.by_path import Survey, fingerprint_of, survey
 OPTIONS = {"law": "exponential", "scatter": "constant", "distribution": "lognormal"}
 OPTIONS |= {"tails": "normal", "method": "marginal"}
 """Options of `calibrate` that a new calibration repeats where they are not these."""
-LEAST_GAIN = 0.05
-"""Expected gain (nats) from which on a measurement is worth a step."""
 
 
 def next_step(database: str, name: str, done: Collection[str] = ()) -> Note | None:
@@ -138,9 +136,8 @@ class StoredModels:
                     words += ("--effect-file", written)
                 return _step(words, why)
             return None if self.worse(tried) else self.step(tried)
-        worth = [one for one in found.measure_next if one.expected_gain > LEAST_GAIN]
-        if found.verdict == "ambiguous" and worth:
-            best = worth[0]
+        if found.verdict == "ambiguous" and found.measure_next:
+            best = found.measure_next[0]
             why = Note("why_measure", model=name, effects=list(missing), nats=best.expected_gain)
             return Note("next", command=f"measure {best.measurement}", why=why)
         return None

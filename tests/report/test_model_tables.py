@@ -20,7 +20,7 @@ from avahazard.report.tables import Table
 from avahazard.results.base import Rows
 from avahazard.results.calibration import ParameterSummary
 from avahazard.results.comparison import BudgetPart, Failure, SpeedScores
-from avahazard.results.diagnosis import Diagnosis, Measurement
+from avahazard.results.diagnosis import Diagnosis
 from tests.report.html.world import DIAGNOSIS as DOCUMENT
 from tests.results.samples import CALIBRATION, COMPARISON, DIAGNOSIS, NOT_COMPARED, RUNOUT
 
@@ -123,6 +123,4 @@ def test_candidates_and_what_to_measure() -> None:
     assert table.shown == 2
     assert cells(measure_table(found))["expected gain, nats"] == "6.0"
     assert measure_table(DIAGNOSIS) is None
-    nothing = Rows((Measurement(found.measure_next[0].measurement, 0.01),))
-    assert measure_table(replace(found, measure_next=nothing)) is None
     assert S not in "".join(cells(table).values())

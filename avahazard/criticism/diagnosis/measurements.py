@@ -26,12 +26,14 @@ N_MIDDLES, N_TRACKS, N_PLACES = 20, 5, 8
 N_EVENTS = 50
 SPEED_SIGMA_M_S = 1.5
 N_SIMULATIONS = 50
+LEAST_GAIN = 0.5
+"""Expected gain (nats) from which on a measurement is proposed."""
 
 
 def measurement_gains(first: Refit, second: Refit, seed: int = 0) -> Rows[Measurement]:
     """Measurements that part two fits, best first, each with its expected gain (nats).
 
-    Without profiles only further events can be measured.
+    None that gains less than `LEAST_GAIN`. Without profiles only further events can be measured.
     """
     gain = record_gain(first, second)
     found = {Note("measure_runouts", n=N_EVENTS): N_EVENTS * float(np.mean(gain))}
@@ -53,7 +55,7 @@ def measurement_gains(first: Refit, second: Refit, seed: int = 0) -> Rows[Measur
         apart = 0.5 * min(float(np.var(shift_a)), float(np.var(shift_b))) / float(np.median(total))
         found[Note("measure_unlinked", n=N_EVENTS, one=a, other=b)] = N_EVENTS * apart
     ranked = sorted(found.items(), key=lambda item: -item[1])
-    return Rows(Measurement(note, float(value)) for note, value in ranked)
+    return Rows(Measurement(note, float(gain)) for note, gain in ranked if gain >= LEAST_GAIN)
 
 
 def record_gain(first: Refit, second: Refit) -> Floats:

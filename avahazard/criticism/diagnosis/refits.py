@@ -105,7 +105,9 @@ def refit(
     log_likelihood = posterior.exact_log_likelihood(mode.u)
     evidence = log_evidence(posterior, mode)
     posterior.nodes.forget_runs()
-    return Refit(wider, facts, posterior, mode, log_likelihood, evidence.value, evidence.sample)
+    # None where no draw lies within the star: nothing then speaks for the model.
+    value = float(np.nan_to_num(evidence.value, nan=-np.inf))
+    return Refit(wider, facts, posterior, mode, log_likelihood, value, evidence.sample)
 
 
 def put(u: Floats, posterior: Posterior, begin: Likely) -> Floats:
