@@ -46,8 +46,10 @@ from avahazard.results.prediction import Prediction
 from avahazard.results.terrain import PathCheck, PathSummary, Runout, TerrainRunout
 from avahazard.results.zones import Zones
 from avahazard.workflow.requests import (
+    AlphaBetaRequest,
     CalibrateRequest,
     DiagnoseRequest,
+    FrictionRequest,
     HazardRequest,
     ImportRequest,
     ReportRequest,
@@ -505,14 +507,13 @@ class Region:
         """
         from avahazard.workflow.friction import show_frictions  # noqa: PLC0415
 
-        return show_frictions(
-            self.database,
-            path_id,
-            kappa,
-            None if plot is None else Path(plot),
-            model,
-            _files(effect_files),
+        request = FrictionRequest(
+            kappa=kappa,
+            model=model,
+            plot=None if plot is None else Path(plot),
+            effect_files=_files(effect_files),
         )
+        return show_frictions(self.database, path_id, request)
 
     def fit(self) -> Fits:
         """Least-squares laws of apparent friction against volume (m3).
@@ -551,7 +552,7 @@ class Region:
         """
         from avahazard.workflow.alpha_beta import alpha_beta_paths  # noqa: PLC0415
 
-        return alpha_beta_paths(self.database, path_id, by=many(by))
+        return alpha_beta_paths(self.database, path_id, AlphaBetaRequest(by=many(by)))
 
     def effects(self) -> Rows[EffectEntry]:
         """The catalogue of effects, and what the present records lack for each.

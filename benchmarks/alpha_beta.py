@@ -22,6 +22,7 @@ from avahazard.store.session import reading
 from avahazard.workflow.alpha_beta import alpha_beta_paths
 from avahazard.workflow.database import init_database
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.requests import AlphaBetaRequest
 from benchmarks.study import DOCS, HERE, SHARED, Line, table, write_parts
 
 ITSELF = HERE / "avaframe.json"
@@ -37,7 +38,7 @@ def tables(profiles: Path) -> dict[str, str]:
         database = str(Path(folder) / "profiles.db")
         init_database(database)
         import_files(database, [profiles])
-        rows = alpha_beta_paths(database, by=SETS)
+        rows = alpha_beta_paths(database, None, AlphaBetaRequest(by=SETS))
         if PYTHON in os.environ:
             ITSELF.write_text(json.dumps(_itself(database), indent=1) + "\n", encoding="utf-8")
     found: Found = {}

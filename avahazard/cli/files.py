@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 from rich.console import Console
 
-from avahazard.cli.options import EffectFiles, OnlyPaths, StoredModel, output_file
+from avahazard.cli.options import StoredModel, output_file
 from avahazard.cli.output import emit, settings, table, warn
 from avahazard.notes import counted
 from avahazard.progress import show_progress
-from avahazard.workflow.requests import ReportRequest
+from avahazard.workflow.requests import FiguresRequest, ReportRequest
 
 
 def init(context: typer.Context) -> None:
@@ -208,15 +208,8 @@ def paper_figures(
             show_default=False,
         ),
     ] = None,
-    folder: Annotated[
-        Path,
-        typer.Option(help="Where the pictures are written."),
-    ] = Path("paper-figures"),
-    path: OnlyPaths = None,
-    kind: Annotated[
-        Literal["png", "svg", "pdf"], typer.Option("--format", help="The kind of pictures.")
-    ] = "png",
-    effect_file: EffectFiles = None,
+    *,
+    request: FiguresRequest,
 ) -> None:
     """Draw every figure of Ancey (2005) from the records and stored models.
 
@@ -229,19 +222,11 @@ def paper_figures(
     from avahazard.workflow.paper_figures import paper_figures as run  # noqa: PLC0415
 
     with show_progress() as report:
-        found = run(
-            settings(context).database,
-            names or (),
-            folder,
-            paths=path or (),
-            kind=kind,
-            effect_files=effect_file or (),
-            report=report,
-        )
+        found = run(settings(context).database, names or (), request, report)
 
     def render(console: Console) -> None:
         rows = [(row.figure, row.shows, Path(row.file).name if row.file else None) for row in found]
-        console.print(table(f"Figures in {folder}", ("figure", "shows", "file"), rows))
+        console.print(table(f"Figures in {request.folder}", ("figure", "shows", "file"), rows))
 
     emit(context, found, render)
     for row in found:

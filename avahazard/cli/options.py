@@ -11,14 +11,11 @@ import typer
 
 from avahazard.records.errors import AvahazardError
 from avahazard.request import Field, Request, parts_of
-from avahazard.workflow.requests import EFFECT_FILES, ONLY_PATHS
+from avahazard.workflow.requests import EFFECT_FILES
 
 StoredModel = Annotated[str, typer.Argument(help="A stored model.", show_default=False)]
 CalibratedModel = Annotated[str, typer.Argument(help="A calibrated model.", show_default=False)]
 OnePath = Annotated[str, typer.Argument(help="The path_id of a path.", show_default=False)]
-OnlyPaths = Annotated[
-    list[str] | None, typer.Option(metavar=ONLY_PATHS.metavar, help=ONLY_PATHS.help)
-]
 EffectFiles = Annotated[
     list[Path] | None,
     typer.Option("--effect-file", metavar=EFFECT_FILES.metavar, help=EFFECT_FILES.help),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Sequence
 from itertools import groupby
@@ -13,14 +12,19 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from avahazard.cli.options import EffectFiles, OnePath, picture
+from avahazard.cli.options import OnePath, picture
 from avahazard.cli.output import emit, errors, settings, show, table, warn
 from avahazard.report.language import TERMINAL
 from avahazard.report.model_tables import fits_table
 from avahazard.report.tables import alpha_beta_table, cell, paths_table, thinned
 from avahazard.results.friction import ApparentEvent, Frictions, PerturbationCheck
 from avahazard.results.terrain import Runout, RunoutAt
-from avahazard.workflow.requests import ImportRequest, RunoutRequest
+from avahazard.workflow.requests import (
+    AlphaBetaRequest,
+    FrictionRequest,
+    ImportRequest,
+    RunoutRequest,
+)
 
 
 def import_(
@@ -270,40 +274,14 @@ def _cell_m(value: float | None, digits: int) -> str | None:
     return None if value is None else f"{value:.{digits}f}"
 
 
-def _kappa(text: str) -> str:
-    try:
-        fits = text == "auto" or 0.0 < float(text) < math.inf
-    except ValueError:
-        fits = False
-    if not fits:
-        raise typer.BadParameter("it must be a number over 0, such as 5, or auto")
-    return text
-
-
 def friction(
     context: typer.Context,
     path: Annotated[
         str | None,
         typer.Argument(help="Only events of this path.", show_default=False),
     ] = None,
-    kappa: Annotated[
-        str,
-        typer.Option(
-            metavar="K",
-            callback=_kappa,
-            help="Sharpness of the density; auto lets the records choose.",
-        ),
-    ] = "5",
-    model: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME", help="With the effects of a stored model on motion and record."
-        ),
-    ] = None,
-    plot: Annotated[
-        Path | None, picture("Draw the densities, and by a model its law and the events")
-    ] = None,
-    effect_file: EffectFiles = None,
+    *,
+    request: FrictionRequest,
 ) -> None:
     """Show the apparent friction of the events and its density.
 
@@ -315,14 +293,7 @@ def friction(
     """
     from avahazard.workflow.friction import show_frictions  # noqa: PLC0415
 
-    found = show_frictions(
-        settings(context).database,
-        path,
-        "auto" if kappa == "auto" else float(kappa),
-        plot,
-        model,
-        effect_file or (),
-    )
+    found = show_frictions(settings(context).database, path, request)
 
     def render(console: Console) -> None:
         if path is None:
@@ -433,21 +404,8 @@ def alpha_beta(
         str | None,
         typer.Argument(help="The path_id of a path; all where none is given.", show_default=False),
     ] = None,
-    by: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME",
-            help="norway, austria, avaframe or avaframe-small; may be given several times. "
-            "[default: norway, austria]",
-        ),
-    ] = None,
-    model: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME", help="Show the latest bounds by this model in the picture too."
-        ),
-    ] = None,
-    plot: Annotated[Path | None, picture()] = None,
+    *,
+    request: AlphaBetaRequest,
 ) -> None:
     """Give the alpha-beta runout of the paths: a baseline from the terrain alone.
 
@@ -457,11 +415,9 @@ def alpha_beta(
       avahazard alpha-beta --by austria --by avaframe
       avahazard alpha-beta --plot baseline.png --model first
     """
-    if model is not None and plot is None:
-        raise typer.BadParameter("A --model is shown in a picture only: give --plot FILE.")
     from avahazard.workflow.alpha_beta import alpha_beta_paths  # noqa: PLC0415
 
-    rows = alpha_beta_paths(settings(context).database, path, by=by or (), model=model, plot=plot)
+    rows = alpha_beta_paths(settings(context).database, path, request)
 
     emit(context, rows, lambda console: show(console, alpha_beta_table(rows, TERMINAL)))
     warn(*(note for row in rows for note in row.notes))

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from avahazard.notes import Note
+from avahazard.records.intake import UnderstoodColumn
+from avahazard.records.merge import Count
 from avahazard.results.base import ABSENT, Result, Rows
 
 
@@ -72,34 +74,13 @@ class Copied(Result):
 
 
 @dataclass(frozen=True, slots=True)
-class Counts(Result):
-    """Rows of one kind."""
-
-    new: int
-    unchanged: int
-    updated: int
-
-
-@dataclass(frozen=True, slots=True)
 class ImportedRecords(Result):
     """Rows by kind."""
 
-    paths: Counts
-    profiles: Counts
-    events: Counts
-    speeds: Counts
-
-
-@dataclass(frozen=True, slots=True)
-class ReadColumn(Result):
-    """A column of a file: its name there, what it means, its unit, its first values as read."""
-
-    file: str
-    form: str
-    column: str
-    meaning: str
-    unit: str
-    values: tuple[str, ...]
+    paths: Count
+    profiles: Count
+    events: Count
+    speeds: Count
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +90,7 @@ class Import(Result):
     dry_run: bool
     files: tuple[str, ...]
     read: tuple[str, ...]
-    understood: Rows[ReadColumn]
+    understood: Rows[UnderstoodColumn]
     records: ImportedRecords
     notes: tuple[str, ...]
 

@@ -6,13 +6,13 @@ import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
-from dataclasses import dataclass
 from pathlib import Path as FilePath
 
 from sqlalchemy import Connection, func, select, text
 from sqlalchemy.orm import Session
 
 from avahazard.records.errors import AvahazardError
+from avahazard.results.database import DatabaseState
 from avahazard.store import schema
 from avahazard.store.results import chunk_fault, document_checksum, path_checksum
 from avahazard.store.session import (
@@ -46,17 +46,6 @@ COUNTED: dict[str, type[Base]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Status:
-    """State of a schema, its revision and that of the program; counts when it is current."""
-
-    database: str
-    state: schema.State
-    revision: str | None
-    head: str | None
-    counts: dict[str, int]
-
-
 def create(database: str) -> schema.State:
     """Create the tables of an empty or missing `database`; return its state before.
 
@@ -75,7 +64,7 @@ def upgrade(database: str) -> schema.State:
     return _migrate(database, {"old"}, make=False)
 
 
-def status(database: str) -> Status:
+def status(database: str) -> DatabaseState:
     """Return the state of `database`.
 
     Raises:
@@ -90,7 +79,7 @@ def status(database: str) -> Status:
                 revision = schema.revision(connection)
         finally:
             engine.dispose()
-    return Status(database_name(database), state, revision, schema.head(), counts)
+    return DatabaseState(database_name(database), state, revision, schema.head(), counts)
 
 
 def _migrate(database: str, wanted: set[schema.State], *, make: bool) -> schema.State:

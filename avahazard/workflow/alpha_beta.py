@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -28,33 +27,31 @@ from avahazard.results.terrain import TerrainRunout
 from avahazard.store.records import load_records
 from avahazard.store.results import BOUNDS, latest_documents, load_model
 from avahazard.store.session import reading
+from avahazard.workflow.requests import AlphaBetaRequest
 
 SAME_PLACE_M = 20.0
 """AvaFrame's β-points that lie no farther apart are one place: two of its steps."""
 
 
+BY_DEFAULT = AlphaBetaRequest()
+
+
 def alpha_beta_paths(
-    database: str,
-    path_id: str | None = None,
-    *,
-    by: Sequence[str] = (),
-    model: str | None = None,
-    plot: FilePath | None = None,
+    database: str, path_id: str | None = None, request: AlphaBetaRequest = BY_DEFAULT
 ) -> Rows[TerrainRunout]:
-    """Return the α-β runout by regressions `by` name, for one path or all that have a profile.
+    """Return the α-β runout, for one path or all that have a profile.
 
-    Where none is named they are `hazard.alpha_beta.REGRESSIONS`.
-
-    With `plot` a picture is written there; it shows the latest bounds by `model` too, if one is
-    named. Raises `AvahazardError` where the database, the path, its profile, a regression, or the
-    model or its bounds are missing, or `plot` is not the name of a picture.
+    By the regressions that the request names, else `hazard.alpha_beta.REGRESSIONS`. Raises
+    `AvahazardError` where the database, the path, its profile, a regression, or the model or its
+    bounds are missing, or `plot` is not the name of a picture.
     """
+    by, model, plot = request.by, request.model, request.plot
     unknown = [name for name in by if name not in BY_NAME]
     if unknown:
         raise AvahazardError(
             f"There are no α-β coefficients '{unknown[0]}'.", f"There are {', '.join(BY_NAME)}."
         )
-    regressions = tuple(BY_NAME[name] for name in dict.fromkeys(by)) or REGRESSIONS
+    regressions = tuple(BY_NAME[name] for name in by) or REGRESSIONS
     with reading(database) as session:
         records = load_records(session)
         bounds: list[dict[str, Any]] | None = []

@@ -121,6 +121,7 @@ def calibrate(
     result = calibration_result(found, name, records, seed=request.seed)
     with writing(database) as session:
         save_calibrated(session, found, result, paths=tuple(paths))
+    report(f"Calibrating {name}", 1.0, 1.0)
     return replace(result, next=next_step(database, name))
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
-
 from avahazard.inference.seeds import generator
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Report, Rows, silent
@@ -46,7 +44,7 @@ def database_status(database: str) -> DatabaseState:
 
     Raises `AvahazardError` where it is missing or cannot be read.
     """
-    return DatabaseState(**asdict(upkeep.status(database)))
+    return upkeep.status(database)
 
 
 def check(database: str, *, full: bool = False, report: Report = silent) -> Checked:

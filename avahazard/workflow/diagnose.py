@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from avahazard.criticism.diagnosis.diagnose import Findings, TriedEffect, diagnose, error_of
-from avahazard.criticism.diagnosis.force_witness import ForceWitness
 from avahazard.criticism.diagnosis.laws import FoundLaw, FoundShape
 from avahazard.criticism.diagnosis.measurements import measurement_gains
 from avahazard.criticism.diagnosis.nuisances import MOST_CROSSED
@@ -248,7 +247,7 @@ def _pair(more: Together) -> Pair:
 
 
 def _candidate(candidate: TriedEffect, found: Findings) -> Candidate:
-    fit = candidate.fit
+    fit, witness = candidate.fit, candidate.force_witness
     gain = candidate.screened.gain
     if fit is not None:
         gain = fit.log_likelihood - found.base.log_likelihood
@@ -266,7 +265,7 @@ def _candidate(candidate: TriedEffect, found: Findings) -> Candidate:
         parameters={} if fit is None else fit.parameters(candidate.key),
         physics=candidate.screened.definition.meaning,
         confounded_with=candidate.confounded_with,
-        force_witness=_amount(candidate.force_witness),
+        force_witness=None if witness is None else MeasuredAmount(witness.value, witness.se),
         kinds=candidate.kinds,
         shape=_shape(candidate.shape),
         laws=Rows(map(_law, found.laws)) if candidate.key in found.missing[:1] else None,
@@ -288,10 +287,6 @@ def _law(found: FoundLaw) -> FittedLaw:
         low, middle, high = found.quantiles[p.name].tolist()
         parameters[p.name] = LawParameter(low, middle, high, p.unit)
     return FittedLaw(form.name, form.key, form.formula, parameters, found.evidence)
-
-
-def _amount(witness: ForceWitness | None) -> MeasuredAmount | None:
-    return None if witness is None else MeasuredAmount(witness.value, witness.se)
 
 
 def _measure_next(found: Findings, seed: int) -> Rows[Measurement]:

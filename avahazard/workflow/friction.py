@@ -7,10 +7,8 @@ then shown beside the events.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path as FilePath
-from typing import Literal
 
 import numpy as np
 
@@ -50,9 +48,8 @@ from avahazard.results.friction import (
 )
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
+from avahazard.workflow.requests import FrictionRequest
 from avahazard.workflow.stored import load_stored, notes_of_fit, on_events
-
-Kappa = float | Literal["auto"]
 
 N_POINTS = 201
 TAIL = 2.5
@@ -62,7 +59,7 @@ LAW = "exponential"
 
 
 def friction_densities(
-    mu: Floats, observations: Observations, kappa: Kappa = DEFAULT_KAPPA
+    mu: Floats, observations: Observations, kappa: float | str = DEFAULT_KAPPA
 ) -> Rows[FrictionDensity]:
     """Holy's density of all events and of each path that has at least two frictions.
 
@@ -77,7 +74,7 @@ def friction_densities(
     for name, members in groups.items():
         if np.sum(members) < 2:
             continue
-        width = choose_kappa(mu[members]) if kappa == "auto" else kappa
+        width = choose_kappa(mu[members]) if isinstance(kappa, str) else kappa
         density = holy_density(mu[members], width)
         x = np.linspace(density.mu[0] - TAIL / width, density.mu[-1] + TAIL / width, N_POINTS)
         densities.append(
@@ -216,13 +213,11 @@ def _draws(friction: FrictionModel, u: Floats, volume: Floats) -> Floats:
     return friction.draw(u[:, None], location, scatter, rng).reshape(-1, len(volume))
 
 
+BY_ITSELF = FrictionRequest()
+
+
 def show_frictions(
-    database: str,
-    path_id: str | None = None,
-    kappa: Kappa = DEFAULT_KAPPA,
-    plot: FilePath | None = None,
-    model: str | None = None,
-    effect_files: Sequence[FilePath] = (),
+    database: str, path_id: str | None = None, request: FrictionRequest = BY_ITSELF
 ) -> Frictions:
     """The apparent friction of every event, of one path or all.
 
@@ -233,10 +228,11 @@ def show_frictions(
     the database, the model or the path is missing, there are no events, a path of theirs has no
     profile, or `plot` is not the name of a picture.
     """
+    plot, model = request.plot, request.model
     require_picture(plot)
     fitted = None
     if model is not None:
-        stored, records = load_stored(database, model, effect_files)
+        stored, records = load_stored(database, model, request.effect_files)
         fitted = (
             stored if path_id is None else on_events(stored, records, _events_of(records, path_id))
         )
@@ -252,7 +248,7 @@ def show_frictions(
         found = back_calculate(observations, predicted)
     frictions = Frictions(
         events=_events(found, observations),
-        density=friction_densities(found.mu, observations, kappa),
+        density=friction_densities(found.mu, observations, request.kappa),
         perturbation=perturbation_check(found, observations),
         jumps=largest_jumps(observations, predicted, found),
     )

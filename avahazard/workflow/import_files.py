@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict
 from functools import partial
 from importlib.resources import files
 from pathlib import Path as FilePath
@@ -23,12 +22,10 @@ from avahazard.records.reading import read_files
 from avahazard.records.table import FileTable
 from avahazard.results.base import Rows
 from avahazard.results.database import (
-    Counts,
     Guessed,
     GuessedColumns,
     Import,
     ImportedRecords,
-    ReadColumn,
 )
 from avahazard.store.records import load_profiles, load_without_profiles, save_records, save_terrain
 from avahazard.store.session import reading, writing
@@ -103,13 +100,12 @@ def import_files(
             save_records(session, merge.write)
             crops = [crop for one in drawn for crop in one.terrain]
             save_terrain(session, crops, outdated=[p.path_id for p in merge.write.profiles])
-    counts = {kind: Counts(**asdict(count)) for kind, count in merge.counts.items()}
     return Import(
         dry_run,
         tuple(intake.files),
         tuple(intake.read),
-        Rows(ReadColumn(**asdict(column)) for column in intake.understood),
-        ImportedRecords(**counts),
+        Rows(intake.understood),
+        ImportedRecords(**merge.counts),
         tuple(intake.notes),
     )
 

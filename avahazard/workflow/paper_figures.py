@@ -22,7 +22,6 @@ from avahazard.inference.prediction import look_up
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import only_paths
-from avahazard.report.picture import FORMATS
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.friction import FrictionDensity
 from avahazard.results.made import PaperFigure
@@ -37,11 +36,10 @@ from avahazard.workflow.friction import (
     friction_view,
     from_reference,
 )
-from avahazard.workflow.requests import RunoutRequest
+from avahazard.workflow.requests import FiguresRequest, RunoutRequest
 from avahazard.workflow.runout import run_block
 from avahazard.workflow.stored import load_parameter_draws, load_stored
 
-KINDS = tuple(name.removeprefix(".") for name in FORMATS)
 MU_SHOWN = 0.4
 """The friction marked on F(μ) of a path whose events tell none."""
 
@@ -49,36 +47,30 @@ MU_SHOWN = 0.4
 def paper_figures(
     database: str,
     names: Sequence[str],
-    folder: Path,
-    *,
-    paths: Sequence[str] = (),
-    kind: str = "png",
-    effect_files: Sequence[Path] = (),
+    request: FiguresRequest,
     report: Report = silent,
 ) -> Rows[PaperFigure]:
-    """Draw the figures of the paper into `folder`, which is made where it is not there.
+    """Draw the figures of the paper into a folder, which is made where it is not there.
 
-    Of the records (of `paths`, none: all): laws by least squares, densities of apparent friction
-    with their normals, F(μ) and F′ of each path. Of the models `names`: the posterior with its
-    normals, residuals with theirs, and friction against volume with all models in one picture. What
-    the records do not allow is a row without a file, and why. Raises `AvahazardError` where the
-    database, a path or a model is missing, there are no events, `kind` is no kind of picture, or
-    `folder` is a file.
+    Of the records: laws by least squares, densities of apparent friction with their normals, F(μ)
+    and F′ of each path. Of the models `names`: the posterior with its normals, residuals with
+    theirs, and friction against volume with all models in one picture. What the records do not
+    allow is a row without a file, and why. Raises `AvahazardError` where the database, a path or a
+    model is missing, there are no events, or the folder is a file.
     """
-    if kind not in KINDS:
-        raise AvahazardError(f"'{kind}' is no kind of picture.", f"Kinds: {', '.join(KINDS)}.")
+    folder = request.folder
     if folder.exists() and not folder.is_dir():
         raise AvahazardError(f"{folder} is a file.", "Name a folder for the figures: -o figures")
     with reading(database) as session:
-        records = only_paths(load_records(session), tuple(paths))
+        records = only_paths(load_records(session), request.paths)
     observations = build_observations(records)
-    models = load_models(database, names, effect_files)
+    models = load_models(database, names, request.effect_files)
     folder.mkdir(parents=True, exist_ok=True)
     planned = [*_of_records(database, records, observations), *plan_of_models(database, models)]
     made = []
     for done, item in enumerate(planned):
         report(f"Drawing {item.shows}", float(done), float(len(planned)))
-        made.append(_drawn(item, folder / f"{item.stem}.{kind}"))
+        made.append(_drawn(item, folder / f"{item.stem}.{request.kind}"))
     return Rows(made)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from avahazard.hazard.volume_source import VolumeSource
 from avahazard.inference.model.choices import (
@@ -241,6 +241,81 @@ class RunoutRequest(Request):
             raise AvahazardError(
                 "A volume changes the run only through a model.", "Name one: --model NAME."
             )
+
+
+def _kappa(texts: Sequence[str]) -> float | str:
+    text = texts[-1] if texts else "5"
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+BY_MODEL = Option(help="With the effects of a stored model on motion and record.", metavar="NAME")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrictionRequest(Request):
+    """How sharp the density is, and the model whose effects are at work, if any."""
+
+    kappa: Annotated[
+        float | str,
+        Option(
+            help="Sharpness of the density; auto lets the records choose. [default: 5]",
+            metavar="K",
+            what="sharpness (--kappa)",
+            over=0.0,
+            parse=_kappa,
+        ),
+    ] = 5.0
+    model: Annotated[str | None, BY_MODEL] = None
+    plot: Annotated[
+        Path | None, _picture("Draw the densities, and by a model its law and the events")
+    ] = None
+    effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()
+
+    def __post_init__(self) -> None:
+        Request.__post_init__(self)
+        if isinstance(self.kappa, str) and self.kappa != "auto":
+            raise AvahazardError(
+                f"The sharpness (--kappa) is {self.kappa}.", "It must be a number over 0, or auto."
+            )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AlphaBetaRequest(Request):
+    """By which regressions, and the model whose latest bounds stand beside them in the picture."""
+
+    by: Annotated[
+        Sequence[str],
+        Option(
+            help="norway, austria, avaframe or avaframe-small; may be given several times. "
+            "[default: norway, austria]",
+            metavar="NAME",
+        ),
+    ] = ()
+    model: Annotated[
+        str | None,
+        Option(help="Show the latest bounds by this model in the picture too.", metavar="NAME"),
+    ] = None
+    plot: Annotated[Path | None, _picture()] = None
+
+    def __post_init__(self) -> None:
+        Request.__post_init__(self)
+        if self.model is not None and self.plot is None:
+            raise AvahazardError("A --model is shown in a picture only: give --plot FILE.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FiguresRequest(Request):
+    """Which figures of the paper, and where they go."""
+
+    folder: Annotated[Path, Option(help="Where the pictures are written.")] = Path("paper-figures")
+    paths: Annotated[Sequence[str], ONLY_PATHS] = ()
+    kind: Annotated[
+        Literal["png", "svg", "pdf"], Option(help="The kind of pictures.", flag="--format")
+    ] = "png"
+    effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

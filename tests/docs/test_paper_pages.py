@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from avahazard.workflow.paper_figures import KINDS
+from avahazard.report.picture import FORMATS
 from tests.synth.test_twin import PAPER
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -33,7 +33,7 @@ def test_every_figure_and_table_has_a_row() -> None:
     assert all(f"table {k}" in rows for k in (1, 2, 3))
     # The files that the command writes are asserted by tests/cli/commands/test_paper_figures.py.
     assert set(re.findall(r"^\|[^|]+\| `([^`]+)` \|", FIGURES, re.MULTILINE)) == STEMS
-    assert set(KINDS) == {"png", "svg", "pdf"}
+    assert set(FORMATS) == {".png", ".svg", ".pdf"}
 
 
 def test_every_test_that_a_row_names_is_there() -> None:

@@ -18,6 +18,7 @@ from avahazard.store.results import BOUNDS, save_model
 from avahazard.store.session import writing
 from avahazard.workflow.alpha_beta import alpha_beta_paths
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.requests import AlphaBetaRequest
 from tests.results.samples import HAZARD_ROW
 from tests.store.documents import save_documents
 
@@ -68,7 +69,7 @@ def test_avaframes_takes_the_points_and_says_where_bumps_decide(
     points = "\n".join(f"bowl,{a},{b}" for a, b in zip(x.tolist(), y.tolist(), strict=True))
     profile = write("profiles.csv", f"path_id,x_m,y_m\n{points}\n")
     import_files(database, [write("paths.csv", "path_id\nbowl\n"), profile])
-    (row,) = alpha_beta_paths(database, by=["avaframe"])
+    (row,) = alpha_beta_paths(database, None, AlphaBetaRequest(by=["avaframe"]))
     expected = alpha_beta_on_points(x, y, row.release_x_m, AVAFRAME[0])
     assert (row.beta_x_m, row.alpha_deg) == (expected.beta_x, expected.alpha_deg)
     assert row.runout_x_m == expected.runout_x
@@ -89,12 +90,12 @@ def test_a_picture_with_the_bounds_of_a_model(mine: str, tmp_path: Path) -> None
     with writing(mine) as session:
         save_model(session, "m", {})
     with pytest.raises(AvahazardError, match="No bounds by m are stored"):
-        alpha_beta_paths(mine, model="m", plot=tmp_path / "a.svg")
+        alpha_beta_paths(mine, None, AlphaBetaRequest(model="m", plot=tmp_path / "a.svg"))
     spread = Spread(1700.0, 1500.0, 1700.0, 1900.0)
     row = replace(HAZARD_ROW, path_id="bowl", runout_x_m=spread, volume_m3=1e4)
     with writing(mine) as session:
         save_documents(session, BOUNDS, "m", [row.to_dict()])
-    alpha_beta_paths(mine, "bowl", model="m", plot=tmp_path / "a.svg")
+    alpha_beta_paths(mine, "bowl", AlphaBetaRequest(model="m", plot=tmp_path / "a.svg"))
     assert "avalanches of the volume V" in (tmp_path / "a.svg").read_text()
 
 
@@ -104,7 +105,7 @@ def test_what_is_not_there(mine: str, empty_database: Path, tmp_path: Path) -> N
     with pytest.raises(AvahazardError, match="path bare"):
         alpha_beta_paths(mine, "bare")
     with pytest.raises(AvahazardError, match="nobody"):
-        alpha_beta_paths(mine, model="nobody")
+        alpha_beta_paths(mine, None, AlphaBetaRequest(model="nobody", plot=tmp_path / "a.png"))
     none = str(shutil.copy(empty_database, tmp_path / "none.db"))
     with pytest.raises(AvahazardError, match="no paths with a profile"):
         alpha_beta_paths(none)

@@ -29,6 +29,7 @@ from avahazard.workflow.friction import (
     from_reference,
     show_frictions,
 )
+from avahazard.workflow.requests import FrictionRequest
 from avahazard.workflow.stored import load_stored
 from tests.telling import untold
 from tests.workflow.twin import FEW_PATHS
@@ -46,7 +47,7 @@ def test_what_is_shown(database: str) -> None:
         for i, event in enumerate(known_stops(runout_sigma_m=5))
     )
     _stored(database, bowl(1900.0, events))
-    found = show_frictions(database, "B", 8.0)
+    found = show_frictions(database, "B", FrictionRequest(kappa=8.0))
     assert [event.path_id for event in found.events] == ["B"] * 10
     assert found.jumps == ()
     whole, one = found.density
@@ -97,7 +98,7 @@ def test_a_path_withoutknown_stops(database: str) -> None:
 
 
 def test_a_model_without_effects_is_the_block_by_itself(twin_models: str) -> None:
-    by_model = show_frictions(twin_models, FEW_PATHS[0], model="plain")
+    by_model = show_frictions(twin_models, FEW_PATHS[0], FrictionRequest(model="plain"))
     alone = show_frictions(twin_models, FEW_PATHS[0])
     assert by_model.model == "plain"
     assert by_model.notes == ("the chains of plain have not converged.",)
@@ -111,7 +112,7 @@ def test_a_model_without_effects_is_the_block_by_itself(twin_models: str) -> Non
 
 def test_drag_takes_its_part_of_the_friction(twin_models: str, tmp_path: FilePath) -> None:
     picture = tmp_path / "law.svg"
-    found = show_frictions(twin_models, model="drag", plot=picture)
+    found = show_frictions(twin_models, None, FrictionRequest(model="drag", plot=picture))
     assert {event.path_id for event in found.events} == set(FEW_PATHS)
     alone = {event.event_id: event.mu for event in show_frictions(twin_models).events}
     pairs = [(e.mu, alone[e.event_id]) for e in found.events if e.mu and alone[e.event_id]]
@@ -125,9 +126,9 @@ def test_drag_takes_its_part_of_the_friction(twin_models: str, tmp_path: FilePat
 
 def test_a_name_that_is_no_picture_is_refused_first(twin_models: str, tmp_path: FilePath) -> None:
     with pytest.raises(AvahazardError, match="not the name of a picture"):
-        show_frictions(twin_models, model="nothing", plot=tmp_path / "a.txt")
+        show_frictions(twin_models, None, FrictionRequest(model="nothing", plot=tmp_path / "a.txt"))
     with pytest.raises(AvahazardError, match="model nothing"):
-        show_frictions(twin_models, model="nothing")
+        show_frictions(twin_models, None, FrictionRequest(model="nothing"))
 
 
 DRAG = definition("turbulent-drag").build({})

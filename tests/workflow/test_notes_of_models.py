@@ -37,6 +37,7 @@ from avahazard.workflow.report import write_report
 from avahazard.workflow.requests import (
     CalibrateRequest,
     DiagnoseRequest,
+    FrictionRequest,
     HazardRequest,
     ReportRequest,
     RunoutRequest,
@@ -111,7 +112,9 @@ def test_every_command_says_all_of_a_model(
         "runout": lambda: (
             run_block(poor, path_id, RunoutRequest(model="base", volume_m3=2e4)).notes or ()
         ),
-        "friction": lambda: show_frictions(poor, path_id, model="base").notes or (),
+        "friction": lambda: (
+            show_frictions(poor, path_id, FrictionRequest(model="base")).notes or ()
+        ),
         "hazard": lambda: hazard(poor, "base", HazardRequest(draws=200)).notes,
         "ladder": lambda: ladder(poor).notes,
         "export": lambda: export(poor, "base", tmp_path / "bounds.csv").notes,
