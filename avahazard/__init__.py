@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from avahazard.records.errors import AvahazardError as AvahazardError
     from avahazard.records.errors import RejectedRows as RejectedRows
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 
 PUBLIC = {
     "open": ("avahazard.api", "open_region"),

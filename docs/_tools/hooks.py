@@ -36,6 +36,7 @@ LINKS = {
     "](CHANGELOG.md": "](changelog.md",
     "](SECURITY.md": "](security.md",
     "](README.md": "](index.md",
+    "[CITATION.cff](CITATION.cff)": "`CITATION.cff`",
 }
 
 

@@ -120,7 +120,7 @@ def test_the_start_page_shows_the_loop(site: Path) -> None:
     picture = re.search(r'<img [^>]*src="([^"]+)"', start)
     assert picture is not None
     assert (site / picture[1]).stat().st_size > 10_000
-    steps = sections(start)["the-loop"]
+    steps = sections(start)["find-the-missing-effect"]
     places = [steps.index(f"avahazard {c}") for c in ("calibrate", "compare", "diagnose", "add")]
     assert places == sorted(places)
 
