@@ -291,7 +291,7 @@ def _gev_likelihood(centred, log_scales, shapes, locations, least):  # type: ign
                     value = 1.0 - shape * (scaled[j] - locations[k, m])
                     smallest[m] = min(smallest[m], value)
                     row[m] = max(value, LEAST_INSIDE)
-            if np.max(smallest) <= 0.0:
+            if not np.any(smallest > 0.0):
                 total[:] = -np.inf
                 continue
             # log, then exp, of all at once.
@@ -371,9 +371,12 @@ def _over_locations(likelihood):  # type: ignore[no-untyped-def]
     part, memory = np.empty(n_locations), exp_memory(n_locations)
     for i in range(n_scales):
         for k in range(n_shapes):
-            largest = np.max(likelihood[i, k])
+            largest = -np.inf
+            for m in range(n_locations):
+                largest = max(largest, likelihood[i, k, m])
             if largest > -np.inf:
-                part[:] = likelihood[i, k] - largest
+                for m in range(n_locations):
+                    part[m] = likelihood[i, k, m] - largest
                 exponentials(part, n_locations, memory)
                 result[i, k] = largest + math.log(np.sum(part))
     return result

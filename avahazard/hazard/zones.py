@@ -226,7 +226,9 @@ def _exceeded_speeds(squares, shares, kind, class_share, draws, wanted, nu, resu
             for j in range(len(nu)):
                 under[k, j] = share_under(shares, p, k, nu[j])
         for i in range(squares.shape[1]):
-            fastest = squares[:, i, 0].max()
+            fastest = 0.0
+            for j in range(len(squares)):
+                fastest = max(fastest, squares[j, i, 0])
             bottom = 0.0
             for t in range(len(wanted)):
                 # Longer periods, higher speeds: each starts from the one before.

@@ -26,17 +26,21 @@ def gauss_nodes(points, masses, place, weight):  # type: ignore[no-untyped-def]
     n, k_max = len(points), len(place)
     total = np.sum(masses)
     centre = np.sum(points * masses) / total
-    reach = np.max(np.abs(points - centre))
+    reach = 0.0
+    for i in range(n):
+        reach = max(reach, abs(points[i] - centre))
     if n <= k_max or reach == 0.0:
         place[:], weight[:] = centre, 0.0
         if reach == 0.0:
             weight[0] = 1.0
         else:
-            place[:n], weight[:n] = points, masses / total
+            for i in range(n):
+                place[i], weight[i] = points[i], masses[i] / total
         return
     x = (points - centre) / reach
     vectors = np.zeros((k_max + 1, n))
-    vectors[0] = np.sqrt(masses / total)
+    for i in range(n):
+        vectors[0, i] = np.sqrt(masses[i] / total)
     jacobi = np.zeros((k_max, k_max))
     size = k_max
     for k in range(k_max):
@@ -59,11 +63,13 @@ def gauss_nodes(points, masses, place, weight):  # type: ignore[no-untyped-def]
             size = k + 1
             break
         jacobi[k, k + 1] = jacobi[k + 1, k] = norm
-        vectors[k + 1] = v / norm
-    beside, share = np.zeros(size), np.zeros(size)
-    values = np.diag(jacobi)[:size].copy()
-    for k in range(size - 1):
-        beside[k] = jacobi[k, k + 1]
+        for i in range(n):
+            vectors[k + 1, i] = v[i] / norm
+    values, beside, share = np.zeros(size), np.zeros(size), np.zeros(size)
+    for k in range(size):
+        values[k] = jacobi[k, k]
+        if k + 1 < size:
+            beside[k] = jacobi[k, k + 1]
     values_and_shares(values, beside, share)
     place[:], weight[:] = centre, 0.0
     for k in range(size):

@@ -436,7 +436,8 @@ def _edges_of_leaving(left, sigma, grid, in_log, finest, place, weight):  # type
             else:
                 _blurred(edge, sigma, in_log, finest, place[here], weight[here])
             if not left[j - 1]:
-                weight[here] *= -1.0
+                for k in range(first, first + room):
+                    weight[k] = -weight[k]
             first += room
     return 1.0 if left[len(left) - 1] else 0.0
 

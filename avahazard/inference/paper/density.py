@@ -143,7 +143,8 @@ def _solve(mu: Array, kappa: float) -> tuple[Array, bool]:
     """
     n = mu.size
     decay = np.zeros(n)
-    decay[1:] = np.exp(-kappa * np.diff(mu))
+    for i in range(1, n):
+        decay[i] = math.exp(-kappa * (mu[i] - mu[i - 1]))
     a = 1.0 / np.sqrt(_times_kernel(decay, np.ones(n)))
     pivot, weight, step = np.empty(n), np.empty(n), np.empty(n)
     for _ in range(MAX_NEWTON_STEPS):
