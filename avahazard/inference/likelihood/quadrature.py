@@ -41,40 +41,44 @@ def gauss_nodes(points, masses, place, weight):  # type: ignore[no-untyped-def]
     vectors = np.zeros((k_max + 1, n))
     for i in range(n):
         vectors[0, i] = np.sqrt(masses[i] / total)
-    jacobi = np.zeros((k_max, k_max))
+    jacobi = np.zeros((k_max, k_max + 1))
     size = k_max
     for k in range(k_max):
         v = x * vectors[k]
         jacobi[k, k] = _inner(v, vectors[k])
-        before, norm = 1.0, 0.0
-        while norm < LOST * before:
-            # Again where little is left of it, in which rounding would count.
-            before = np.sqrt(_inner(v, v))
-            for j in range(k + 1):
-                along = _inner(v, vectors[j])
-                for i in range(n):
-                    v[i] -= along * vectors[j, i]
-            norm = np.sqrt(_inner(v, v))
-            if norm < 1e-10:
-                break
+        norm = _orthogonalised(v, vectors[: k + 1])
         if k + 1 == k_max:
             break
         if norm < 1e-10:
             size = k + 1
             break
-        jacobi[k, k + 1] = jacobi[k + 1, k] = norm
+        jacobi[k, k + 1] = norm
         for i in range(n):
             vectors[k + 1, i] = v[i] / norm
     values, beside, share = np.zeros(size), np.zeros(size), np.zeros(size)
     for k in range(size):
-        values[k] = jacobi[k, k]
-        if k + 1 < size:
-            beside[k] = jacobi[k, k + 1]
+        values[k], beside[k] = jacobi[k, k], jacobi[k, k + 1]
     values_and_shares(values, beside, share)
     place[:], weight[:] = centre, 0.0
     for k in range(size):
         place[k] = centre + reach * values[k]
         weight[k] = share[k] ** 2
+
+
+@kernel(inner=True)
+def _orthogonalised(v, vectors):  # type: ignore[no-untyped-def]
+    """Take the parts along `vectors` from v, again where rounding would count; its norm."""
+    before, norm = 1.0, 0.0
+    while norm < LOST * before:
+        before = np.sqrt(_inner(v, v))
+        for vector in vectors:
+            along = _inner(v, vector)
+            for i in range(len(v)):
+                v[i] -= along * vector[i]
+        norm = np.sqrt(_inner(v, v))
+        if norm < 1e-10:
+            break
+    return norm
 
 
 @kernel
