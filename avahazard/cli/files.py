@@ -2,36 +2,54 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
 
-from avahazard.cli.options import StoredModel, output_file
-from avahazard.cli.output import emit, settings, table, warn
+from avahazard.cli.options import StoredModel, answers, output_file
+from avahazard.cli.output import ask, emit, table
 from avahazard.notes import counted
-from avahazard.progress import show_progress
-from avahazard.workflow.requests import FiguresRequest, ReportRequest
+from avahazard.records.errors import AvahazardError
+from avahazard.results.base import Rows
+from avahazard.results.database import (
+    Checked,
+    Copied,
+    Created,
+    DatabaseState,
+    Export,
+    Upgraded,
+    WrittenReport,
+)
+from avahazard.results.made import MadeWorld, PaperFigure
+from avahazard.workflow.requests import FiguresRequest, ReportRequest, SynthRequest
+
+OTHER_VERSION = {
+    "old": "it was made by an older version: run `avahazard db upgrade`.",
+    "newer": "it was made by a newer version: update the program.",
+}
 
 
-def init(context: typer.Context) -> None:
-    """Create the database.
+def _created(console: Console, found: Created) -> None:
+    done = "was created" if found.created else "exists"
+    console.print(f"The database {found.database} {done}.", soft_wrap=True)
+
+
+@answers(
+    "database.init_database",
+    _created,
+    notes=lambda found: [words for state, words in OTHER_VERSION.items() if state == found.state],
+)
+def init() -> None:
+    """Create the database, or say that it exists.
 
     \b
     Examples:
       avahazard init
       avahazard --db valley.db init
     """
-    from avahazard.workflow.database import init_database  # noqa: PLC0415
-
-    found = init_database(settings(context).database)
-    done = "was created" if found.created else "exists"
-    emit(context, found, f"The database {found.database} {done}.")
-    if found.state == "old":
-        warn("it was made by an older version: run `avahazard db upgrade`.")
-    elif found.state == "newer":
-        warn("it was made by a newer version: update the program.")
 
 
 db = typer.Typer(
@@ -42,27 +60,38 @@ db = typer.Typer(
 )
 
 
+def _upgraded(console: Console, found: Upgraded) -> None:
+    words = f"went from revision {found.from_} to {found.to}"
+    if found.from_ == found.to:
+        words = "is up to date"
+    copied = "" if found.backup is None else f"Copied it to {found.backup} before.\n"
+    console.print(f"{copied}The database {found.database} {words}.", soft_wrap=True)
+
+
 @db.command()
-def upgrade(context: typer.Context) -> None:
+@answers("database.upgrade_database", _upgraded)
+def upgrade() -> None:
     """Bring the tables of the database up to date.
 
     \b
     Example:
       avahazard db upgrade
     """
-    from avahazard.workflow.database import upgrade_database  # noqa: PLC0415
 
-    found = upgrade_database(settings(context).database)
 
-    words = f"went from revision {found.from_} to {found.to}"
-    if found.from_ == found.to:
-        words = "is up to date"
-    copied = "" if found.backup is None else f"Copied it to {found.backup} before.\n"
-    emit(context, found, f"{copied}The database {found.database} {words}.")
+def _status(console: Console, found: DatabaseState) -> None:
+    console.print(f"Database: {found.database}", soft_wrap=True)
+    console.print(
+        f"Tables: {found.state} (revision {found.revision or 'none'}, this program's is "
+        f"{found.head})"
+    )
+    if found.counts:
+        console.print(table("", ("holds", ">number"), found.counts.items()))
 
 
 @db.command()
-def status(context: typer.Context) -> None:
+@answers("database.database_status", _status)
+def status() -> None:
     """Show the revision of the database and what it holds.
 
     \b
@@ -70,25 +99,19 @@ def status(context: typer.Context) -> None:
       avahazard db status
       avahazard --db valley.db db status
     """
-    from avahazard.workflow.database import database_status  # noqa: PLC0415
 
-    found = database_status(settings(context).database)
 
-    def render(console: Console) -> None:
-        console.print(f"Database: {found.database}", soft_wrap=True)
-        console.print(
-            f"Tables: {found.state} (revision {found.revision or 'none'}, "
-            f"this program's is {found.head})"
-        )
-        if found.counts:
-            console.print(table("", ("holds", ">number"), found.counts.items()))
-
-    emit(context, found, render)
+def _checked(console: Console, found: Checked) -> None:
+    console.print(f"The database {found.database} is whole.", soft_wrap=True)
+    for model in found.recomputed or ():
+        words = "as stored, to the last bit"
+        if not model.identical:
+            words = f"could not be held against it: {model.why_not}"
+        console.print(f"{model.model} calibrated again: {words}", soft_wrap=True)
 
 
 @db.command()
 def check(
-    context: typer.Context,
     full: Annotated[
         bool, typer.Option("--full", help="Calibrate some models again: the same draws?")
     ] = False,
@@ -100,30 +123,25 @@ def check(
       avahazard db check
       avahazard db check --full
     """
-    from avahazard.records.errors import AvahazardError  # noqa: PLC0415
-    from avahazard.workflow.database import check as check_whole  # noqa: PLC0415
-
-    with show_progress() as report:
-        found = check_whole(settings(context).database, full=full, report=report)
+    found = ask("database.check", full=full)
     if not found.whole:
         faults = "\n".join(found.problems)
         raise AvahazardError(
             f"The database {found.database} is not whole.\n{faults}", "Go back to a backup."
         )
+    emit(found, _checked)
 
-    lines = [f"The database {found.database} is whole."]
-    for model in found.recomputed or ():
-        words = "as stored, to the last bit"
-        if not model.identical:
-            words = f"could not be held against it: {model.why_not}"
-        lines.append(f"{model.model} calibrated again: {words}")
-    emit(context, found, "\n".join(lines))
+
+def _copied(console: Console, found: Copied) -> None:
+    console.print(f"Copied {found.database} to {found.backup}.", soft_wrap=True)
 
 
 @db.command()
+@answers("database.backup_database", _copied)
 def backup(
-    context: typer.Context,
-    file: Annotated[str, typer.Argument(help="The new file.", show_default=False)],
+    target: Annotated[
+        str, typer.Argument(metavar="FILE", help="The new file.", show_default=False)
+    ],
 ) -> None:
     """Copy the database to a new file, also while it is in use.
 
@@ -131,19 +149,17 @@ def backup(
     Example:
       avahazard db backup copy.db
     """
-    from avahazard.workflow.database import backup_database  # noqa: PLC0415
-
-    found = backup_database(settings(context).database, file)
-    emit(context, found, f"Copied {found.database} to {found.backup}.")
 
 
+def _written(console: Console, found: WrittenReport) -> None:
+    size = f"paths {found.n_paths}, events {found.n_events}, {found.bytes / 1e6:.1f} MB"
+    console.print(f"{found.file}: {size}. Open it in a browser.", soft_wrap=True)
+
+
+@answers("report.write_report", _written, notes=lambda found: (*found.lacking, *found.notes))
 def report(
-    context: typer.Context,
     name: StoredModel,
-    output: Annotated[
-        Path,
-        output_file("Where to write it: .html. One that is there is replaced."),
-    ],
+    file: Annotated[Path, output_file("Where to write it: .html. One that is there is replaced.")],
     *,
     request: ReportRequest,
 ) -> None:
@@ -156,21 +172,19 @@ def report(
       avahazard report first -o first-de.html --language de
       avahazard --json report first -o first.html
     """
-    from avahazard.workflow.report import write_report  # noqa: PLC0415
-
-    with show_progress() as progress:
-        found = write_report(settings(context).database, name, output, request, progress)
-    size = f"paths {found.n_paths}, events {found.n_events}, {found.bytes / 1e6:.1f} MB"
-    emit(context, found, f"{found.file}: {size}. Open it in a browser.")
-    warn(*found.lacking, *found.notes)
 
 
+def _exported(console: Console, found: Export) -> None:
+    rows = [(x.layer, x.n_features, x.crs) for x in found.layers]
+    console.print(table(found.file, ("layer", ">features", "crs"), rows))
+
+
+@answers("export.export", _exported)
 def export(
-    context: typer.Context,
     name: Annotated[
         str, typer.Argument(help="A model with bounds by `hazard`.", show_default=False)
     ],
-    output: Annotated[
+    file: Annotated[
         Path,
         output_file(
             "Ends in .gpkg, .geojson, .csv, .xlsx or .parquet. An export that is there is replaced."
@@ -187,20 +201,21 @@ def export(
       avahazard export first -o first.xlsx
       avahazard export first -o first.parquet
     """
-    from avahazard.workflow.export import export as run  # noqa: PLC0415
 
-    found = run(settings(context).database, name, output)
 
-    def render(console: Console) -> None:
-        rows = [(x.layer, x.n_features, x.crs) for x in found.layers]
-        console.print(table(found.file, ("layer", ">features", "crs"), rows))
+def _figures(console: Console, found: Rows[PaperFigure]) -> None:
+    rows = [(row.figure, row.shows, Path(row.file).name if row.file else None) for row in found]
+    folder = next((Path(row.file).parent for row in found if row.file), "no folder")
+    console.print(table(f"Figures in {folder}", ("figure", "shows", "file"), rows))
 
-    warn(*found.notes)
-    emit(context, found, render)
+
+def _not_drawn(found: Rows[PaperFigure]) -> Iterator[str]:
+    for row in found:
+        for note in row.notes or ():
+            yield f"No figure {row.figure} ({row.shows}): {note}"
 
 
 def paper_figures(
-    context: typer.Context,
     names: Annotated[
         list[str] | None,
         typer.Argument(
@@ -219,42 +234,23 @@ def paper_figures(
       avahazard paper-figures all-metropolis all-gibbs --folder figures
       avahazard paper-figures first --path P01 --format pdf
     """
-    from avahazard.workflow.paper_figures import paper_figures as run  # noqa: PLC0415
-
-    with show_progress() as report:
-        found = run(settings(context).database, names or (), request, report)
-
-    def render(console: Console) -> None:
-        rows = [(row.figure, row.shows, Path(row.file).name if row.file else None) for row in found]
-        console.print(table(f"Figures in {request.folder}", ("figure", "shows", "file"), rows))
-
-    emit(context, found, render)
-    for row in found:
-        for note in row.notes or ():
-            warn(f"No figure {row.figure} ({row.shows}): {note}")
+    found = ask("paper_figures.paper_figures", names=names or (), request=request)
+    emit(found, _figures, notes=_not_drawn)
 
 
+def _synthetic(console: Console, found: MadeWorld) -> None:
+    size = f"{counted(found.n_events, 'event')} on {counted(found.n_paths, 'path')}"
+    for words in (
+        f"{size}, {found.n_left_profile} beyond the profile, {found.n_speeds} speeds.",
+        f"Hidden effects: {', '.join(found.effects) or 'none'}.",
+        *found.files,
+    ):
+        console.print(words, soft_wrap=True)
+
+
+@answers("synth.synthesise", _synthetic)
 def synth(
-    context: typer.Context,
-    folder: Annotated[Path, typer.Argument(help="A new or empty folder.")],
-    effect: Annotated[
-        list[str] | None,
-        typer.Option(metavar="KEY", help="An effect that is at work; may be given again."),
-    ] = None,
-    strength: Annotated[
-        float, typer.Option(min=0.0, max=2.0, help="Of the effects: 1 is plain to see.")
-    ] = 1.0,
-    events: Annotated[int, typer.Option(min=1, help="How many events.")] = 240,
-    paths: Annotated[int, typer.Option(min=1, help="How many paths.")] = 9,
-    speeds: Annotated[
-        float | None,
-        typer.Option(
-            min=0.0,
-            max=1.0,
-            help="Share of events with measured speeds; by itself only where an effect needs them.",
-        ),
-    ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Another seed, another dataset.")] = 0,
+    folder: Annotated[Path, typer.Argument(help="A new or empty folder.")], *, request: SynthRequest
 ) -> None:
     """Make a synthetic dataset with known hidden effects, to try the program on.
 
@@ -263,22 +259,3 @@ def synth(
       avahazard synth my-records --events 90 --paths 5
       avahazard synth hidden --effect forest-drag --effect snow-type --seed 7
     """
-    from avahazard.workflow.synth import synthesise  # noqa: PLC0415
-
-    found = synthesise(
-        folder,
-        effect or [],
-        strength=strength,
-        n_events=events,
-        n_paths=paths,
-        speeds=speeds,
-        seed=seed,
-    )
-
-    size = f"{counted(found.n_events, 'event')} on {counted(found.n_paths, 'path')}"
-    lines = (
-        f"{size}, {found.n_left_profile} beyond the profile, {found.n_speeds} speeds.",
-        f"Hidden effects: {', '.join(found.effects) or 'none'}.",
-        *found.files,
-    )
-    emit(context, found, "\n".join(lines))

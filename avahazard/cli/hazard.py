@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
 
-from avahazard.cli.options import CalibratedModel
-from avahazard.cli.output import emit, emit_rows, settings, show, table, warn
+from avahazard.cli.main import settings
+from avahazard.cli.options import CalibratedModel, answers
+from avahazard.cli.output import ask, emit, emit_rows, show, table, warn
 from avahazard.notes import Note, counted, grouped
-from avahazard.progress import show_progress
 from avahazard.report.language import TERMINAL
 from avahazard.report.tables import (
     apart_table,
@@ -26,13 +26,12 @@ from avahazard.report.tables import (
     zones_table,
 )
 from avahazard.results.hazard import HazardPlan, HazardRow
-from avahazard.results.zones import ZonedPath
+from avahazard.results.zones import Zones
 from avahazard.workflow.requests import HazardRequest, VolumesRequest, ZonesRequest
 
 
 def volumes(
-    context: typer.Context,
-    path: Annotated[
+    paths: Annotated[
         list[str] | None,
         typer.Argument(metavar="[PATH]…", help="Paths; all without one.", show_default=False),
     ] = None,
@@ -47,11 +46,8 @@ def volumes(
       avahazard volumes P01 -T 30 -T 100 --plot levels.png
       avahazard volumes --frequency gpd --threshold 20000
     """
-    from avahazard.workflow.volumes import volumes as run  # noqa: PLC0415
-
-    found = run(settings(context).database, replace(request, paths=path or ()))
-    emit(context, found.rows, lambda console: show(console, volumes_table(found.rows, TERMINAL)))
-    warn(*found.notes)
+    found = ask("volumes.volumes", request=replace(request, paths=paths or ()))
+    emit(found, lambda console, _: show(console, volumes_table(found.rows, TERMINAL)))
 
 
 MOST_ROWS, MOST_NOTES = 500, 100
@@ -59,7 +55,6 @@ MOST_ROWS, MOST_NOTES = 500, 100
 
 
 def hazard(
-    context: typer.Context,
     name: CalibratedModel,
     *,
     request: HazardRequest,
@@ -85,58 +80,28 @@ def hazard(
       avahazard hazard first --engine processes --workers 8
       avahazard --json hazard first -V 20000 > bounds.json
     """
-    from avahazard.workflow.hazard import plan_hazard, run_hazard  # noqa: PLC0415
-
-    database = settings(context).database
     if dry_run:
-        plan = plan_hazard(database, name, request)
-        emit(context, plan, lambda console: show_plan(console, plan))
+        emit(ask("hazard.plan_hazard", name=name, request=request), show_plan)
         return
-    with show_progress() as report:
-        found = run_hazard(database, name, request, report)
+    found = ask("hazard.run_hazard", name=name, request=request)
     emit_rows(
-        context,
         found.documents(),
-        lambda console: show_bounds(
-            console,
-            list(islice(found.rows(), MOST_ROWS)),
-            found.failed,
-            verbose=settings(context).verbose,
-        ),
+        lambda console: show_bounds(console, list(islice(found.rows(), MOST_ROWS)), found.failed),
     )
     if found.n_rows > MOST_ROWS:
         warn(f"the first {MOST_ROWS} of {found.n_rows} rows are shown: --json, or export.")
-    notes = grouped(note for note in found.notes if note.key != WINDOW)
+    notes = _beside_windows(found)
     warn(*notes[:MOST_NOTES])
     if len(notes) > MOST_NOTES:
         warn(f"and {len(notes) - MOST_NOTES} more notes, which are with the rows of --json.")
 
 
-def zones(
-    context: typer.Context,
-    name: CalibratedModel,
-    *,
-    request: ZonesRequest,
-) -> None:
-    """Find speed, pressure and hazard zones along the paths, by return period.
-
-    \b
-    Examples:
-      avahazard zones first
-      avahazard zones first --volumes volumes.csv
-      avahazard zones first --limits french --path P01 --plot zones.png
-    """
-    from avahazard.workflow.zones import zones as run  # noqa: PLC0415
-
-    with show_progress() as report:
-        found = run(settings(context).database, name, request, report)
-    verbose = settings(context).verbose
-    emit(context, found.rows, lambda console: show_zones(console, found.rows, verbose=verbose))
-    warn(*grouped(note for note in found.notes if note.key != WINDOW))
-
-
 WINDOW = "data_window"
 """The note that is the first line of the answer."""
+
+
+def _beside_windows(found: Any) -> list[Note]:
+    return grouped(note for note in found.notes if note.key != WINDOW)
 
 
 def show_windows(console: Console, notes: Iterable[Note]) -> None:
@@ -146,16 +111,13 @@ def show_windows(console: Console, notes: Iterable[Note]) -> None:
 
 
 def show_bounds(
-    console: Console,
-    rows: Sequence[HazardRow],
-    failed: Mapping[str, str] | None = None,
-    *,
-    verbose: bool = False,
+    console: Console, rows: Sequence[HazardRow], failed: Mapping[str, str] | None = None
 ) -> None:
-    """Print the rows of `hazard`: design runouts, else runouts of volumes; all, if `verbose`.
+    """Print the rows of `hazard`: design runouts, else runouts of volumes; all, if asked for.
 
     First, where rates rest on the years of the data set; last, why paths `failed`.
     """
+    verbose = settings().verbose
     show_windows(console, (note.about(row.path_id) for row in rows for note in row.notes))
     periods = [row for row in rows if row.return_period_years is not None]
     given = [row for row in rows if row.return_period_years is None]
@@ -164,9 +126,8 @@ def show_bounds(
     if verbose or given:
         show(console, volume_runout_table(rows if verbose else given, TERMINAL))
     if verbose:
-        show(console, apart_table(rows, TERMINAL))
-        show(console, period_volumes_table(rows, TERMINAL))
-        show(console, points_table(rows, TERMINAL))
+        for made in (apart_table, period_volumes_table, points_table):
+            show(console, made(rows, TERMINAL))
     elif periods:
         console.print("Volumes, their runouts and places on the map: avahazard --verbose hazard …")
     if failed:
@@ -177,17 +138,31 @@ FEW_PATHS = 8
 """Paths whose design runouts and speeds stand beside their zones without being asked for."""
 
 
-def show_zones(console: Console, entries: Sequence[ZonedPath], *, verbose: bool = False) -> None:
-    """Print zones; of few paths, or if `verbose`, design runouts and speeds too."""
+def show_zones(console: Console, found: Zones) -> None:
+    """Print zones; of few paths, or if all is asked for, design runouts and speeds too."""
+    entries = found.rows
     show_windows(console, (note for entry in entries for note in entry.notes))
-    whole = verbose or len(entries) <= FEW_PATHS
-    if whole:
-        show(console, design_table(entries, TERMINAL))
-    show(console, zones_table(entries, TERMINAL))
-    if whole:
-        show(console, speeds_table(entries, TERMINAL))
-    else:
+    whole = settings().verbose or len(entries) <= FEW_PATHS
+    for made in (design_table, zones_table, speeds_table) if whole else (zones_table,):
+        show(console, made(entries, TERMINAL))
+    if not whole:
         console.print("Design runouts, speeds and pressures: avahazard --verbose zones …")
+
+
+@answers("zones.zones", show_zones, notes=_beside_windows)
+def zones(name: CalibratedModel, *, request: ZonesRequest) -> None:
+    """Find speed, pressure and hazard zones along the paths, by return period.
+
+    A model needs drag (calibrate it with turbulent-drag, or import measured speeds): without,
+    nothing but friction limits its speeds, and --no-drag has to accept that.
+
+    \b
+    Examples:
+      avahazard zones first --no-drag
+      avahazard zones with-drag
+      avahazard zones with-drag --volumes volumes.csv
+      avahazard zones with-drag --limits french --path P01 --plot zones.png
+    """
 
 
 def show_plan(console: Console, plan: HazardPlan) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import keyword
 import os
+from contextvars import ContextVar
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -22,6 +23,26 @@ from avahazard import __version__
 from avahazard.records.errors import AvahazardError, did_you_mean
 
 HERE = Path(__file__).parent
+
+
+class CliSettings(NamedTuple):
+    """The database by path or URL, whether the output is JSON, and whether it is whole.
+
+    `named`: the command line names the database.
+    """
+
+    database: str = ""
+    as_json: bool = False
+    verbose: bool = False
+    named: bool = False
+
+
+_settings: ContextVar[CliSettings] = ContextVar("settings")
+
+
+def settings() -> CliSettings:
+    """The settings of the command that runs."""
+    return _settings.get(CliSettings())
 
 
 class Entry(NamedTuple):
@@ -100,18 +121,17 @@ class Commands(TyperGroup):
 
 def load(entry: Entry) -> Any:
     """Return the command of `entry`: the function, or the group, that bears its name."""
-    from avahazard.cli.options import add_engine_options, taking_requests  # noqa: PLC0415
+    from avahazard.cli.options import taking_requests, with_engine  # noqa: PLC0415
 
     found = getattr(import_module(f"avahazard.cli.{entry.module}"), entry.function)
     if isinstance(found, typer.Typer):
         command = get_command(found)
     else:
         single = typer.Typer(rich_markup_mode=None, add_completion=False)
-        single.command(entry.name)(taking_requests(found))
+        whole = with_engine(found) if entry.name in COMPUTING else found
+        single.command(entry.name)(taking_requests(whole))
         command = get_command(single)
     command.name = entry.name
-    if entry.name in COMPUTING:
-        add_engine_options(command)
     return command
 
 
@@ -192,9 +212,10 @@ def options(
     ] = False,
 ) -> None:
     """Calibrate avalanche friction on recorded events, find what the model misses, draw bounds."""
-    from avahazard.cli.output import CliSettings  # noqa: PLC0415 (help needs no tables)
-
-    context.obj = CliSettings(db, as_json, verbose)
+    source = context.get_parameter_source("db")
+    named = source is not None and source.name == "COMMANDLINE"
+    before = _settings.set(CliSettings(db, as_json, verbose, named))
+    context.call_on_close(lambda: _settings.reset(before))
 
 
 def main() -> None:

@@ -8,52 +8,34 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from avahazard.cli.options import EffectFiles, StoredModel
-from avahazard.cli.output import emit, settings, show, table, warn
+from avahazard.cli.options import EffectFiles, StoredModel, answers
+from avahazard.cli.output import ask, emit, show, table, warn
 from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.specification import GIVEN
-from avahazard.notes import counted
-from avahazard.progress import show_progress
+from avahazard.notes import Note, counted
 from avahazard.report.language import TERMINAL
 from avahazard.report.model_tables import kinds_table, parameters_table
 from avahazard.report.sentences import before_and_after_words, kinds_words
 from avahazard.report.tables import cell
+from avahazard.results.base import Rows
 from avahazard.results.calibration import Calibration
-from avahazard.results.models import EffectDetails
+from avahazard.results.models import (
+    EffectDetails,
+    EffectEntry,
+    ModelSummary,
+    Provenance,
+    Rerun,
+)
 from avahazard.workflow.requests import CalibrateRequest
 
 
-def calibrate(
-    context: typer.Context,
-    name: Annotated[str, typer.Argument(help="A new name for the model.", show_default=False)],
-    *,
-    request: CalibrateRequest,
-) -> None:
-    """Calibrate a model on the records and store it.
-
-    \b
-    Examples:
-      avahazard calibrate first
-      avahazard calibrate voellmy --with turbulent-drag
-      avahazard calibrate paper --method metropolis --path P01 --draws 10000
-      avahazard calibrate here --path P01 --prior-from elsewhere
-      avahazard calibrate informed --prior a=0.5,0.05 --prior n=2e-6,1e-6
-    """
-    from avahazard.workflow.calibrate import calibrate as run  # noqa: PLC0415
-
-    with show_progress() as report:
-        found = run(settings(context).database, name, request, report)
-    emit(context, found, lambda console: show_calibration(console, found))
-    warn(*found.notes)
-
-
-def show_calibration(console: Console, model: Calibration, *, verbose: bool = False) -> None:
+def show_calibration(console: Console, model: Calibration) -> None:
     """Print what a calibration found."""
     console.print(f"{model.model}: {_parts(model)}", soft_wrap=True)
     show(console, parameters_table(model, TERMINAL))
     for words in [] if model.kinds is None else kinds_words(model.kinds, TERMINAL):
         console.print(words, soft_wrap=True)
-    show(console, kinds_table(model, TERMINAL), verbose=verbose)
+    show(console, kinds_table(model, TERMINAL))
     given = model.given_priors or {}
     if given:
         each = (f"{key} {p.mean:g} ± {p.sd:g} {p.unit}".rstrip() for key, p in given.items())
@@ -88,42 +70,63 @@ def _parts(model: Calibration) -> str:
     return ", ".join(parts)
 
 
-def models(context: typer.Context) -> None:
+@answers("calibrate.calibrate", show_calibration)
+def calibrate(
+    name: Annotated[str, typer.Argument(help="A new name for the model.", show_default=False)],
+    *,
+    request: CalibrateRequest,
+) -> None:
+    """Calibrate a model on the records and store it.
+
+    \b
+    Examples:
+      avahazard calibrate first
+      avahazard calibrate voellmy --with turbulent-drag
+      avahazard calibrate paper --method metropolis --path P01 --draws 10000
+      avahazard calibrate here --path P01 --prior-from elsewhere
+      avahazard calibrate informed --prior a=0.5,0.05 --prior n=2e-6,1e-6
+    """
+
+
+def _models(console: Console, found: Rows[ModelSummary]) -> None:
+    if not found:
+        console.print("There are no models yet: make one with `avahazard calibrate NAME`.")
+        return
+    rows = [
+        (
+            row.model if row.parent is None else f"{row.model} (from {row.parent})",
+            row.law,
+            ", ".join(row.effects) or None,
+            row.method,
+            row.n_events,
+            row.converged,
+            row.created[:10],
+        )
+        for row in found
+    ]
+    columns = ("model", "law", "effects", "method", ">events", "converged", "made")
+    console.print(table("", columns, rows))
+
+
+@answers("models.show_models", _models)
+def models() -> None:
     """List the stored models.
 
     \b
     Example:
       avahazard models
     """
-    from avahazard.workflow.models import show_models  # noqa: PLC0415
 
-    found = show_models(settings(context).database)
 
-    def render(console: Console) -> None:
-        if not found:
-            console.print("There are no models yet: make one with `avahazard calibrate NAME`.")
-            return
-        rows = [
-            (
-                row.model if row.parent is None else f"{row.model} (from {row.parent})",
-                row.law,
-                ", ".join(row.effects) or None,
-                row.method,
-                row.n_events,
-                row.converged,
-                row.created[:10],
-            )
-            for row in found
-        ]
-        columns = ("model", "law", "effects", "method", ">events", "converged", "made")
-        console.print(table("", columns, rows))
-
-    emit(context, found, render)
+def _model(console: Console, found: Calibration) -> None:
+    show_calibration(console, found)
+    line = f"Stored {str(found.created).replace('T', ' ').removesuffix('Z')} (UTC)"
+    parent = f", from {found.parent}" if found.parent else ""
+    console.print(f"{line}{parent}, on the records {found.data_fingerprint[:12]}….")
 
 
 def model(
-    context: typer.Context,
-    name: Annotated[str, typer.Argument(help="The name of a model.", show_default=False)],
+    name: StoredModel,
     provenance: Annotated[
         bool, typer.Option("--provenance", help="Show what is needed to make it again.")
     ] = False,
@@ -135,50 +138,32 @@ def model(
       avahazard model first
       avahazard model first --provenance
     """
-    if provenance:
-        _show_provenance(context, name)
+    if not provenance:
+        emit(ask("models.show_model", name=name), _model)
         return
-    from avahazard.workflow.models import show_model  # noqa: PLC0415
-
-    found = show_model(settings(context).database, name)
-
-    def render(console: Console) -> None:
-        show_calibration(console, found, verbose=settings(context).verbose)
-        line = f"Stored {str(found.created).replace('T', ' ').removesuffix('Z')} (UTC)"
-        parent = f", from {found.parent}" if found.parent else ""
-        fingerprint = found.data_fingerprint[:12]
-        console.print(f"{line}{parent}, on the records {fingerprint}….")
-
-    emit(context, found, render)
-    warn(*found.notes)
-
-
-def _show_provenance(context: typer.Context, name: str) -> None:
-    from avahazard.workflow.models import show_provenance  # noqa: PLC0415
-
-    found = show_provenance(settings(context).database, name)
-    made = found.made_with
-
-    def render(console: Console) -> None:
-        rows = [
-            ("stored (UTC)", found.created),
-            ("parent", found.parent),
-            ("records", found.data_fingerprint),
-            ("method", f"{found.method}, {found.chains} chains of {found.draws} draws"),
-            ("seed", found.seed),
-            ("paths", ", ".join(found.paths) or "all"),
-            *((key, _specified(key, value)) for key, value in found.specification.items()),
-            ("effect files, SHA-256", found.effect_sha256),
-            ("lock, SHA-256", None if made is None else made.lock_sha256),
-        ]
-        console.print(table(f"Provenance of {name}", ("", "value"), rows))
-        was = {} if made is None else made.versions
-        versions = [(key, was.get(key), now) for key, now in found.now.versions.items()]
-        console.print(table("", ("version of", "then", "now"), versions))
-
-    emit(context, found, render)
+    found = ask("models.show_provenance", name=name)
+    emit(found, _provenance)
     if found.records_changed:
-        warn(f"the records have changed since {name} was calibrated.")
+        warn(Note("stale", model=name))
+
+
+def _provenance(console: Console, found: Provenance) -> None:
+    made = found.made_with
+    rows = [
+        ("stored (UTC)", found.created),
+        ("parent", found.parent),
+        ("records", found.data_fingerprint),
+        ("method", f"{found.method}, {found.chains} chains of {found.draws} draws"),
+        ("seed", found.seed),
+        ("paths", ", ".join(found.paths) or "all"),
+        *((key, _specified(key, value)) for key, value in found.specification.items()),
+        ("effect files, SHA-256", found.effect_sha256),
+        ("lock, SHA-256", None if made is None else made.lock_sha256),
+    ]
+    console.print(table(f"Provenance of {found.model}", ("", "value"), rows))
+    was = {} if made is None else made.versions
+    versions = [(key, was.get(key), now) for key, now in found.now.versions.items()]
+    console.print(table("", ("version of", "then", "now"), versions))
 
 
 def _specified(key: str, value: Any) -> str | None:
@@ -190,40 +175,41 @@ def _specified(key: str, value: Any) -> str | None:
     return (", ".join(value) or None) if isinstance(value, list | tuple) else str(value)
 
 
-def rerun(context: typer.Context, name: StoredModel, effect_file: EffectFiles = None) -> None:
+def _rerun(console: Console, found: Rerun) -> None:
+    if found.identical:
+        console.print(f"{found.model}: identical, every draw of {found.n_parameters} parameters.")
+        return
+    rows = [(key, d.stored_mean, d.new_mean, d.largest) for key, d in found.differences.items()]
+    columns = ("", ">stored mean", ">mean now", ">largest difference")
+    console.print(table(f"{found.model}: not identical", columns, rows))
+
+
+@answers("models.rerun", _rerun)
+def rerun(name: StoredModel, effect_files: EffectFiles = None) -> None:
     """Calibrate a stored model again, and say whether the result is identical.
 
     \b
     Example:
       avahazard rerun first
     """
-    from avahazard.workflow.models import rerun as run  # noqa: PLC0415
-
-    with show_progress() as report:
-        found = run(settings(context).database, name, effect_files=effect_file or (), report=report)
-
-    def render(console: Console) -> None:
-        if found.identical:
-            console.print(f"{name}: identical, every draw of {found.n_parameters} parameters.")
-            return
-        rows = [(key, d.stored_mean, d.new_mean, d.largest) for key, d in found.differences.items()]
-        columns = ("", ">stored mean", ">mean now", ">largest difference")
-        console.print(table(f"{name}: not identical", columns, rows))
-
-    emit(context, found, render)
-    warn(*found.notes)
 
 
+def _child(console: Console, found: Calibration) -> None:
+    show_calibration(console, found)
+    assert found.comparison is not None
+    console.print(before_and_after_words(found.comparison, TERMINAL), soft_wrap=True)
+
+
+@answers("calibrate.add", _child)
 def add(
-    context: typer.Context,
     name: StoredModel,
-    effect: Annotated[
+    effects: Annotated[
         list[str], typer.Argument(metavar="EFFECT…", help="Effects to add.", show_default=False)
     ],
-    as_: Annotated[
+    new_name: Annotated[
         str, typer.Option("--as", metavar="NEW", help="Name of the new model.", show_default=False)
     ],
-    effect_file: EffectFiles = None,
+    effect_files: EffectFiles = None,
 ) -> None:
     """Add effects to a model: the child is calibrated, compared and stored.
 
@@ -232,48 +218,25 @@ def add(
       avahazard add first forest-drag --as forest
       avahazard add first my-effect --as mine --effect-file mine.py
     """
-    from avahazard.workflow.calibrate import add as run  # noqa: PLC0415
-
-    with show_progress() as report:
-        found = run(
-            settings(context).database,
-            name,
-            effect,
-            as_,
-            effect_files=effect_file or (),
-            report=report,
-        )
-
-    def render(console: Console) -> None:
-        show_calibration(console, found)
-        assert found.comparison is not None
-        console.print(before_and_after_words(found.comparison, TERMINAL), soft_wrap=True)
-
-    emit(context, found, render)
-    warn(*found.notes)
 
 
-def effects(context: typer.Context) -> None:
+def _effects(console: Console, found: Rows[EffectEntry]) -> None:
+    cells = [
+        (row.key, row.needs, "yes" if row.lacking is None else f"no: {row.lacking}")
+        for row in found
+    ]
+    console.print(table("Effects", ("effect", "needs", "can these data tell?"), cells))
+    console.print("More on one: avahazard effect KEY. Your own: avahazard effect new FILE.")
+
+
+@answers("effects.list_effects", _effects)
+def effects() -> None:
     """List the effects that a model can have, and whether the present data can tell them.
 
     \b
     Example:
       avahazard effects
     """
-    from avahazard.workflow.effects import list_effects  # noqa: PLC0415
-
-    found = list_effects(settings(context).database)
-
-    def render(console: Console) -> None:
-        cells = [
-            (row.key, row.needs, "yes" if row.lacking is None else f"no: {row.lacking}")
-            for row in found
-        ]
-        columns = ("effect", "needs", "can these data tell?")
-        console.print(table("Effects", columns, cells))
-        console.print("More on one: avahazard effect KEY. Your own: avahazard effect new FILE.")
-
-    emit(context, found, render)
 
 
 def effect(
@@ -291,20 +254,17 @@ def effect(
       avahazard effect forest-drag
       avahazard effect new mine.py
     """
-    from avahazard.workflow.effects import show_effect, write_template  # noqa: PLC0415
-
     if (key == "new") != (file is not None):
         raise typer.BadParameter("it is either KEY or new FILE", ctx=context, param_hint="KEY")
-    if file is not None:
-        written = write_template(file)
-        then = f"avahazard add MODEL KEY --as NEW --effect-file {written.file}"
-        emit(context, written, f"Written: {written.file}\nChange it, then: {then}")
+    if file is None:
+        emit(ask("effects.show_effect", key=key), _effect)
         return
-    found = show_effect(settings(context).database, key)
-    emit(context, found, lambda console: _render_effect(console, found))
+    written = ask("effects.write_template", file=file)
+    then = f"avahazard add MODEL KEY --as NEW --effect-file {written.file}"
+    emit(written, f"Written: {written.file}\nChange it, then: {then}")
 
 
-def _render_effect(console: Console, effect: EffectDetails) -> None:
+def _effect(console: Console, effect: EffectDetails) -> None:
     console.print(f"{effect.key}: {effect.meaning}")
     if effect.acts_on:
         console.print(f"It acts on: {effect.acts_on}.")

@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import typer
 
+from avahazard.cli.output import Render, ask, emit, warn
+from avahazard.engine import LOCAL, EngineName, close_engine, set_engine
 from avahazard.records.errors import AvahazardError
-from avahazard.request import Field, Request, parts_of
+from avahazard.request import Field, Option, Request, parts_of
 from avahazard.workflow.requests import EFFECT_FILES
 
 StoredModel = Annotated[str, typer.Argument(help="A stored model.", show_default=False)]
 CalibratedModel = Annotated[str, typer.Argument(help="A calibrated model.", show_default=False)]
-OnePath = Annotated[str, typer.Argument(help="The path_id of a path.", show_default=False)]
+OnePath = Annotated[
+    str, typer.Argument(metavar="PATH", help="The path_id of a path.", show_default=False)
+]
 EffectFiles = Annotated[
     list[Path] | None,
     typer.Option("--effect-file", metavar=EFFECT_FILES.metavar, help=EFFECT_FILES.help),
@@ -32,23 +38,34 @@ def output_file(words: str) -> Any:
     return typer.Option("-o", "--output", metavar="FILE", help=words, show_default=False)
 
 
+def answers(
+    use_case: str, render: Render, **how: Callable[[Any], Any]
+) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Let a use case (`ask`) answer a command, which has nothing but its parameters and its help.
+
+    They have the names of the use case. The result is printed by `render`; `how` as for `emit`.
+    """
+
+    def decorated(command: Callable[..., None]) -> Callable[..., None]:
+        def answered(**values: Any) -> None:
+            emit(ask(use_case, **values), render, **how)
+
+        return _looking_like(command, answered, _parameters(command))
+
+    return decorated
+
+
 def taking_requests(command: Callable[..., Any]) -> Callable[..., Any]:
     """The command with the options of each request that it takes in the place of the request."""
-    own = inspect.signature(command, eval_str=True).parameters
-    asked = {name: p.annotation for name, p in own.items() if _is_request(p.annotation)}
+    own = _parameters(command)
+    asked = {p.name: p.annotation for p in own if _is_request(p.annotation)}
 
     def taken(**values: Any) -> Any:
         return command(**values | {name: _filled(kind, values) for name, kind in asked.items()})
 
-    parameters = []
-    for name, parameter in own.items():
-        parameters += list(_options(asked[name])) if name in asked else [parameter]
-    taken.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
-        [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in parameters]
+    return _looking_like(
+        command, taken, chain(*(_options(asked[p.name]) if p.name in asked else [p] for p in own))
     )
-    taken.__name__, taken.__doc__ = command.__name__, command.__doc__
-    taken.__annotations__ = {}
-    return taken
 
 
 def _is_request(kind: Any) -> bool:
@@ -108,51 +125,53 @@ def _filled(request: type[Request], values: dict[str, Any]) -> Request:
         raise typer.BadParameter(str(error)) from error
 
 
-def add_engine_options(command: Any) -> None:
-    """Give a command the options; they choose the engine, and the command never sees them."""
-    carrier = typer.Typer(rich_markup_mode=None, add_completion=False)
-    carrier.command()(_carrier)
-    own = [p for p in typer.main.get_command(carrier).params if p.name in ENGINE]
-    command.params.extend(own)
-    inner = command.callback
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EngineRequest(Request):
+    """Who does the work, and how many of them."""
 
-    def callback(**values: Any) -> Any:
-        from avahazard.cli.output import warn  # noqa: PLC0415 (help needs no engine)
-        from avahazard.engine import close_engine, set_engine  # noqa: PLC0415
+    engine: Annotated[
+        EngineName, Option(help="Threads, processes, or a dask cluster; results are the same.")
+    ] = LOCAL
+    workers: Annotated[
+        int | None,
+        Option(
+            help="How many share the work; results are the same. [default: the cores]",
+            metavar="N",
+            least=1,
+            most=1024,
+        ),
+    ] = None
+    scheduler: Annotated[
+        str | None,
+        Option(
+            help="Of dask, such as tcp://host:8786; without it dask has workers on this machine.",
+            metavar="ADDRESS",
+        ),
+    ] = None
 
-        engine, workers, scheduler = (values.pop(name) for name in ENGINE)
+
+def with_engine(command: Callable[..., None]) -> Callable[..., None]:
+    """The command with the options of the engine, which it never sees."""
+
+    def engaged(*, by: EngineRequest, **values: Any) -> None:
         try:
-            set_engine(engine, workers=workers, scheduler=scheduler, tell=warn)
-            return inner(**values)
+            set_engine(by.engine, workers=by.workers, scheduler=by.scheduler, tell=warn)
+            command(**values)
         finally:
             close_engine()
 
-    command.callback = callback
+    return _looking_like(command, engaged, [*_parameters(command), *_parameters(engaged)[:1]])
 
 
-ENGINE = ("engine", "workers", "scheduler")
+def _parameters(command: Callable[..., Any]) -> list[inspect.Parameter]:
+    return list(inspect.signature(command, eval_str=True).parameters.values())
 
 
-def _carrier(
-    engine: Annotated[
-        Literal["local", "processes", "dask"],
-        typer.Option(help="Threads, processes, or a dask cluster; results are the same."),
-    ] = "local",
-    workers: Annotated[
-        int | None,
-        typer.Option(
-            min=1,
-            max=1024,
-            metavar="N",
-            help="How many share the work; results are the same. [default: the cores]",
-        ),
-    ] = None,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ADDRESS",
-            help="Of dask, such as tcp://host:8786; without it dask has workers on this machine.",
-        ),
-    ] = None,
-) -> None:
-    """Nothing but its options."""
+def _looking_like(
+    command: Callable[..., Any], made: Callable[..., Any], parameters: Iterable[inspect.Parameter]
+) -> Callable[..., Any]:
+    """What was `made` of a command, with its name and help, and these parameters."""
+    named = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in parameters]
+    made.__signature__ = inspect.Signature(named)  # type: ignore[attr-defined]
+    made.__name__, made.__doc__, made.__annotations__ = command.__name__, command.__doc__, {}
+    return made

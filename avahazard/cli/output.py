@@ -7,28 +7,24 @@ import json
 import re
 import shlex
 import sys
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from importlib import import_module
+from inspect import signature
 from itertools import groupby
 from operator import attrgetter
 from textwrap import indent, wrap
 from typing import Any, Literal
 
 import typer
-from click import get_current_context
 from rich import box
-from rich.console import (
-    Console,
-    ConsoleOptions,
-    ConsoleRenderable,
-    RenderHook,
-    RenderResult,
-)
+from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderHook, RenderResult
 from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
+from avahazard.cli.main import settings
 from avahazard.notes import Note, grouped
+from avahazard.progress import show_progress
 from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem
 from avahazard.records.plain import plain
 from avahazard.report import tables as report_tables
@@ -36,21 +32,36 @@ from avahazard.report.language import TERMINAL
 from avahazard.report.tables import cell
 from avahazard.report.words import OPEN
 
-
-@dataclass(frozen=True, slots=True)
-class CliSettings:
-    """The database by path or URL, whether the output is JSON, and whether it is whole."""
-
-    database: str
-    as_json: bool
-    verbose: bool = False
+Render = Callable[[Console, Any], None]
+"""Prints a result for people."""
 
 
-def settings(context: typer.Context) -> CliSettings:
-    """Return the settings of a running command."""
-    found = context.obj
-    assert isinstance(found, CliSettings)
-    return found
+def ask(use_case: str, **values: Any) -> Any:
+    """What a use case, `module.function` of `avahazard.workflow`, returns for these values.
+
+    None stands for what was not given. The database and the progress are given to those that
+    take them.
+    """
+    module, name = use_case.split(".")
+    run = getattr(import_module(f"avahazard.workflow.{module}"), name)
+    values = {key: value for key, value in values.items() if value is not None}
+    if "database" in signature(run).parameters:
+        values["database"] = settings().database
+    if "report" not in signature(run).parameters:
+        return run(**values)
+    with show_progress() as report:
+        return run(**values, report=report)
+
+
+def document_of(found: Any) -> Any:
+    """What `--json` prints of a result: its rows, where that is all there is to it."""
+    return getattr(found, "rows", found)
+
+
+def notes_of(found: Any) -> Iterator[str]:
+    """The notes of a result, or of all its rows."""
+    for one in found if isinstance(found, list | tuple) else (found,):
+        yield from getattr(one, "notes", None) or ()
 
 
 LONGEST_CELL = 200
@@ -116,38 +127,42 @@ class SafeHook(RenderHook):
         return [SafeText(one) for one in renderables]
 
 
-def emit(context: typer.Context, document: Any, render: Callable[[Console], None] | str) -> None:
-    """Print `document` as JSON where that was asked for, else `render`, which prints or is text."""
-    if settings(context).as_json:
-        text = json.dumps(plain(document), ensure_ascii=False, allow_nan=False, indent=2)
+def emit(
+    found: Any,
+    render: Render | str,
+    *,
+    document: Callable[[Any], Any] = document_of,
+    notes: Callable[[Any], Iterable[str]] = notes_of,
+) -> None:
+    """Print a result, as JSON where that was asked for, else by `render` or as that text; notes."""
+    if settings().as_json:
+        text = json.dumps(plain(document(found)), ensure_ascii=False, allow_nan=False, indent=2)
         typer.echo(safe_json(text))
     else:
         console = output()
         if isinstance(render, str):
             console.print(render, soft_wrap=True)
         else:
-            render(console)
-        show_next(context, console, getattr(document, "next", None))
+            render(console, found)
+        show_next(console, getattr(found, "next", None))
+    warn(*notes(found))
 
 
-def show_next(context: typer.Context, console: Console, step: Note | None) -> None:
+def show_next(console: Console, step: Note | None) -> None:
     """Print the next step: why, and below it the command alone, which can be copied."""
     if step is None:
         return
-    command, root = str(step), context.find_root()
-    source = root.get_parameter_source("db")
-    if source is not None and source.name == "COMMANDLINE":
-        option = shlex.join(("--db", settings(context).database))
+    command = str(step)
+    if settings().named:
+        option = shlex.join(("--db", settings().database))
         command = re.sub("^avahazard ", lambda found: f"{found.group()}{option} ", command)
     console.print(f"{step.values.get('why', '')} Next:".lstrip())
     console.print(f"  {command}", soft_wrap=True)
 
 
-def emit_rows(
-    context: typer.Context, documents: Iterable[Any], render: Callable[[Console], None]
-) -> None:
+def emit_rows(documents: Iterable[Any], render: Callable[[Console], None]) -> None:
     """As `emit` of a list, one document at a time, so that it may be long."""
-    if not settings(context).as_json:
+    if not settings().as_json:
         render(output())
         return
     before = "["
@@ -175,21 +190,15 @@ def _safe(console: Console) -> Console:
 
 def warn(*texts: str) -> None:
     """Print warnings on standard error, a line for all of one kind unless all are asked for."""
-    context = get_current_context(silent=True)
-    known = None if context is None else context.find_root().obj
-    whole = isinstance(known, CliSettings) and known.verbose
-    for text in dict.fromkeys(texts) if whole else grouped(texts):
+    for text in dict.fromkeys(texts) if settings().verbose else grouped(texts):
         errors().print(Text(f"Note: {safe(text)}", style="yellow"), soft_wrap=True)
 
 
-def show(console: Console, found: report_tables.Table | None, *, verbose: bool = False) -> None:
-    """Print a table and how to read it; nothing for None.
-
-    Rows that are folded are counted, unless `verbose`.
-    """
+def show(console: Console, found: report_tables.Table | None) -> None:
+    """Print a table and how to read it; nothing for None. Folded rows are counted."""
     if found is None:
         return
-    rows = found.rows if verbose else found.rows[: found.shown]
+    rows = found.rows if settings().verbose else found.rows[: found.shown]
     if rows or not found.rows:
         console.print(table(found.title, found.columns, rows))
     if len(rows) < len(found.rows):

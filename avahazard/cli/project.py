@@ -15,8 +15,8 @@ from rich.padding import Padding
 
 from avahazard.cli.hazard import show_bounds
 from avahazard.cli.models import show_calibration
-from avahazard.cli.output import emit, settings, table, warn
-from avahazard.progress import show_progress
+from avahazard.cli.options import answers
+from avahazard.cli.output import table
 from avahazard.report.language import TERMINAL
 from avahazard.report.sentences import before_and_after_words, verdict_words
 from avahazard.report.words import coordinate_words
@@ -25,8 +25,17 @@ from avahazard.results.made import Demo, HiddenEffect, ProjectRun
 from avahazard.workflow.requests import RunRequest
 
 
+def _show_project(console: Console, found: ProjectRun) -> None:
+    rows = [(step.step, step.state, step.found) for step in found.steps]
+    console.print(table(f"Project {found.project}", ("step", "state", "found"), rows))
+    by = f"The answers are by the model {found.model}, in {found.database}:"
+    console.print(by, soft_wrap=True)
+    for file in found.files:
+        console.print(f"  {file}", soft_wrap=True)
+
+
+@answers("run.run_project", _show_project)
 def run(
-    context: typer.Context,
     file: Annotated[
         Path, typer.Argument(metavar="[avahazard.toml]", help="The file of the project.")
     ] = Path("avahazard.toml"),
@@ -41,45 +50,6 @@ def run(
       avahazard run valley/avahazard.toml
       avahazard run --dry-run
     """
-    from avahazard.workflow.run import run_project  # noqa: PLC0415
-
-    with show_progress() as report:
-        found = run_project(file, settings(context).database, request, report)
-    emit(context, found, lambda console: _show_project(console, found))
-    warn(*found.notes)
-
-
-def _show_project(console: Console, found: ProjectRun) -> None:
-    rows = [(step.step, step.state, step.found) for step in found.steps]
-    console.print(table(f"Project {found.project}", ("step", "state", "found"), rows))
-    by = f"The answers are by the model {found.model}, in {found.database}:"
-    console.print(by, soft_wrap=True)
-    for file in found.files:
-        console.print(f"  {file}", soft_wrap=True)
-
-
-def demo(
-    context: typer.Context,
-    folder: Annotated[
-        Path, typer.Option(help="Where its database and files go; made anew each time.")
-    ] = Path("avahazard-demo"),
-) -> None:
-    """Do the main job on the bundled data, a twin of the paper's seven paths; find what is hidden.
-
-    The second part makes a synthetic dataset with one effect that its model lacks, lets diagnose
-    name what is missing, adds that, and says how far the error falls.
-
-    \b
-    Examples:
-      avahazard demo
-      avahazard demo --folder try
-    """
-    from avahazard.workflow.demo import run_demo  # noqa: PLC0415
-
-    with show_progress() as report:
-        found = run_demo(folder, report)
-    emit(context, found, lambda console: _show_demo(console, found))
-    warn(*found.notes, *found.loop.notes)
 
 
 def _show_demo(console: Console, found: Demo) -> None:
@@ -118,6 +88,24 @@ def _show_demo(console: Console, found: Demo) -> None:
         f"It is the report of the model “{last_model(found.loop)}” of the synthetic dataset: where "
         "it fails, what was found, and the error that is left."
     )
+
+
+@answers("demo.run_demo", _show_demo, notes=lambda found: (*found.notes, *found.loop.notes))
+def demo(
+    folder: Annotated[
+        Path, typer.Option(help="Where its database and files go; made anew each time.")
+    ] = Path("avahazard-demo"),
+) -> None:
+    """Do the main job on the bundled data, a twin of the paper's seven paths; find what is hidden.
+
+    The second part makes a synthetic dataset with one effect that its model lacks, lets diagnose
+    name what is missing, adds that, and says how far the error falls.
+
+    \b
+    Examples:
+      avahazard demo
+      avahazard demo --folder try
+    """
 
 
 def show_loop(console: Console, found: HiddenEffect) -> None:

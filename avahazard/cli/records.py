@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
 from statistics import median
@@ -12,13 +12,15 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from avahazard.cli.options import OnePath, picture
-from avahazard.cli.output import emit, errors, settings, show, table, warn
+from avahazard.cli.options import OnePath, answers, picture
+from avahazard.cli.output import ask, emit, errors, show, table
 from avahazard.report.language import TERMINAL
 from avahazard.report.model_tables import fits_table
 from avahazard.report.tables import alpha_beta_table, cell, paths_table, thinned
+from avahazard.results.base import Rows
+from avahazard.results.database import GuessedColumns, Import
 from avahazard.results.friction import ApparentEvent, Frictions, PerturbationCheck
-from avahazard.results.terrain import Runout, RunoutAt
+from avahazard.results.terrain import PathCheck, PathSummary, Runout, RunoutAt
 from avahazard.workflow.requests import (
     AlphaBetaRequest,
     FrictionRequest,
@@ -28,10 +30,10 @@ from avahazard.workflow.requests import (
 
 
 def import_(
-    context: typer.Context,
-    source: Annotated[
+    sources: Annotated[
         list[str],
         typer.Argument(
+            metavar="SOURCE…",
             help="Tables (.csv, .xlsx, .ods) or folders of them; lines or points (.gpkg, .geojson, "
             ".shp, .kml, .gpx).",
             show_default=False,
@@ -64,56 +66,50 @@ def import_(
       avahazard import slides.csv --unusual --unknown=-9999
       avahazard import lines.gpkg events.csv --dem terrain.tif --land-cover forest.gpkg
     """
-    from avahazard.workflow.import_files import import_files  # noqa: PLC0415
-
     if guess_columns:
-        _guess(context, source)
+        if len(sources) > 1:
+            raise typer.BadParameter("Name one table to guess its columns.")
+        emit(ask("import_files.guess_columns", source=sources[0]), _guessed)
         return
-    found = import_files(settings(context).database, source, request)
-
-    def render(console: Console) -> None:
-        if found.dry_run:
-            headings = ("column", "meaning", "unit", "first values")
-            for (file, form), read in groupby(found.understood, lambda c: (c.file, c.form)):
-                cells = [(c.column, c.meaning, c.unit, ", ".join(c.values)) for c in read]
-                console.print(table(f"{file}: {form}", headings, cells))
-        title = "Would be imported (nothing was stored)" if found.dry_run else "Imported"
-        columns = ("", ">new", ">unchanged", ">updated")
-        rows = [(kind, *counts.values()) for kind, counts in found.records.to_dict().items()]
-        console.print(table(title, columns, rows))
-
+    found = ask("import_files.import_files", sources=sources, request=request)
     for line in found.read:
         errors().print(f"Read {line}.", soft_wrap=True)
-    warn(*found.notes)
-    emit(context, found, render)
+    emit(found, _imported)
 
 
-def _guess(context: typer.Context, source: Sequence[str]) -> None:
-    from avahazard.workflow.import_files import guess_columns  # noqa: PLC0415
-
-    if len(source) > 1:
-        raise typer.BadParameter("Name one table to guess its columns.")
-    found = guess_columns(source[0])
-
-    def render(console: Console) -> None:
-        columns = ("column", "seems to be", "unit", ">sure", "because")
-        rows = [
-            (g.source, g.column, g.unit, f"{g.confidence:.0%}", g.reason) for g in found.guesses
-        ]
-        console.print(table(f"Columns of {found.file}", columns, rows))
-        for text in found.open:
-            console.print(f"Open: {text}", markup=False, soft_wrap=True)
-        console.print(
-            f"Written to {found.written}: read it, correct it, then avahazard import {found.file} "
-            "--dry-run",
-            markup=False,
-            soft_wrap=True,
-        )
-
-    emit(context, found, render)
+def _imported(console: Console, found: Import) -> None:
+    if found.dry_run:
+        headings = ("column", "meaning", "unit", "first values")
+        for (file, form), read in groupby(found.understood, lambda c: (c.file, c.form)):
+            cells = [(c.column, c.meaning, c.unit, ", ".join(c.values)) for c in read]
+            console.print(table(f"{file}: {form}", headings, cells))
+    title = "Would be imported (nothing was stored)" if found.dry_run else "Imported"
+    rows = [(kind, *counts.values()) for kind, counts in found.records.to_dict().items()]
+    console.print(table(title, ("", ">new", ">unchanged", ">updated"), rows))
 
 
-def paths(context: typer.Context) -> None:
+def _guessed(console: Console, found: GuessedColumns) -> None:
+    columns = ("column", "seems to be", "unit", ">sure", "because")
+    rows = [(g.source, g.column, g.unit, f"{g.confidence:.0%}", g.reason) for g in found.guesses]
+    console.print(table(f"Columns of {found.file}", columns, rows))
+    for text in found.open:
+        console.print(f"Open: {text}", soft_wrap=True)
+    console.print(
+        f"Written to {found.written}: read it, correct it, then avahazard import {found.file} "
+        "--dry-run",
+        soft_wrap=True,
+    )
+
+
+def _paths(console: Console, found: Rows[PathSummary]) -> None:
+    if found:
+        show(console, paths_table(found, TERMINAL))
+    else:
+        console.print("There are no paths yet: import some.")
+
+
+@answers("path.list_paths", _paths)
+def paths() -> None:
     """List the paths.
 
     \b
@@ -121,24 +117,36 @@ def paths(context: typer.Context) -> None:
       avahazard paths
       avahazard --json paths > paths.json
     """
-    from avahazard.workflow.path import list_paths  # noqa: PLC0415
-
-    found = list_paths(settings(context).database)
-
-    def render(console: Console) -> None:
-        if found:
-            show(console, paths_table(found, TERMINAL))
-        else:
-            console.print("There are no paths yet: import some.")
-
-    emit(context, found, render)
 
 
-def path(
-    context: typer.Context,
-    path: OnePath,
-    plot: Annotated[Path | None, picture()] = None,
-) -> None:
+def _path(console: Console, found: PathCheck) -> None:
+    fit = found.fit
+    how = (
+        f"Legendre polynomial of degree {fit.degree}"
+        if fit.method == "legendre"
+        else f"smoothing spline ({cell(fit.smoothing, TERMINAL)})"
+    )
+    rows = (
+        ("points", found.n_points),
+        ("events", found.n_events),
+        ("length m", found.length_m),
+        ("drop m", found.drop_m),
+        ("smoothed by", how),
+        (f"error of a point, {fit.sigma_from} m", fit.elevation_sigma_m),
+        ("misfit (rms) m", fit.rms_m),
+        ("misfit of the polynomial (rms) m", fit.polynomial_rms_m),
+        ("largest deviation m", fit.max_deviation_m),
+        ("error of the ground m", fit.ground_sd_m),
+        ("length of the block m", fit.block_m),
+        ("falls all the way", found.monotone),
+        ("smallest radius of curvature m", found.min_curvature_radius_m),
+        ("length of the flow m", found.flow_length_m),
+    )
+    console.print(table("", (found.path_id, ">"), rows))
+
+
+@answers("path.view_path", _path)
+def path(path_id: OnePath, plot: Annotated[Path | None, picture()] = None) -> None:
     """Show how the profile of a path was smoothed, and check it.
 
     \b
@@ -146,44 +154,29 @@ def path(
       avahazard path P01
       avahazard path P01 --plot profile.png
     """
-    from avahazard.workflow.path import view_path  # noqa: PLC0415
-
-    found = view_path(settings(context).database, path, plot)
-    fit = found.fit
-    how = (
-        f"Legendre polynomial of degree {fit.degree}"
-        if fit.method == "legendre"
-        else f"smoothing spline ({cell(fit.smoothing, TERMINAL)})"
-    )
-
-    def render(console: Console) -> None:
-        rows = (
-            ("points", found.n_points),
-            ("events", found.n_events),
-            ("length m", found.length_m),
-            ("drop m", found.drop_m),
-            ("smoothed by", how),
-            (f"error of a point, {fit.sigma_from} m", fit.elevation_sigma_m),
-            ("misfit (rms) m", fit.rms_m),
-            ("misfit of the polynomial (rms) m", fit.polynomial_rms_m),
-            ("largest deviation m", fit.max_deviation_m),
-            ("error of the ground m", fit.ground_sd_m),
-            ("length of the block m", fit.block_m),
-            ("falls all the way", found.monotone),
-            ("smallest radius of curvature m", found.min_curvature_radius_m),
-            ("length of the flow m", found.flow_length_m),
-        )
-        console.print(table("", (path, ">"), rows))
-
-    emit(context, found, render)
-    warn(*found.notes)
 
 
 SHOWN = 10
 """Places in the table of speeds for people."""
 
 
-def runout(context: typer.Context, path: OnePath, *, request: RunoutRequest) -> None:
+def _runout(console: Console, found: Runout) -> None:
+    console.print(_how_it_ended(found), soft_wrap=True)
+    if found.status != "not_released":
+        rows = [(f"{p.x_m:.0f}", f"{p.speed_m_s:.1f}") for p in thinned(found.speeds, SHOWN)]
+        console.print(table("", (">x m", ">speed m/s"), rows))
+        console.print(f"Largest speed {found.speed_max_m_s:.1f} m/s.")
+    show_table(console, found)
+
+
+def _lift_off(found: Runout) -> Iterator[str]:
+    if found.lift_off_x_m is not None:
+        yield f"the block loses the ground at x = {found.lift_off_x_m:.0f} m."
+    yield from found.notes or ()
+
+
+@answers("runout.run_block", _runout, notes=_lift_off)
+def runout(path_id: OnePath, *, request: RunoutRequest) -> None:
     """Run the block once: its stop and its speeds; or F(μ), where it stops under any friction.
 
     \b
@@ -192,22 +185,6 @@ def runout(context: typer.Context, path: OnePath, *, request: RunoutRequest) -> 
       avahazard runout P01 --model first --volume 50000
       avahazard runout P01 --mu 0.4 --table --plot curve.png
     """
-    from avahazard.workflow.runout import run_block  # noqa: PLC0415
-
-    found = run_block(settings(context).database, path, request)
-
-    def render(console: Console) -> None:
-        console.print(_how_it_ended(found), soft_wrap=True)
-        if found.status != "not_released":
-            rows = [(f"{p.x_m:.0f}", f"{p.speed_m_s:.1f}") for p in thinned(found.speeds, SHOWN)]
-            console.print(table("", (">x m", ">speed m/s"), rows))
-            console.print(f"Largest speed {found.speed_max_m_s:.1f} m/s.")
-        show_table(console, found)
-
-    emit(context, found, render)
-    if found.lift_off_x_m is not None:
-        warn(f"the block loses the ground at x = {found.lift_off_x_m:.0f} m.")
-    warn(*(found.notes or ()))
 
 
 def _how_it_ended(found: Runout) -> str:
@@ -274,11 +251,19 @@ def _cell_m(value: float | None, digits: int) -> str | None:
     return None if value is None else f"{value:.{digits}f}"
 
 
+def _jumps(found: Frictions) -> Iterator[str]:
+    yield from found.notes or ()
+    for jump in found.jumps:
+        yield (
+            f"{jump.path_id}: the runout jumps by up to {jump.jump_m:.0f} m (near μ = "
+            f"{jump.mu:.3f}): no friction stops the block in between."
+        )
+
+
 def friction(
-    context: typer.Context,
-    path: Annotated[
+    path_id: Annotated[
         str | None,
-        typer.Argument(help="Only events of this path.", show_default=False),
+        typer.Argument(metavar="[PATH]", help="Only events of this path.", show_default=False),
     ] = None,
     *,
     request: FrictionRequest,
@@ -291,27 +276,11 @@ def friction(
       avahazard friction P01 --kappa auto --plot density.png
       avahazard friction --model first --plot law.png
     """
-    from avahazard.workflow.friction import show_frictions  # noqa: PLC0415
-
-    found = show_frictions(settings(context).database, path, request)
-
-    def render(console: Console) -> None:
-        if path is None:
-            _render_paths(console, found)
-        else:
-            _render_events(console, found)
-        _render_perturbation(console, found.perturbation)
-
-    emit(context, found, render)
-    warn(*(found.notes or ()))
-    for jump in found.jumps:
-        warn(
-            f"{jump.path_id}: the runout jumps by up to {jump.jump_m:.0f} m (near μ = "
-            f"{jump.mu:.3f}): no friction stops the block in between."
-        )
+    found = ask("friction.show_frictions", path_id=path_id, request=request)
+    emit(found, _by_path if path_id is None else _by_event, notes=_jumps)
 
 
-def _render_paths(console: Console, found: Frictions) -> None:
+def _by_path(console: Console, found: Frictions) -> None:
     kappas = {density.path_id: density.kappa for density in found.density}
     groups: dict[str | None, list[ApparentEvent]] = {}
     for event in found.events:
@@ -335,14 +304,16 @@ def _render_paths(console: Console, found: Frictions) -> None:
         )
     columns = ("path", ">events", ">lowest μ", ">median", ">highest", ">κ", "not unique")
     console.print(table(_friction_title(found), columns, rows))
+    _perturbation(console, found.perturbation)
 
 
-def _render_events(console: Console, found: Frictions) -> None:
+def _by_event(console: Console, found: Frictions) -> None:
     rows = [(event.event_id, event.mu, event.mu_sd, _event_status(event)) for event in found.events]
     console.print(table(_friction_title(found), ("event", ">μ", ">sd", "status"), rows))
     for density in found.density[:1]:
         peak = density.mu[density.pdf.index(max(density.pdf))]
         console.print(f"Density: κ = {cell(density.kappa, TERMINAL)}, highest at μ = {peak:.3f}.")
+    _perturbation(console, found.perturbation)
 
 
 def _friction_title(found: Frictions) -> str:
@@ -362,7 +333,7 @@ def _event_status(event: ApparentEvent) -> str:
     return str(event.status)
 
 
-def _render_perturbation(console: Console, check: PerturbationCheck) -> None:
+def _perturbation(console: Console, check: PerturbationCheck) -> None:
     if check.mu_sd_median is None or check.mu_sd_max is None:
         return
     console.print(
@@ -375,11 +346,13 @@ def _render_perturbation(console: Console, check: PerturbationCheck) -> None:
         console.print(table("", columns, rows))
 
 
+@answers("friction.fit_laws", lambda console, found: show(console, fits_table(found, TERMINAL)))
 def fit(
-    context: typer.Context,
-    path: Annotated[
+    path_id: Annotated[
         str | None,
-        typer.Option(metavar="PATH", help="Only events of this path.", show_default=False),
+        typer.Option(
+            "--path", metavar="PATH", help="Only events of this path.", show_default=False
+        ),
     ] = None,
     plot: Annotated[Path | None, picture("Draw the laws on the points")] = None,
 ) -> None:
@@ -390,19 +363,20 @@ def fit(
       avahazard fit
       avahazard fit --path P01 --plot laws.png
     """
-    from avahazard.workflow.friction import fit_laws  # noqa: PLC0415
-
-    found = fit_laws(settings(context).database, path, plot)
-
-    emit(context, found.rows, lambda console: show(console, fits_table(found, TERMINAL)))
-    warn(*found.notes)
 
 
+@answers(
+    "alpha_beta.alpha_beta_paths",
+    lambda console, found: show(console, alpha_beta_table(found, TERMINAL)),
+)
 def alpha_beta(
-    context: typer.Context,
-    path: Annotated[
+    path_id: Annotated[
         str | None,
-        typer.Argument(help="The path_id of a path; all where none is given.", show_default=False),
+        typer.Argument(
+            metavar="[PATH]",
+            help="The path_id of a path; all where none is given.",
+            show_default=False,
+        ),
     ] = None,
     *,
     request: AlphaBetaRequest,
@@ -415,9 +389,3 @@ def alpha_beta(
       avahazard alpha-beta --by austria --by avaframe
       avahazard alpha-beta --plot baseline.png --model first
     """
-    from avahazard.workflow.alpha_beta import alpha_beta_paths  # noqa: PLC0415
-
-    rows = alpha_beta_paths(settings(context).database, path, request)
-
-    emit(context, rows, lambda console: show(console, alpha_beta_table(rows, TERMINAL)))
-    warn(*(note for row in rows for note in row.notes))

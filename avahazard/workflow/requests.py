@@ -418,3 +418,27 @@ class ReportRequest(Request):
     language: Annotated[LanguageName, Option(help="Language of the report.")] = "en"
     brief: Annotated[bool, Option(help="Without the annex.")] = False
     effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SynthRequest(Request):
+    """The effects at work, and how much there is of it."""
+
+    effects: Annotated[
+        Sequence[str], Option(help="An effect that is at work; may be given again.", metavar="KEY")
+    ] = ()
+    strength: Annotated[
+        float, Option(help="Of the effects: 1 is plain to see.", least=0.0, most=2.0)
+    ] = 1.0
+    events: Annotated[int, Option(help="How many events.", least=1)] = 240
+    paths: Annotated[int, Option(help="How many paths.", least=1)] = 9
+    speeds: Annotated[
+        float | None,
+        Option(
+            help="Share of events with measured speeds; by itself only where an effect needs them.",
+            what="share of events with speeds",
+            least=0.0,
+            most=1.0,
+        ),
+    ] = None
+    seed: Annotated[int, Option(help="Another seed, another dataset.", least=0)] = 0

@@ -22,7 +22,7 @@ def test_people_and_programs_read_what_is_missing_and_what_to_do(
     found = Diagnosis.from_dict(given)
     asked: list[dict[str, Any]] = []
 
-    def diagnose(_database: str, name: str, request: DiagnoseRequest, *_: Any) -> Diagnosis:
+    def diagnose(name: str, request: DiagnoseRequest) -> Diagnosis:
         asked.append({"name": name, "seed": request.seed})
         return found
 

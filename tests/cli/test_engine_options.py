@@ -10,7 +10,7 @@ from typer.main import get_command
 
 from avahazard.cli.main import COMMANDS as ENTRIES
 from avahazard.cli.main import COMPUTING, load
-from avahazard.cli.options import add_engine_options
+from avahazard.cli.options import taking_requests, with_engine
 from avahazard.engine import chosen
 from avahazard.workers import n_workers, set_workers
 
@@ -40,14 +40,12 @@ def test_they_choose_the_engine(words: list[str], engine: str, n: int | None) ->
     seen: list[Any] = []
     app = typer.Typer()
 
-    @app.command()
     def look() -> None:
         seen.append((chosen().name, n_workers(), chosen().scheduler))
 
-    command = get_command(app)
-    add_engine_options(command)
+    app.command()(taking_requests(with_engine(look)))
     try:
-        command.main(words, standalone_mode=False)
+        get_command(app).main(words, standalone_mode=False)
     finally:
         set_workers(None)
     scheduler = words[-1] if "--scheduler" in words else None

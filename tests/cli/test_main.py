@@ -14,6 +14,9 @@ from typer.testing import CliRunner, Result
 
 from avahazard import __version__
 from avahazard.cli.main import COMMANDS, Entry, app, load, main
+from avahazard.notes import Note
+from avahazard.results.base import Rows
+from avahazard.results.friction import Fits
 
 PROGRAM = Path(sys.executable).with_name("avahazard")
 
@@ -114,3 +117,17 @@ def test_an_error_through_the_installed_command(tmp_path: Path) -> None:
     )
     assert (done.returncode, done.stdout) == (1, "")
     assert done.stderr.startswith("Error: There is no database avahazard.db.")
+
+
+@pytest.mark.parametrize(("words", "n"), [((), 1), (("--verbose",), 2)])
+def test_notes_that_differ_in_numbers_are_one_line_unless_all_are_asked_for(
+    avahazard: Callable[..., Result],
+    monkeypatch: pytest.MonkeyPatch,
+    words: tuple[str, ...],
+    n: int,
+) -> None:
+    notes = tuple(Note("few_events", f"P{k}", model="m", n=k) for k in (2, 3))
+    monkeypatch.setattr("avahazard.workflow.friction.fit_laws", lambda **_: Fits(Rows(()), notes))
+    done = avahazard(*words, "fit")
+    assert done.exit_code == 0, done.stderr
+    assert done.stderr.count("Note: ") == n

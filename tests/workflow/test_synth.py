@@ -9,12 +9,14 @@ import pytest
 
 from avahazard.records.errors import AvahazardError
 from avahazard.records.reading import read_records
+from avahazard.workflow.requests import SynthRequest
 from avahazard.workflow.synth import synthesise
 
 
 def test_document_says_what_is_in_the_folder(tmp_path: Path) -> None:
+    effects = ["cohesion", "season"]
     made = synthesise(
-        tmp_path / "w", ["cohesion", "season"], strength=0.5, n_events=60, n_paths=4, seed=5
+        tmp_path / "w", SynthRequest(effects=effects, strength=0.5, events=60, paths=4, seed=5)
     )
     records = read_records([tmp_path / "w"])
     truth = json.loads((tmp_path / "w" / "truth.json").read_text(encoding="utf-8"))
@@ -26,5 +28,5 @@ def test_document_says_what_is_in_the_folder(tmp_path: Path) -> None:
 
 def test_nothing_is_written_for_an_unknown_effect(tmp_path: Path) -> None:
     with pytest.raises(AvahazardError, match="no effect"):
-        synthesise(tmp_path / "w", ["gravity"])
+        synthesise(tmp_path / "w", SynthRequest(effects=["gravity"]))
     assert not (tmp_path / "w").exists()

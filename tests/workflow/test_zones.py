@@ -21,7 +21,12 @@ from avahazard.store.upkeep import create
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
-from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ZonesRequest
+from avahazard.workflow.requests import (
+    CalibrateRequest,
+    HazardRequest,
+    SynthRequest,
+    ZonesRequest,
+)
 from avahazard.workflow.synth import synthesise
 from avahazard.workflow.zones import NoDragError, load_limits, zones
 
@@ -225,7 +230,7 @@ def test_speeds_that_nothing_but_friction_limits_are_refused(mine: str) -> None:
 def test_drag_or_measured_speeds_limit_speeds(effects: tuple[str, ...], tmp_path: Path) -> None:
     file = str(tmp_path / "d.db")
     create(file)
-    synthesise(tmp_path / "world", (), n_events=20, n_paths=2, seed=1, speeds=0.3)
+    synthesise(tmp_path / "world", SynthRequest(events=20, paths=2, seed=1, speeds=0.3))
     if effects:
         (tmp_path / "world" / "velocities.csv").unlink()
     import_files(file, [tmp_path / "world"])

@@ -12,7 +12,9 @@ from rich.console import Console
 from typer.testing import Result
 
 from avahazard.cli.hazard import show_zones
-from avahazard.results.zones import ZonedPath
+from avahazard.cli.main import CliSettings
+from avahazard.results.base import Rows
+from avahazard.results.zones import Zones
 from tests.report.zone_entries import entry
 from tests.telling import untold
 
@@ -63,15 +65,16 @@ def test_people_see_zones_and_largest_speeds(on_my_models: Run, tmp_path: Path) 
     assert max(map(len, done.stdout.splitlines())) <= 80
 
 
-def test_of_many_paths_only_zones_are_shown() -> None:
-    def paths(n: int) -> list[ZonedPath]:
-        return [replace(entry(), path_id=f"P{k}") for k in range(n)]
+def test_of_many_paths_only_zones_are_shown(monkeypatch: pytest.MonkeyPatch) -> None:
+    def paths(n: int) -> Zones:
+        return Zones(Rows(replace(entry(), path_id=f"P{k}") for k in range(n)), ())
 
     console = Console(width=80)
     with console.capture() as brief:
         show_zones(console, paths(25))
-    with console.capture() as whole:
-        show_zones(console, paths(25), verbose=True)
+    with monkeypatch.context() as asked, console.capture() as whole:
+        asked.setattr("avahazard.cli.hazard.settings", lambda: CliSettings(verbose=True))
+        show_zones(console, paths(25))
     assert len(brief.get().splitlines()) <= 80
     assert "avahazard --verbose zones" in brief.get()
     assert untold(whole.get(), "Design runout", "Largest speed") == []
