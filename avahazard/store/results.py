@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import datetime as dt
 import hashlib
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import insert, select
+from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
 from avahazard.records.errors import AvahazardError, did_you_mean
@@ -26,6 +25,9 @@ from avahazard.store.tables import (
     PathRunTable,
     ResultTable,
 )
+
+MADE = ("specification", "parent", "effect_file", "effect_sha256", "created")
+"""Columns of a model that say how it was made."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,17 +81,9 @@ def save_model(
     refuse_taken_name(session, name)
     if parent is not None:
         load_model(session, parent)
-    text = effect_file
-    session.add(
-        ModelTable(
-            name=name,
-            specification=plain(specification),
-            parent=parent,
-            effect_file=text,
-            effect_sha256=None if text is None else hashlib.sha256(text.encode()).hexdigest(),
-            created=now(),
-        )
-    )
+    digest = None if effect_file is None else hashlib.sha256(effect_file.encode()).hexdigest()
+    made = plain(specification), parent, effect_file, digest, now()
+    session.add(ModelTable(name=name, **dict(zip(MADE, made, strict=True))))
     session.flush()
 
 
@@ -150,40 +144,12 @@ def now() -> dt.datetime:
 
 
 def _stored(session: Session, row: ModelTable) -> StoredModel:
-    made = row.name, row.specification, row.parent, row.effect_file, row.effect_sha256, row.created
+    made: dict[str, Any] = {name: getattr(row, name) for name in ("name", *MADE)}
     query = select(CalibrationTable).where(CalibrationTable.model == row.name)
     found = session.scalar(query.order_by(CalibrationTable.id.desc()).limit(1))
     if found is None:
-        return StoredModel(*made)
-    return StoredModel(*made, found.id, found.settings, found.result)
-
-
-def document_checksum(model: str, document: Any) -> str:
-    """SHA-256 of a result by `model`, the same before it is stored and after it is read."""
-    # Keys become texts in the database.
-    text = _sorted(json.loads(json.dumps(document)))
-    return hashlib.sha256(f"{model}\n{text}".encode()).hexdigest()
-
-
-def path_checksum(
-    run: int, position: int, path_id: str, result: Any, notes: Any, failed: str | None
-) -> str:
-    """SHA-256 of what was found on one path of a run of `hazard` or `zones`; all keys are texts."""
-    text = _sorted([run, position, path_id, result, notes, failed])
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _sorted(document: Any) -> str:
-    # The order of keys in the database is nobody's business.
-    return json.dumps(document, sort_keys=True, ensure_ascii=False)
-
-
-def chunk_checksum(
-    calibration: int, parameter: str, chunk: int, shape: tuple[int, int], data: bytes
-) -> str:
-    """SHA-256 of a chunk of draws of `shape` (chains, draws) and of the place where it belongs."""
-    place = f"{calibration}\n{parameter}\n{chunk}\n{shape[0]} {shape[1]}\n".encode()
-    return hashlib.sha256(place + data).hexdigest()
+        return StoredModel(**made)
+    return StoredModel(**made, calibration=found.id, settings=found.settings, result=found.result)
 
 
 Draws = dict[str, NDArray[np.float64]]
@@ -196,97 +162,98 @@ def save_draws(
     session: Session, calibration: int, draws: Mapping[str, NDArray[np.float64]]
 ) -> None:
     """Store the draws of every parameter, `[n_chains, n_draws]` each, under `calibration`."""
-    rows = []
     for parameter, values in draws.items():
-        array = np.ascontiguousarray(values, dtype=LITTLE_ENDIAN)
+        array = np.asarray(values, dtype=LITTLE_ENDIAN)
         if array.ndim != 2:
             raise ValueError(f"draws of {parameter} have shape {array.shape}, not two axes")
         n_chains, n_draws = array.shape
         step = max(1, CHUNK_NUMBERS // max(1, n_chains))
         for chunk, start in enumerate(range(0, n_draws, step)):
-            piece = np.ascontiguousarray(array[:, start : start + step])
-            rows.append(
-                {
-                    "calibration": calibration,
-                    "parameter": parameter,
-                    "chunk": chunk,
-                    "n_chains": n_chains,
-                    "n_draws": piece.shape[1],
-                    "data": (data := piece.tobytes()),
-                    "sha256": chunk_checksum(calibration, parameter, chunk, piece.shape, data),
-                }
+            piece = array[:, start : start + step]
+            session.add(
+                DrawChunkTable(
+                    calibration=calibration,
+                    parameter=parameter,
+                    chunk=chunk,
+                    n_chains=n_chains,
+                    n_draws=piece.shape[1],
+                    data=piece.tobytes(),
+                )
             )
-    if rows:
-        session.execute(insert(DrawChunkTable), rows)
+    session.flush()
 
 
 def load_draws(session: Session, calibration: int) -> Draws:
     """Return the draws of every parameter, `[n_chains, n_draws]` each.
 
     Raises:
-        AvahazardError: a chunk is missing or damaged.
+        AvahazardError: they are missing or damaged.
     """
+    draws, faults = read_draws(session, calibration)
+    if faults:
+        raise AvahazardError(
+            f"The draws of calibration {calibration} are damaged: {faults[0]}.",
+            "Look at the database with `avahazard db check`, or take a backup.",
+        )
+    return draws
+
+
+def read_draws(session: Session, calibration: int) -> tuple[Draws, list[str]]:
+    """The draws of a calibration, and what is wrong with them; no draws where anything is."""
     pieces: dict[str, list[NDArray[np.float64]]] = {}
-    query = (
-        select(DrawChunkTable)
-        .where(DrawChunkTable.calibration == calibration)
-        .order_by(DrawChunkTable.parameter, DrawChunkTable.chunk)
-    )
-    for row in session.scalars(query):
-        found = pieces.setdefault(row.parameter, [])
-        fault = chunk_fault(row, len(found))
-        if fault:
-            raise AvahazardError(
-                f"The draws of calibration {calibration} are damaged: {fault}.",
-                "Look at the database with `avahazard db check`, or take a backup.",
-            )
-        array = np.frombuffer(row.data, dtype=LITTLE_ENDIAN).reshape(row.n_chains, row.n_draws)
-        found.append(array)
-    return {
-        name: np.concatenate(arrays, axis=1).astype(np.float64) for name, arrays in pieces.items()
-    }
-
-
-def chunk_fault(row: DrawChunkTable, expected: int) -> str | None:
-    """Return what is wrong with a chunk that should have the number `expected`."""
-    if row.chunk != expected:
-        return f"chunk {expected} of {row.parameter} is missing"
-    if len(row.data) != row.n_chains * row.n_draws * LITTLE_ENDIAN.itemsize:
-        return f"chunk {row.chunk} of {row.parameter} has {len(row.data)} bytes"
-    shape = row.n_chains, row.n_draws
-    if chunk_checksum(row.calibration, row.parameter, row.chunk, shape, row.data) != row.sha256:
-        return f"chunk {row.chunk} of {row.parameter} is not what was stored (its checksum differs)"
-    return None
+    ends: dict[str, int] = {}
+    sizes: dict[str, tuple[int, int]] = {}
+    faults = []
+    of_one = select(DrawChunkTable).where(DrawChunkTable.calibration == calibration)
+    for row in session.scalars(of_one.order_by(DrawChunkTable.parameter, DrawChunkTable.chunk)):
+        name, end = row.parameter, ends.get(row.parameter, 0)
+        if row.chunk != end:
+            faults.append(f"chunk {end} of {name} is missing")
+        ends[name] = row.chunk + 1
+        sizes[name] = row.n_chains, sizes.get(name, (0, 0))[1] + row.n_draws
+        if len(row.data) != row.n_chains * row.n_draws * LITTLE_ENDIAN.itemsize:
+            faults.append(f"chunk {row.chunk} of {name} has {len(row.data)} bytes")
+        elif row.digest() != row.sha256:
+            differs = "is not what was stored (its checksum differs)"
+            faults.append(f"chunk {row.chunk} of {name} {differs}")
+        else:
+            numbers = np.frombuffer(row.data, LITTLE_ENDIAN).astype(np.float64)
+            pieces.setdefault(name, []).append(numbers.reshape(row.n_chains, row.n_draws))
+        session.expunge(row)
+    if not sizes:
+        faults.append("there are none")
+    elif len(set(sizes.values())) > 1:
+        told = ", ".join(f"{name} {c} × {n}" for name, (c, n) in sizes.items())
+        faults.append(f"the parameters differ in number of chains or draws ({told})")
+    joined = () if faults else pieces.items()
+    return {name: np.concatenate(arrays, axis=1) for name, arrays in joined}, faults
 
 
 def save_calibration(
     session: Session,
     model: str,
-    *,
     settings: dict[str, Any],
-    seed: int,
-    data_fingerprint: str,
-    diagnostics: dict[str, Any],
-    converged: bool,
     result: dict[str, Any],
     draws: Mapping[str, NDArray[np.float64]],
 ) -> int:
     """Store a calibration of a stored model, with draws `[n_chains, n_draws]`; return its id.
 
+    `result` is its document, which holds seed, fingerprint and diagnostics.
+
     Raises:
         AvahazardError: there is no such model.
     """
     load_model(session, model)
+    document = plain(result)
     row = CalibrationTable(
         model=model,
         settings=plain(settings),
-        seed=seed,
-        data_fingerprint=data_fingerprint,
-        diagnostics=plain(diagnostics),
-        converged=bool(converged),
-        result=plain(result),
+        seed=document["seed"],
+        data_fingerprint=document["data_fingerprint"],
+        diagnostics=document["diagnostics"],
+        converged=document["diagnostics"]["converged"],
+        result=document,
         created=now(),
-        sha256=document_checksum(model, plain(result)),
     )
     session.add(row)
     session.flush()
@@ -337,18 +304,22 @@ def begin_run(
     return row.id, set()
 
 
+def _runs(kind: RunKind, model: str) -> Select[PathRunTable]:
+    """Runs of one kind by a model, the latest first."""
+    query = select(PathRunTable).where(PathRunTable.kind == kind, PathRunTable.model == model)
+    return query.order_by(PathRunTable.finished.desc(), PathRunTable.id.desc()).limit(1)
+
+
 def interrupted_run(
     session: Session, kind: RunKind, model: str, key: str
 ) -> tuple[int, set[str]] | None:
     """The run of this key that was not finished, with the paths that it has; None without one."""
-    query = select(PathRunTable.id).where(
-        PathRunTable.kind == kind,
-        PathRunTable.model == model,
-        PathRunTable.key == key,
-        PathRunTable.finished.is_(None),
-    )
-    run = session.scalar(query.order_by(PathRunTable.id.desc()).limit(1))
-    return None if run is None else (run, _paths(session, run))
+    unfinished = PathRunTable.key == key, PathRunTable.finished.is_(None)
+    run = session.scalar(_runs(kind, model).where(*unfinished))
+    if run is None:
+        return None
+    paths = select(PathResultTable.path_id).where(PathResultTable.run == run.id)
+    return run.id, set(session.scalars(paths))
 
 
 def save_paths(session: Session, run: int, results: Sequence[PathResult]) -> None:
@@ -359,42 +330,37 @@ def save_paths(session: Session, run: int, results: Sequence[PathResult]) -> Non
         PathResultTable.position.in_([found.position for found in results]),
     )
     there = set(session.scalars(kept))
-    for found in results:
-        if found.position not in there:
-            place = (run, found.position, found.path_id)
-            told = (list(found.documents), list(found.notes), found.failed)
-            session.add(
-                PathResultTable(
-                    run=run,
-                    position=found.position,
-                    path_id=found.path_id,
-                    result=told[0],
-                    notes=told[1],
-                    failed=told[2],
-                    sha256=path_checksum(*place, *told),
-                )
-            )
-    session.flush()
-
-
-def finish_run(session: Session, run: int) -> None:
-    """Say that all paths of a run are there: from now on it is the latest."""
-    session.get_one(PathRunTable, run).finished = now()
-    session.flush()
-
-
-def any_found(session: Session, run: int) -> bool:
-    """Whether a run has a path that did not fail."""
-    query = select(PathResultTable.position).where(
-        PathResultTable.run == run, PathResultTable.failed.is_(None)
+    session.add_all(
+        PathResultTable(
+            run=run,
+            position=found.position,
+            path_id=found.path_id,
+            result=list(found.documents),
+            notes=list(found.notes),
+            failed=found.failed,
+        )
+        for found in results
+        if found.position not in there
     )
-    return session.scalar(query.limit(1)) is not None
-
-
-def drop_run(session: Session, run: int) -> None:
-    """Forget a run."""
-    session.delete(session.get_one(PathRunTable, run))
     session.flush()
+
+
+def finish_run(session: Session, run: int) -> str | None:
+    """Say that all paths of a run are there: from now on it is the latest.
+
+    One in which all paths failed is forgotten; the reason of the first is returned.
+    """
+    failed = select(PathResultTable.failed).where(PathResultTable.run == run)
+    found = session.execute(
+        failed.order_by(PathResultTable.failed.is_(None).desc(), PathResultTable.position).limit(1)
+    ).scalar_one_or_none()
+    row = session.get_one(PathRunTable, run)
+    if found is None:
+        row.finished = now()
+    else:
+        session.delete(row)
+    session.flush()
+    return found
 
 
 def read_run(session: Session, run: int) -> Iterator[PathResult]:
@@ -408,20 +374,9 @@ def read_run(session: Session, run: int) -> Iterator[PathResult]:
         yield PathResult(position, path_id, tuple(result), tuple(notes), failed)
 
 
-def latest_run(session: Session, kind: RunKind, model: str) -> int | None:
+def latest_run(session: Session, kind: RunKind, model: str) -> PathRunTable | None:
     """The last run that was finished, None where there is none."""
-    query = select(PathRunTable.id).where(
-        PathRunTable.kind == kind, PathRunTable.model == model, PathRunTable.finished.is_not(None)
-    )
-    return session.scalar(
-        query.order_by(PathRunTable.finished.desc(), PathRunTable.id.desc()).limit(1)
-    )
-
-
-def latest_key(session: Session, kind: RunKind, model: str) -> str | None:
-    """The key of all that the latest run hangs on, None without a run."""
-    run = latest_run(session, kind, model)
-    return None if run is None else session.get_one(PathRunTable, run).key
+    return session.scalar(_runs(kind, model).where(PathRunTable.finished.is_not(None)))
 
 
 def latest_documents(session: Session, kind: RunKind, model: str) -> list[dict[str, Any]] | None:
@@ -429,11 +384,7 @@ def latest_documents(session: Session, kind: RunKind, model: str) -> list[dict[s
     run = latest_run(session, kind, model)
     if run is None:
         return None
-    return [document for found in read_run(session, run) for document in found.documents]
-
-
-def _paths(session: Session, run: int) -> set[str]:
-    return set(session.scalars(select(PathResultTable.path_id).where(PathResultTable.run == run)))
+    return [document for found in read_run(session, run.id) for document in found.documents]
 
 
 def save_result(session: Session, kind: Kind, model: str, document: dict[str, Any]) -> None:
@@ -443,9 +394,7 @@ def save_result(session: Session, kind: Kind, model: str, document: dict[str, An
         AvahazardError: there is no such model.
     """
     load_model(session, model)
-    result = plain(document)
-    digest = document_checksum(model, result)
-    session.add(kind(model=model, result=result, created=now(), sha256=digest))
+    session.add(kind(model=model, result=plain(document), created=now()))
     session.flush()
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import datetime as dt
+import hashlib
+import json
 from typing import Any
 
 from sqlalchemy import (
@@ -15,6 +17,7 @@ from sqlalchemy import (
     MetaData,
     String,
     Text,
+    event,
 )
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
@@ -32,6 +35,11 @@ class Base(DeclarativeBase):
 
     metadata = MetaData(naming_convention=NAMES)
     type_annotation_map = {float: Double(53), str: Text()}  # noqa: RUF012
+
+
+def _part_of(owner: str, **more: Any) -> Any:
+    """A name in the key of a row that goes with its owner."""
+    return mapped_column(Name, ForeignKey(owner, ondelete="CASCADE"), primary_key=True, **more)
 
 
 class PathTable(Base):
@@ -57,9 +65,7 @@ class ProfilePointTable(Base):
 
     __tablename__ = "profile_points"
 
-    path_id: Mapped[str] = mapped_column(
-        Name, ForeignKey("paths.path_id", ondelete="CASCADE"), primary_key=True
-    )
+    path_id: Mapped[str] = _part_of("paths.path_id")
     point: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
     x_m: Mapped[float]
     y_m: Mapped[float]
@@ -77,9 +83,7 @@ class TerrainTable(Base):
 
     __tablename__ = "terrain_crops"
 
-    path_id: Mapped[str] = mapped_column(
-        Name, ForeignKey("paths.path_id", ondelete="CASCADE"), primary_key=True
-    )
+    path_id: Mapped[str] = _part_of("paths.path_id")
     crs: Mapped[str]
     west_m: Mapped[float]
     north_m: Mapped[float]
@@ -113,32 +117,31 @@ class EventTable(Base):
     h_over_l: Mapped[float | None]
 
 
-class PathCovariateTable(Base):
-    """Further columns of paths: one of `number` and `word` is set."""
+class CovariateTable(Base):
+    """Further columns of paths or events: one of `number` and `word` is set."""
+
+    __abstract__ = True
+
+    name: Mapped[str] = mapped_column(Name, primary_key=True)
+    position: Mapped[int]
+    number: Mapped[float | None]
+    word: Mapped[str | None]
+
+
+class PathCovariateTable(CovariateTable):
+    """Further columns of paths."""
 
     __tablename__ = "path_covariates"
 
-    path_id: Mapped[str] = mapped_column(
-        Name, ForeignKey("paths.path_id", ondelete="CASCADE"), primary_key=True
-    )
-    name: Mapped[str] = mapped_column(Name, primary_key=True)
-    position: Mapped[int]
-    number: Mapped[float | None]
-    word: Mapped[str | None]
+    path_id: Mapped[str] = _part_of("paths.path_id", sort_order=-1)
 
 
-class EventCovariateTable(Base):
-    """Further columns of events: one of `number` and `word` is set."""
+class EventCovariateTable(CovariateTable):
+    """Further columns of events."""
 
     __tablename__ = "event_covariates"
 
-    event_id: Mapped[str] = mapped_column(
-        Name, ForeignKey("events.event_id", ondelete="CASCADE"), primary_key=True
-    )
-    name: Mapped[str] = mapped_column(Name, primary_key=True)
-    position: Mapped[int]
-    number: Mapped[float | None]
-    word: Mapped[str | None]
+    event_id: Mapped[str] = _part_of("events.event_id", sort_order=-1)
 
 
 class SpeedTable(Base):
@@ -170,8 +173,34 @@ class ModelTable(Base):
     created: Mapped[dt.datetime] = mapped_column(DateTime)
 
 
-class ResultTable(Base):
-    """What a command found by a model: the document that it prints, and its checksum."""
+class Sealed(Base):
+    """A row with the SHA-256 of what it holds, and of where that belongs."""
+
+    __abstract__ = True
+
+    sha256: Mapped[str] = mapped_column(String(64))
+
+    def digest(self) -> str:
+        """What `sha256` should be; the same before the row is stored and after it is read."""
+        raise NotImplementedError
+
+
+@event.listens_for(Sealed, "before_insert", propagate=True)
+def _seal(_mapper: object, _connection: object, row: Sealed) -> None:
+    row.sha256 = row.digest()
+
+
+def _hash(text: str, data: bytes = b"") -> str:
+    return hashlib.sha256(text.encode() + data).hexdigest()
+
+
+def _sorted(document: Any) -> str:
+    # The order of keys in the database is nobody's business.
+    return json.dumps(document, sort_keys=True, ensure_ascii=False)
+
+
+class ResultTable(Sealed):
+    """What a command found by a model: the document that it prints."""
 
     __abstract__ = True
 
@@ -181,7 +210,10 @@ class ResultTable(Base):
     )
     result: Mapped[Any] = mapped_column(JSON)
     created: Mapped[dt.datetime] = mapped_column(DateTime)
-    sha256: Mapped[str] = mapped_column(String(64))
+
+    def digest(self) -> str:
+        """Of the document by its model; keys become texts in the database."""
+        return _hash(f"{self.model}\n{_sorted(json.loads(json.dumps(self.result)))}")
 
 
 class CalibrationTable(ResultTable):
@@ -196,7 +228,7 @@ class CalibrationTable(ResultTable):
     converged: Mapped[bool]
 
 
-class DrawChunkTable(Base):
+class DrawChunkTable(Sealed):
     """Draws `[n_chains, n_draws]` of one parameter, cut along the draws: little-endian float64."""
 
     __tablename__ = "draw_chunks"
@@ -209,7 +241,11 @@ class DrawChunkTable(Base):
     n_chains: Mapped[int]
     n_draws: Mapped[int]
     data: Mapped[bytes] = mapped_column(LargeBinary)
-    sha256: Mapped[str] = mapped_column(String(64))
+
+    def digest(self) -> str:
+        """Of the draws, their shape, and their place."""
+        shape = f"{self.n_chains} {self.n_draws}"
+        return _hash(f"{self.calibration}\n{self.parameter}\n{self.chunk}\n{shape}\n", self.data)
 
 
 class ComparisonTable(ResultTable):
@@ -243,7 +279,7 @@ class PathRunTable(Base):
     finished: Mapped[dt.datetime | None] = mapped_column(DateTime)
 
 
-class PathResultTable(Base):
+class PathResultTable(Sealed):
     """What was found on one path of a run, a list of documents, with notes; or why nothing was."""
 
     __tablename__ = "path_results"
@@ -256,4 +292,8 @@ class PathResultTable(Base):
     result: Mapped[list[Any]] = mapped_column(JSON)
     notes: Mapped[list[Any]] = mapped_column(JSON)
     failed: Mapped[str | None] = mapped_column(Text)
-    sha256: Mapped[str] = mapped_column(String(64))
+
+    def digest(self) -> str:
+        """Of the whole row, whose keys are all texts."""
+        place = [self.run, self.position, self.path_id]
+        return _hash(_sorted([*place, self.result, self.notes, self.failed]))

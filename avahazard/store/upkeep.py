@@ -14,7 +14,7 @@ from sqlalchemy.orm import Session
 from avahazard.records.errors import AvahazardError
 from avahazard.results.database import DatabaseState
 from avahazard.store import schema
-from avahazard.store.results import chunk_fault, document_checksum, path_checksum
+from avahazard.store.results import read_draws
 from avahazard.store.session import (
     database_name,
     database_url,
@@ -27,12 +27,12 @@ from avahazard.store.tables import (
     CalibrationTable,
     ComparisonTable,
     DiagnosisTable,
-    DrawChunkTable,
     EventTable,
     ModelTable,
     PathResultTable,
     PathTable,
     ResultTable,
+    Sealed,
     SpeedTable,
 )
 from avahazard.whole_file import put_new_in_place
@@ -187,61 +187,23 @@ def check_database(session: Session) -> list[str]:
         for table, row, parent, _ in session.execute(text("PRAGMA foreign_key_check")):
             problems.append(f"Row {row} of {table} refers to {parent} that is not there.")
     for calibration, model in session.execute(select(CalibrationTable.id, CalibrationTable.model)):
-        for fault in _draw_faults(session, calibration):
+        for fault in read_draws(session, calibration)[1]:
             problems.append(f"The draws of {model} (calibration {calibration}): {fault}.")
-    for table in (CalibrationTable, ComparisonTable, DiagnosisTable):
-        problems += _result_faults(session, table)
-    problems += _path_faults(session)
+    for sealed in (CalibrationTable, ComparisonTable, DiagnosisTable, PathResultTable):
+        problems += _faults(session, sealed)
     return problems
 
 
-def _result_faults(session: Session, table: type[ResultTable]) -> Iterator[str]:
-    for key in session.scalars(select(table.id)).all():
-        where = f"Row {key} of {table.__tablename__}"
+def _faults(session: Session, table: type[Sealed]) -> Iterator[str]:
+    """Rows of a table that are not what was stored."""
+    for key in session.execute(select(*table.__table__.primary_key)).all():
+        where = f"Row {', '.join(map(str, key))} of {table.__tablename__}"
         try:
-            row = session.execute(
-                select(table.model, table.result, table.sha256).where(table.id == key)
-            ).one()
+            row = session.get_one(table, tuple(key))
         except ValueError:
             yield f"{where} is no document any more."
             continue
-        if document_checksum(row.model, row.result) != row.sha256:
-            yield f"{where}, by {row.model}, is not what was stored: its checksum differs."
-
-
-def _path_faults(session: Session) -> Iterator[str]:
-    table = PathResultTable
-    told = (table.run, table.position, table.path_id, table.result, table.notes, table.failed)
-    for run, position in session.execute(select(table.run, table.position)).all():
-        where = f"Result {position} of run {run} in path_results"
-        query = select(*told, table.sha256).where(table.run == run, table.position == position)
-        try:
-            *found, digest = session.execute(query).one()
-        except ValueError:
-            yield f"{where} is no document any more."
-            continue
-        if path_checksum(*found) != digest:
-            yield f"{where} is not what was stored: its checksum differs."
-
-
-def _draw_faults(session: Session, calibration: int) -> Iterator[str]:
-    query = (
-        select(DrawChunkTable)
-        .where(DrawChunkTable.calibration == calibration)
-        .order_by(DrawChunkTable.parameter, DrawChunkTable.chunk)
-    )
-    shapes: dict[str, tuple[int, int]] = {}
-    chunks: dict[str, int] = {}
-    for row in session.scalars(query):
-        expected = chunks.get(row.parameter, 0)
-        chunks[row.parameter] = row.chunk + 1
-        if fault := chunk_fault(row, expected):
-            yield fault
-        n_draws = shapes.get(row.parameter, (0, 0))[1] + row.n_draws
-        shapes[row.parameter] = (row.n_chains, n_draws)
+        if row.digest() != row.sha256:
+            by = f", by {row.model}," if isinstance(row, ResultTable) else ""
+            yield f"{where}{by} is not what was stored: its checksum differs."
         session.expunge(row)
-    if not shapes:
-        yield "there are none"
-    elif len(set(shapes.values())) > 1:
-        sizes = ", ".join(f"{name} {c} × {n}" for name, (c, n) in shapes.items())
-        yield f"the parameters differ in number of chains or draws ({sizes})"

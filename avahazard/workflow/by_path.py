@@ -25,15 +25,7 @@ from avahazard.records.plain import plain
 from avahazard.results.base import Report
 from avahazard.results.calibration import Calibration
 from avahazard.store.records import PATHS_AT_ONCE, load_by_pieces, load_events, load_paths
-from avahazard.store.results import (
-    PathResult,
-    RunKind,
-    any_found,
-    begin_run,
-    drop_run,
-    finish_run,
-    save_paths,
-)
+from avahazard.store.results import PathResult, RunKind, begin_run, finish_run, save_paths
 from avahazard.store.session import Session, reading, writing
 
 
@@ -188,13 +180,9 @@ def run_paths(database: str, work: PathWork, report: Report) -> PathRun:
             waiting, stored_at = [], time.monotonic()
     with writing(database) as session:
         save_paths(session, run, waiting)
-        if first_failure is not None and not any_found(session, run):
-            drop_run(session, run)
-        else:
-            finish_run(session, run)
-            first_failure = None
-    if first_failure is not None:
-        raise first_failure
+        failed = finish_run(session, run)
+    if failed is not None:
+        raise first_failure or AvahazardError(failed)
     return PathRun(run, len(work.path_ids), len(done))
 
 

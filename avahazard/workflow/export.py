@@ -104,7 +104,7 @@ def _parquet(database: str, name: str, file: FilePath) -> Export:
         known = notes_of(model, load_records(session))
 
         def rows() -> Iterator[HazardRow]:
-            for found in read_run(session, run):
+            for found in read_run(session, run.id):
                 yield from (_bounds(row, known) for row in found.documents)
 
         n_rows = n_places = 0

@@ -37,8 +37,8 @@ from avahazard.store.results import (
     DIAGNOSIS,
     Kind,
     latest_documents,
-    latest_key,
     latest_result,
+    latest_run,
     list_models,
     load_calibrated,
 )
@@ -477,7 +477,8 @@ class RunningProject:
             return False
         work, _ = plan()
         with reading(self.database) as session:
-            if latest_key(session, work.kind, work.model.model) != run_key(work):
+            run = latest_run(session, work.kind, work.model.model)
+            if run is None or run.key != run_key(work):
                 return False
             found = latest_documents(session, work.kind, work.model.model) or ()
         self.up_to_date(step, counted(len({row["path_id"] for row in found}), "path"))

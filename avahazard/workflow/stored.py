@@ -118,22 +118,13 @@ def save_calibrated(
         "slots": slots,
     }
     save_model(session, name, specification, parent=result.parent, effect_file=effect_file)
-    save_calibration(
-        session,
-        name,
-        settings={
-            "method": model.method,
-            "chains": by_chain[0],
-            "draws": by_chain[1],
-            "made_with": surroundings().to_dict(),
-        },
-        seed=result.seed,
-        data_fingerprint=result.data_fingerprint,
-        diagnostics=document["diagnostics"],
-        converged=result.diagnostics.converged,
-        result=document,
-        draws=draws,
-    )
+    settings = {
+        "method": model.method,
+        "chains": by_chain[0],
+        "draws": by_chain[1],
+        "made_with": surroundings().to_dict(),
+    }
+    save_calibration(session, name, settings, document, draws)
 
 
 def load_stored(

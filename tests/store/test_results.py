@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +22,6 @@ from avahazard.store.results import (
     Kind,
     PathResult,
     begin_run,
-    drop_run,
     finish_run,
     interrupted_run,
     latest_documents,
@@ -113,24 +114,15 @@ DRAWS = {
     "a": np.linspace(0.4, 0.6, 8000).reshape(2, 4000),
     "ä µ": np.linspace(1.0, 2.0, 8000).reshape(2, 4000),
 }
-DOCUMENT = {"b": [1.0, 0.1, None, 1e-300], "a": {"ü": True, "2": 3}}
+HEAD: dict[str, Any] = {"seed": 1, "data_fingerprint": "f", "diagnostics": {"converged": True}}
+DOCUMENT = {**HEAD, "b": [1.0, 0.1, None, 1e-300], "a": {"ü": True, "2": 3}}
 
 
 def calibrated(database: str, draws: dict[str, np.ndarray]) -> int:
     """Store the model `m` with draws; returns the key of its calibration."""
     with writing(database) as session:
         save_model(session, "m", {"paths": []})
-        return save_calibration(
-            session,
-            "m",
-            settings={},
-            seed=1,
-            data_fingerprint="f",
-            diagnostics={},
-            converged=True,
-            result=DOCUMENT,
-            draws=draws,
-        )
+        return save_calibration(session, "m", {}, DOCUMENT, draws)
 
 
 def filled(database: str) -> None:
@@ -229,17 +221,7 @@ def calibration(any_database: str) -> tuple[str, int]:
     """Give a database with one calibration, and its id."""
     with writing(any_database) as session:
         save_model(session, "m", {})
-        id_ = save_calibration(
-            session,
-            "m",
-            settings={},
-            seed=0,
-            data_fingerprint="",
-            diagnostics={},
-            converged=True,
-            result={},
-            draws=DRAWS_DRAWS,
-        )
+        id_ = save_calibration(session, "m", {}, HEAD, DRAWS_DRAWS)
     return any_database, id_
 
 
@@ -301,17 +283,13 @@ def test_the_latest_comes_back_with_its_draws(any_database: str) -> None:
     with writing(any_database) as session:
         save_model(session, "m", {})
         for seed in (1, 2**62):
-            save_calibration(
-                session,
-                "m",
-                settings={"chains": np.int64(1)},
-                seed=seed,
-                data_fingerprint="f" * 64,
-                diagnostics={"rhat_max": float("nan"), "ess_bulk_min": 7.5},
-                converged=bool(seed == 1),
-                result={"model": "m", "seed": seed, "parameters": {"a": {"mean": np.float64(0.5)}}},
-                draws=draws,
-            )
+            document = {
+                "seed": seed,
+                "data_fingerprint": "f" * 64,
+                "diagnostics": {"rhat_max": float("nan"), "converged": seed == 1},
+                "parameters": {"a": {"mean": np.float64(0.5)}},
+            }
+            save_calibration(session, "m", {"chains": np.int64(1)}, document, draws)
     with reading(any_database) as session:
         found = load_calibrated(session, "m")
         back = load_draws(session, found.calibration)
@@ -351,19 +329,22 @@ def test_a_run_comes_back_in_the_order_of_its_paths(any_database: str) -> None:
         finish_run(session, run)
     with reading(any_database) as session:
         assert list(read_run(session, run)) == [P, Q, R]
-        assert latest_run(session, BOUNDS, "m") == run
+        latest = latest_run(session, BOUNDS, "m")
+        assert latest is not None
+        assert (latest.id, latest.key) == (run, "key")
         assert interrupted_run(session, BOUNDS, "m", "key") is None
         assert latest_documents(session, BOUNDS, "m") == [*P.documents, *R.documents]
 
 
-def test_a_run_goes_with_its_paths(any_database: str) -> None:
+def test_a_run_that_failed_on_all_paths_is_forgotten(any_database: str) -> None:
     with writing(any_database) as session:
         save_model(session, "m", {})
         run, _ = begin_run(session, BOUNDS, "m", "key", {})
-        save_paths(session, run, [P])
-        drop_run(session, run)
+        save_paths(session, run, [replace(Q, position=0), Q])
+        assert finish_run(session, run) == Q.failed
     with reading(any_database) as session:
         assert session.scalar(text("SELECT count(*) FROM path_results")) == 0
+        assert latest_run(session, BOUNDS, "m") is None
 
 
 def test_runs_belong_to_a_model(database: str) -> None:

@@ -6,7 +6,6 @@ import json
 
 from sqlalchemy import text
 
-from avahazard.store.results import chunk_checksum
 from avahazard.store.session import writing
 from avahazard.store.tables import DrawChunkTable
 from avahazard.workflow.database import check
@@ -22,7 +21,7 @@ def test_a_full_check_gives_the_draws_that_are_stored(snow_database: str) -> Non
         data = bytearray(row.data)
         data[0] ^= 1
         row.data = bytes(data)
-        row.sha256 = chunk_checksum(1, "a", 0, (row.n_chains, row.n_draws), row.data)
+        row.sha256 = row.digest()
     assert check(snow_database).whole
     found_again = check(snow_database, full=True)
     assert not found_again.whole

@@ -68,17 +68,7 @@ def put(
     with writing(database) as session:
         kept = {"specification": {"effects": effects}, "paths": ()}
         save_model(session, name, kept, parent=parent)
-        save_calibration(
-            session,
-            name,
-            settings={},
-            seed=0,
-            data_fingerprint=found.data_fingerprint,
-            diagnostics={},
-            converged=True,
-            result=plain(found, keyed=True),
-            draws={},
-        )
+        save_calibration(session, name, {}, plain(found, keyed=True), {})
         if error is not None:
             runout = replace(COMPARED.held_out.runout, crps_m=error)
             compared = replace(COMPARED, held_out=replace(COMPARED.held_out, runout=runout))

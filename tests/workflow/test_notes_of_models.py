@@ -21,7 +21,6 @@ from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 from avahazard.report.language import language_of
 from avahazard.store.records import save_records
-from avahazard.store.results import document_checksum
 from avahazard.store.session import reading, writing
 from avahazard.store.tables import CalibrationTable
 from avahazard.store.upkeep import check_database
@@ -74,7 +73,7 @@ def told_of(database: str) -> None:
         settings = json.loads(json.dumps(row.settings))
         settings["made_with"]["versions"]["avahazard"] = "0.0.1"
         row.result, row.settings, row.converged = result, settings, False
-        row.sha256 = document_checksum("base", result)
+        row.sha256 = row.digest()
     with reading(database) as session:
         assert check_database(session) == []
 
