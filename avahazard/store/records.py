@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from dataclasses import fields
 from itertools import chain, groupby
 from operator import attrgetter, itemgetter
 from sys import intern
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from sqlalchemy import ColumnElement, Select, case, delete, func, insert, select, update
@@ -21,6 +20,7 @@ from avahazard.records.path import Covariate, Path, Profile, TerrainCrop
 from avahazard.results.base import Rows
 from avahazard.results.terrain import PathSummary
 from avahazard.store.tables import (
+    Base,
     EventCovariateTable,
     EventTable,
     PathCovariateTable,
@@ -34,86 +34,94 @@ AT_A_TIME = {"yield_per": 2000}
 """Rows that are fetched together: the records alone are held, not the rows as well."""
 PATHS_AT_ONCE = 50
 """Paths whose records are one piece, where they are read piece by piece."""
-PATH_COLUMNS = [f.name for f in fields(Path) if f.name != "covariates"]
-EVENT_COLUMNS = [f.name for f in fields(Event) if f.name != "covariates"]
-SPEED_COLUMNS = [f.name for f in fields(Speed)]
-POINT_COLUMNS = [f.name for f in fields(Profile)]
 Chosen = Callable[[Any], ColumnElement[bool]]
 """A condition on a column of names of paths."""
 
 
-def load_records(session: Session) -> Records:
-    """Return all records, in the order in which they were first imported."""
-    return _load(session, None)
+def _columns(table: type[Base]) -> list[str]:
+    """The columns of a table, less the number that keeps the order of its rows."""
+    return [column.name for column in table.__table__.columns if column.name != "id"]
 
 
-def load_paths(session: Session, path_ids: Sequence[str]) -> Records:
-    """Return the records of these paths, in the same order; unknown names are left out."""
-    return _load(session, _among(path_ids))
+class Kind(NamedTuple):
+    """Records with further columns: their class, their table, that of the columns, their name."""
+
+    record: Any
+    table: Any
+    covariates: Any
+    key: str
+
+
+PATHS = Kind(Path, PathTable, PathCovariateTable, "path_id")
+EVENTS = Kind(Event, EventTable, EventCovariateTable, "event_id")
+SPEED_COLUMNS, POINT_COLUMNS = _columns(SpeedTable), _columns(ProfilePointTable)
+
+
+def load_records(
+    session: Session,
+    path_ids: Sequence[str] | None = None,
+    *,
+    profiles: bool = True,
+    speeds: bool = True,
+) -> Records:
+    """Return all records, or those of these paths, in the order in which they were imported.
+
+    Unknown names are left out; profiles and speeds are there if they are wanted.
+    """
+    chosen = None if path_ids is None else _among(path_ids)
+    return _load(session, chosen, profiles=profiles, speeds=speeds)
 
 
 def load_by_pieces(session: Session) -> Iterator[Records]:
     """Give all records, some paths at a time, in the same order; those without a path come last."""
     path_ids = session.scalars(select(PathTable.path_id).order_by(PathTable.id)).all()
-    for start in range(0, len(path_ids), PATHS_AT_ONCE):
-        yield load_paths(session, path_ids[start : start + PATHS_AT_ONCE])
+    for some in batched(path_ids, PATHS_AT_ONCE):
+        yield load_records(session, some)
     yield _load(session, lambda column: column.is_(None))
 
 
 def load_events(session: Session) -> Iterator[Event]:
     """Give all events, in the same order."""
-    return _events(session, None)
-
-
-def load_without_profiles(
-    session: Session, path_ids: Collection[str] = (), *, speeds: bool = False
-) -> Records:
-    """Return paths and events alone: of these paths, or all, with events without a path.
-
-    All `speeds` are with them if they are asked for.
-    """
-    wanted = set(path_ids)
-    return Records(
-        paths=tuple(p for p in _paths(session, None) if not wanted or p.path_id in wanted),
-        events=tuple(e for e in load_events(session) if not wanted or e.path_id in wanted),
-        speeds=tuple(_speeds(session, None)) if speeds else (),
-    )
+    return _of_kind(session, EVENTS, None)
 
 
 def load_profiles(session: Session, path_ids: Collection[str]) -> list[Profile]:
     """Return the profiles of these paths, of those that have one."""
-    each = sorted(path_ids)
-    found: list[Profile] = []
-    for start in range(0, len(each), PATHS_AT_ONCE):
-        found += _profiles(session, _among(each[start : start + PATHS_AT_ONCE]))
-    return found
+    pieces = batched(sorted(path_ids), PATHS_AT_ONCE)
+    return [profile for some in pieces for profile in _profiles(session, _among(some))]
 
 
 def _among(path_ids: Sequence[str]) -> Chosen:
     return lambda column: column.in_(path_ids)
 
 
-def _load(session: Session, chosen: Chosen | None) -> Records:
+def _load(
+    session: Session, chosen: Chosen | None, *, profiles: bool = True, speeds: bool = True
+) -> Records:
     return Records(
-        paths=tuple(_paths(session, chosen)),
-        profiles=tuple(_profiles(session, chosen)),
-        events=tuple(_events(session, chosen)),
-        speeds=tuple(_speeds(session, chosen)),
+        paths=tuple(_of_kind(session, PATHS, chosen)),
+        profiles=tuple(_profiles(session, chosen)) if profiles else (),
+        events=tuple(_of_kind(session, EVENTS, chosen)),
+        speeds=tuple(_speeds(session, chosen)) if speeds else (),
     )
 
 
-def _paths(session: Session, chosen: Chosen | None) -> Iterator[Path]:
-    query = _of(PathTable, PATH_COLUMNS, PathTable.path_id, chosen).order_by(PathTable.id)
-    covariates = _covariates(session, PathCovariateTable, "path_id", PathTable, chosen)
-    for row in _rows(session, query):
-        yield Path(**row._mapping, covariates=covariates.of(row.path_id))
-
-
-def _events(session: Session, chosen: Chosen | None) -> Iterator[Event]:
-    query = _of(EventTable, EVENT_COLUMNS, EventTable.path_id, chosen).order_by(EventTable.id)
-    covariates = _covariates(session, EventCovariateTable, "event_id", EventTable, chosen)
-    for row in _rows(session, query):
-        yield Event(**row._mapping, covariates=covariates.of(row.event_id))
+def _of_kind(session: Session, kind: Kind, chosen: Chosen | None) -> Iterator[Any]:
+    """Paths or events in their order, each with its further columns."""
+    table, more, key = kind.table, kind.covariates, kind.key
+    query = _of(more, [key, "name", "number", "word"], table.path_id, chosen)
+    query = query.join(table, getattr(table, key) == getattr(more, key))
+    groups = groupby(_rows(session, query.order_by(table.id, more.position)), itemgetter(0))
+    owner, covariates = next(groups, (None, ()))
+    query = _of(table, _columns(table), table.path_id, chosen)
+    for row in _rows(session, query.order_by(table.id)):
+        found: dict[str, Covariate] = {}
+        if getattr(row, key) == owner:
+            # A few names and words come again and again: each is held once.
+            for _, name, number, word in covariates:
+                found[intern(name)] = intern(word) if number is None else number
+            owner, covariates = next(groups, (None, ()))
+        yield kind.record(**row._mapping, covariates=found)
 
 
 def _speeds(session: Session, chosen: Chosen | None) -> Iterator[Speed]:
@@ -135,46 +143,12 @@ def _rows(session: Session, query: Select[Any]) -> Iterable[Any]:
     return chain.from_iterable(found.partitions())
 
 
-class _Covariates:
-    """Covariates by owner, taken from rows that are in the order of the owners."""
-
-    def __init__(self, rows: Iterable[Any]) -> None:
-        self._groups = groupby(rows, key=lambda row: row[0])
-        self._next = next(self._groups, None)
-
-    def of(self, owner: str) -> dict[str, Covariate]:
-        """Those of an owner, who comes after those that were asked for before."""
-        if self._next is None or self._next[0] != owner:
-            return {}
-        # A few names and words come again and again: each is held once.
-        found: dict[str, Covariate] = {
-            intern(name): intern(word) if number is None else number
-            for _, name, number, word in self._next[1]
-        }
-        self._next = next(self._groups, None)
-        return found
-
-
-def _covariates(
-    session: Session,
-    table: type[PathCovariateTable | EventCovariateTable],
-    key: str,
-    owners: type[PathTable | EventTable],
-    chosen: Chosen | None,
-) -> _Covariates:
-    query = _of(table, [key, "name", "number", "word"], owners.path_id, chosen)
-    query = query.join(owners, getattr(owners, key) == getattr(table, key))
-    return _Covariates(_rows(session, query.order_by(owners.id, table.position)))
-
-
 def _profiles(session: Session, chosen: Chosen | None) -> Iterator[Profile]:
-    query = (
-        _of(ProfilePointTable, POINT_COLUMNS, ProfilePointTable.path_id, chosen)
-        .join(PathTable, PathTable.path_id == ProfilePointTable.path_id)
-        .order_by(PathTable.id, ProfilePointTable.point)
-    )
-    of_path = POINT_COLUMNS.index("path_id")
-    for path_id, group in groupby(_rows(session, query), key=itemgetter(of_path)):
+    point = ProfilePointTable
+    query = _of(point, POINT_COLUMNS, point.path_id, chosen)
+    query = query.join(PathTable, PathTable.path_id == point.path_id)
+    rows = _rows(session, query.order_by(PathTable.id, point.point))
+    for path_id, group in groupby(rows, key=attrgetter("path_id")):
         columns = dict(zip(POINT_COLUMNS, zip(*group, strict=True), strict=True))
         yield Profile(
             path_id=path_id,
@@ -200,113 +174,86 @@ def _array(values: tuple[Any, ...]) -> Floats | None:
 
 
 KEYS_A_STATEMENT = 500
+"""Names that a statement may hold: databases limit their parameters."""
 POINTS_AT_ONCE = 20_000
 
 
 def save_records(session: Session, records: Records) -> None:
     """Store `records`; one that is there already (the same id) is replaced whole."""
-    replaced = _save(session, PathTable, "path_id", PATH_COLUMNS, records.paths)
-    _save_covariates(session, PathCovariateTable, "path_id", records.paths, replaced)
+    _save(session, PATHS, records.paths)
     _save_profiles(session, records.profiles)
-    replaced = _save(session, EventTable, "event_id", EVENT_COLUMNS, records.events)
-    _save_covariates(session, EventCovariateTable, "event_id", records.events, replaced)
+    _save(session, EVENTS, records.events)
     _save_speeds(session, records.speeds)
 
 
-def _insert(
-    session: Session, table: Any, columns: Sequence[str], rows: Sequence[tuple[Any, ...]]
-) -> None:
-    """Insert rows of these columns by the driver: the mapper would take them one by one."""
+def _insert(session: Session, table: Any, rows: Sequence[tuple[Any, ...]]) -> None:
+    """Insert rows of all columns by the driver: the mapper would take them one by one."""
     if not rows:
         return
-    connection = session.connection()
-    statement = insert(table.__table__).compile(
-        dialect=connection.dialect, column_keys=list(columns)
-    )
-    if statement.positional:
-        assert statement.positiontup is not None
-        order = [columns.index(name) for name in statement.positiontup]
-        if order != list(range(len(columns))):
-            rows = [tuple(row[k] for k in order) for row in rows]
-        connection.exec_driver_sql(str(statement), rows)
-    else:
-        named = [dict(zip(columns, row, strict=True)) for row in rows]
-        connection.exec_driver_sql(str(statement), named)
+    columns, connection = _columns(table), session.connection()
+    made = insert(table.__table__).compile(dialect=connection.dialect, column_keys=columns)
+    values: Any = rows
+    if not made.positional:
+        values = [dict(zip(columns, row, strict=True)) for row in rows]
+    connection.exec_driver_sql(str(made), values)
 
 
-def _save(
-    session: Session,
-    table: Any,
-    key: str,
-    columns: Sequence[str],
-    records: Sequence[Path | Event],
-) -> list[str]:
-    """Insert the records whose key is not there, update the others in their place: their keys."""
-    ids = _stored_ids(session, table, key, [getattr(record, key) for record in records])
+def _save(session: Session, kind: Kind, records: Sequence[Path | Event]) -> None:
+    """Insert the records whose name is not there, update the others in their place."""
+    columns, name = _columns(kind.table), attrgetter(kind.key)
+    ids = _stored_ids(session, kind, list(map(name, records)))
     read = attrgetter(*columns)
-    _insert(session, table, columns, [read(r) for r in records if getattr(r, key) not in ids])
-    old = [
-        {**dict(zip(columns, read(r), strict=True)), "id": ids[getattr(r, key)]}
+    _insert(session, kind.table, [read(r) for r in records if name(r) not in ids])
+    _update(
+        session, kind.table, columns, {ids[name(r)]: read(r) for r in records if name(r) in ids}
+    )
+    _delete(session, kind.covariates, kind.key, list(ids))
+    rows = [
+        (name(r), column, i, *((None, value) if isinstance(value, str) else (value, None)))
         for r in records
-        if getattr(r, key) in ids
+        for i, (column, value) in enumerate(r.covariates.items())
     ]
-    if old:
-        session.execute(update(table), old)
-    return list(ids)
+    _insert(session, kind.covariates, rows)
 
 
-def _stored_ids(session: Session, table: Any, key: str, names: Sequence[str]) -> dict[str, int]:
+def _update(
+    session: Session, table: type[Base], columns: Sequence[str], rows: dict[int, tuple[Any, ...]]
+) -> None:
+    if rows:
+        named = [{"id": id_, **dict(zip(columns, row, strict=True))} for id_, row in rows.items()]
+        session.execute(update(table), named)
+
+
+def _stored_ids(session: Session, kind: Kind, names: Sequence[str]) -> dict[str, int]:
     """The ids of the rows with one of these names, by name."""
-    column = getattr(table, key)
-    query = select(column, table.id)
+    column = getattr(kind.table, kind.key)
+    query = select(column, kind.table.id)
     # One look at few rows takes less time than to ask for many names.
-    if (session.scalar(select(func.count()).select_from(table)) or 0) <= len(names):
+    if (session.scalar(select(func.count()).select_from(kind.table)) or 0) <= len(names):
         wanted = set(names)
         return {name: id_ for name, id_ in session.execute(query) if name in wanted}
     return {
         name: id_
-        for some in _batches(names)
+        for some in batched(names, KEYS_A_STATEMENT)
         for name, id_ in session.execute(query.where(column.in_(some)))
     }
 
 
-def _save_covariates(
-    session: Session,
-    table: type[PathCovariateTable | EventCovariateTable],
-    key: str,
-    records: Sequence[Path | Event],
-    replaced: Sequence[str],
-) -> None:
-    """Insert the covariates of records, in the place of those of the ones that are `replaced`."""
-    _delete(session, table, key, replaced)
-    rows = [
-        (getattr(record, key), name, i, *_covariate(value))
-        for record in records
-        for i, (name, value) in enumerate(record.covariates.items())
-    ]
-    _insert(session, table, [key, "name", "position", "number", "word"], rows)
-
-
-def _covariate(value: Covariate) -> tuple[Covariate | None, Covariate | None]:
-    """The number, or the word, that it is."""
-    return (None, value) if isinstance(value, str) else (value, None)
-
-
 def _save_profiles(session: Session, profiles: Sequence[Profile]) -> None:
     _delete(session, ProfilePointTable, "path_id", [p.path_id for p in profiles])
-    columns = ["point", *POINT_COLUMNS]
     rows: list[tuple[Any, ...]] = []
     for profile in profiles:
         n = len(profile.x_m)
-        of_points = (_column(getattr(profile, name), n) for name in POINT_COLUMNS)
-        rows += zip(range(n), *of_points, strict=True)
+        columns = {name: getattr(profile, name, None) for name in POINT_COLUMNS}
+        columns["point"] = tuple(range(n))
+        rows += zip(*(_column(value, n) for value in columns.values()), strict=True)
         if len(rows) > POINTS_AT_ONCE:
-            _insert(session, ProfilePointTable, columns, rows)
+            _insert(session, ProfilePointTable, rows)
             rows = []
-    _insert(session, ProfilePointTable, columns, rows)
+    _insert(session, ProfilePointTable, rows)
 
 
-def _column(value: Floats | tuple[str, ...] | str | None, n: int) -> Sequence[float | str | None]:
+def _column(value: Any, n: int) -> Sequence[Any]:
     if isinstance(value, np.ndarray):
         return [float(number) for number in value]
     return value if isinstance(value, tuple) else [value] * n
@@ -314,36 +261,25 @@ def _column(value: Floats | tuple[str, ...] | str | None, n: int) -> Sequence[fl
 
 def _save_speeds(session: Session, speeds: Sequence[Speed]) -> None:
     """Update the speeds that are there at the same place, insert the others."""
-    ids: dict[tuple[str, float | None, float | None], int] = {}
-    for keys in _batches(list(dict.fromkeys(s.event_id for s in speeds))):
-        query = select(
-            SpeedTable.id, SpeedTable.event_id, SpeedTable.x_m, SpeedTable.elevation_m
-        ).where(SpeedTable.event_id.in_(keys))
-        for id_, event_id, x_m, elevation_m in session.execute(query):
-            ids[event_id, x_m, elevation_m] = id_
+    place = attrgetter("event_id", "x_m", "elevation_m")
+    ids: dict[tuple[Any, ...], int] = {}
+    for some in batched(list(dict.fromkeys(s.event_id for s in speeds)), KEYS_A_STATEMENT):
+        query = select(SpeedTable.id, *place(SpeedTable)).where(SpeedTable.event_id.in_(some))
+        ids |= {tuple(where): id_ for id_, *where in session.execute(query)}
     read = attrgetter(*SPEED_COLUMNS)
-    new: list[tuple[Any, ...]] = []
-    old: list[dict[str, Any]] = []
-    for speed in speeds:
-        place = (speed.event_id, speed.x_m, speed.elevation_m)
-        if place in ids:
-            values = dict(zip(SPEED_COLUMNS, read(speed), strict=True))
-            old.append({**values, "id": ids[place]})
-        else:
-            new.append(read(speed))
-    _insert(session, SpeedTable, SPEED_COLUMNS, new)
-    if old:
-        session.execute(update(SpeedTable), old)
+    _insert(session, SpeedTable, [read(s) for s in speeds if place(s) not in ids])
+    old = {ids[place(s)]: read(s) for s in speeds if place(s) in ids}
+    _update(session, SpeedTable, SPEED_COLUMNS, old)
 
 
 def _delete(session: Session, table: Any, key: str, owners: Sequence[str]) -> None:
-    for keys in _batches(owners):
-        session.execute(delete(table).where(getattr(table, key).in_(keys)))
+    for some in batched(owners, KEYS_A_STATEMENT):
+        session.execute(delete(table).where(getattr(table, key).in_(some)))
 
 
-def _batches(keys: Sequence[str]) -> Iterable[Sequence[str]]:
-    """Cut into pieces that a statement can take: databases limit their parameters."""
-    return (keys[i : i + KEYS_A_STATEMENT] for i in range(0, len(keys), KEYS_A_STATEMENT))
+def batched(names: Sequence[str], n: int) -> Iterator[Sequence[str]]:
+    """The names in pieces of `n` at most."""
+    return (names[start : start + n] for start in range(0, len(names), n))
 
 
 def path_summaries(session: Session) -> Rows[PathSummary]:
@@ -415,19 +351,12 @@ def save_terrain(
     """Store `crops`, in the place of those stored before for their paths and for `outdated`."""
     for path_id in sorted({*outdated, *(crop.path_id for crop in crops)}):
         session.execute(delete(TerrainTable).where(TerrainTable.path_id == path_id))
-    for crop in crops:
-        n_rows, n_columns = crop.elevation_m.shape
-        values = {
-            "path_id": crop.path_id,
-            "crs": crop.crs,
-            "west_m": crop.west_m,
-            "north_m": crop.north_m,
-            "cell_m": crop.cell_m,
-            "n_rows": n_rows,
-            "n_columns": n_columns,
-            "data": np.ascontiguousarray(crop.elevation_m, LITTLE_ENDIAN).tobytes(),
-        }
-        session.execute(insert(TerrainTable), values)
+    place = attrgetter("path_id", "crs", "west_m", "north_m", "cell_m")
+    rows = [
+        (*place(crop), *crop.elevation_m.shape, crop.elevation_m.astype(LITTLE_ENDIAN).tobytes())
+        for crop in crops
+    ]
+    _insert(session, TerrainTable, rows)
 
 
 def load_terrain(session: Session, path_id: str) -> TerrainCrop | None:

@@ -24,7 +24,13 @@ from avahazard.records.lookup import of_path, paths_to_run
 from avahazard.records.plain import plain
 from avahazard.results.base import Report
 from avahazard.results.calibration import Calibration
-from avahazard.store.records import PATHS_AT_ONCE, load_by_pieces, load_events, load_paths
+from avahazard.store.records import (
+    PATHS_AT_ONCE,
+    batched,
+    load_by_pieces,
+    load_events,
+    load_records,
+)
 from avahazard.store.results import PathResult, RunKind, begin_run, finish_run, save_paths
 from avahazard.store.session import Session, reading, writing
 
@@ -67,9 +73,9 @@ def survey(session: Session) -> Survey:
 
 def fingerprint_of(session: Session, path_ids: Sequence[str]) -> str:
     """The fingerprint of the records of some paths (`only_paths`)."""
-    whole, each = Fingerprint(), list(dict.fromkeys(path_ids))
-    for start in range(0, len(each), PATHS_AT_ONCE):
-        whole.add(load_paths(session, each[start : start + PATHS_AT_ONCE]))
+    whole = Fingerprint()
+    for some in batched(list(dict.fromkeys(path_ids)), PATHS_AT_ONCE):
+        whole.add(load_records(session, some))
     return whole.hexdigest()
 
 
@@ -151,7 +157,7 @@ def path_tasks(
     for start in range(0, len(left), PATHS_AT_ONCE):
         piece = left[start : start + PATHS_AT_ONCE]
         with reading(database) as session:
-            records = load_paths(session, [path_id for _, path_id in piece])
+            records = load_records(session, [path_id for _, path_id in piece])
         for position, path_id in piece:
             digest = survey.digests[path_id]
             yield PathTask(position, path_id, of_path(records, path_id), digest)

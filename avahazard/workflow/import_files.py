@@ -27,7 +27,7 @@ from avahazard.results.database import (
     Import,
     ImportedRecords,
 )
-from avahazard.store.records import load_profiles, load_without_profiles, save_records, save_terrain
+from avahazard.store.records import load_profiles, load_records, save_records, save_terrain
 from avahazard.store.session import reading, writing
 from avahazard.workflow.requests import ImportRequest
 
@@ -76,7 +76,7 @@ def import_files(
     with (reading if dry_run else writing)(database) as session:
         intake = read_files(
             tables,
-            load_without_profiles(session, speeds=True),
+            load_records(session, profiles=False),
             drawn=drawn,
             points=list(points.values()),
             given=request.conventions,

@@ -61,7 +61,7 @@ from avahazard.results.calibration import (
     PriorTold,
 )
 from avahazard.results.models import Surroundings
-from avahazard.store.records import load_records, load_without_profiles
+from avahazard.store.records import load_records
 from avahazard.store.results import (
     StoredModel,
     load_calibrated,
@@ -172,7 +172,9 @@ def load_for_paths(
         for path_id in model.paths:
             if path_id not in found.digests:
                 raise unknown_path(path_id, list(found.digests))
-        training = only_paths(load_without_profiles(session, model.paths), model.paths)
+        training = only_paths(
+            load_records(session, model.paths or None, profiles=False, speeds=False), model.paths
+        )
         today = fingerprint_of(session, model.paths) if model.paths else found.fingerprint
         if model.takes_event_columns:
             found = replace(found, others=any_events(session))

@@ -21,7 +21,7 @@ from avahazard.records.plain import plain
 from avahazard.report.picture import require_picture
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.zones import Density, ZonedPath, Zones
-from avahazard.store.records import load_paths
+from avahazard.store.records import load_records
 from avahazard.store.results import ZONES, read_run
 from avahazard.store.session import reading
 from avahazard.workflow.by_path import PathDocuments, PathTask, PathWork, run_paths, went_on
@@ -136,7 +136,7 @@ def _draw(plot: FilePath, database: str, entries: Sequence[ZonedPath], title: st
     from avahazard.report.path_pictures import DrawnZones, draw_zones  # noqa: PLC0415 (slow)
 
     with reading(database) as session:
-        records = load_paths(session, [entry.path_id for entry in entries])
+        records = load_records(session, [entry.path_id for entry in entries])
     drawn = []
     for entry in entries:
         path = find_path(records, entry.path_id)

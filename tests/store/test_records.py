@@ -20,10 +20,8 @@ from avahazard.store import records as store_records
 from avahazard.store.records import (
     load_by_pieces,
     load_events,
-    load_paths,
     load_records,
     load_terrain,
-    load_without_profiles,
     path_summaries,
     save_records,
     save_terrain,
@@ -203,10 +201,10 @@ def test_pieces_are_all_records_each_once(
     monkeypatch.setattr(store_records, "PATHS_AT_ONCE", 3)
     with reading(any_database) as session:
         pieces = list(load_by_pieces(session))
-        by_name = load_paths(session, ["P05", "none", "P02"])
+        by_name = load_records(session, ["P05", "none", "P02"])
         events = tuple(load_events(session))
-        some = load_without_profiles(session, ["P02", "P05"])
-        whole = load_without_profiles(session)
+        some = load_records(session, ["P02", "P05"], profiles=False, speeds=False)
+        whole = load_records(session, profiles=False, speeds=False)
     assert [len(piece.paths) for piece in pieces] == [3, 3, 1, 0]
     assert pieces[-1].events == (straight,)
     assert_same(of_paths(world, {"P02", "P05"}), by_name)

@@ -189,9 +189,9 @@ def test_a_plan_reads_the_paths_again_that_it_measures(
 
     def watched(session: Any, path_ids: Any) -> Records:
         read.extend(path_ids)
-        return store_records.load_paths(session, path_ids)
+        return store_records.load_records(session, path_ids)
 
-    monkeypatch.setattr(by_path, "load_paths", watched)
+    monkeypatch.setattr(by_path, "load_records", watched)
     plan = plan_hazard(databases[FEW], "m", ASKED)
     assert (plan.n_paths, plan.measured_paths) == (FEW, MEASURED)
     measured = read[2:]  # after the paths of the model, whose records are held against its own
