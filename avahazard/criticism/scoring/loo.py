@@ -88,25 +88,16 @@ def smoothed_loo(log_likelihood: Floats) -> tuple[Floats, Floats]:
     return by_event, pareto_k
 
 
-def _pareto_loo(log_likelihood: Floats) -> tuple[Floats, Floats]:
-    array_stats = import_module("arviz_stats.base").array_stats  # slow to import, so only here
-    with np.errstate(divide="ignore", invalid="ignore"):
-        found, k, _ = array_stats.loo(log_likelihood.T, chain_axis=None, draw_axis=-1)
-    return np.array(found, dtype=np.float64), np.array(k, dtype=np.float64)
-
-
 def _pareto_loo_each(log_likelihood: Floats) -> tuple[Floats, Floats]:
-    """The same, nan for events without a tail."""
+    """The smoothed log density and Pareto k `[n_events]`, nan for events without a tail."""
+    array_stats = import_module("arviz_stats.base").array_stats  # slow to import, so only here
     try:
-        return _pareto_loo(log_likelihood)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found, k, _ = array_stats.loo(log_likelihood.T, chain_axis=None, draw_axis=-1)
     except ValueError:  # one event without a tail is enough
-        each = [_pareto_loo_or_nan(column[:, None]) for column in log_likelihood.T]
+        if log_likelihood.shape[1] == 1:
+            return np.full(1, np.nan), np.full(1, np.nan)
+        each = [_pareto_loo_each(column[:, None]) for column in log_likelihood.T]
         by_event, pareto_k = (np.concatenate(part) for part in zip(*each, strict=True))
         return by_event, pareto_k
-
-
-def _pareto_loo_or_nan(log_likelihood: Floats) -> tuple[Floats, Floats]:
-    try:
-        return _pareto_loo(log_likelihood)
-    except ValueError:
-        return np.full(1, np.nan), np.full(1, np.nan)
+    return np.array(found, dtype=np.float64), np.array(k, dtype=np.float64)
