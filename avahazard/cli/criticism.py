@@ -10,9 +10,8 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from avahazard.cli.main import settings
 from avahazard.cli.options import EffectFiles, StoredModel, answers, picture
-from avahazard.cli.output import show
+from avahazard.cli.output import settings, show
 from avahazard.records.plain import plain
 from avahazard.report.language import TERMINAL
 from avahazard.report.model_tables import (

@@ -10,9 +10,8 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from avahazard.cli.main import settings
 from avahazard.cli.options import CalibratedModel, answers
-from avahazard.cli.output import ask, emit, emit_rows, show, table, warn
+from avahazard.cli.output import ask, emit, emit_rows, settings, show, table, warn
 from avahazard.notes import Note, counted, grouped
 from avahazard.report.language import TERMINAL
 from avahazard.report.tables import (

@@ -9,7 +9,6 @@ from __future__ import annotations
 import ast
 import keyword
 import os
-from contextvars import ContextVar
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -23,26 +22,6 @@ from avahazard import __version__
 from avahazard.records.errors import AvahazardError, did_you_mean
 
 HERE = Path(__file__).parent
-
-
-class CliSettings(NamedTuple):
-    """The database by path or URL, whether the output is JSON, and whether it is whole.
-
-    `named`: the command line names the database.
-    """
-
-    database: str = ""
-    as_json: bool = False
-    verbose: bool = False
-    named: bool = False
-
-
-_settings: ContextVar[CliSettings] = ContextVar("settings")
-
-
-def settings() -> CliSettings:
-    """The settings of the command that runs."""
-    return _settings.get(CliSettings())
 
 
 class Entry(NamedTuple):
@@ -212,10 +191,12 @@ def options(
     ] = False,
 ) -> None:
     """Calibrate avalanche friction on recorded events, find what the model misses, draw bounds."""
+    from avahazard.cli.output import CliSettings, settings_of_command  # noqa: PLC0415 (slow)
+
     source = context.get_parameter_source("db")
     named = source is not None and source.name == "COMMANDLINE"
-    before = _settings.set(CliSettings(db, as_json, verbose, named))
-    context.call_on_close(lambda: _settings.reset(before))
+    before = settings_of_command.set(CliSettings(db, as_json, verbose, named))
+    context.call_on_close(lambda: settings_of_command.reset(before))
 
 
 def main() -> None:

@@ -8,12 +8,13 @@ import re
 import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextvars import ContextVar
 from importlib import import_module
 from inspect import signature
 from itertools import groupby
 from operator import attrgetter
 from textwrap import indent, wrap
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import typer
 from rich import box
@@ -22,7 +23,6 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
-from avahazard.cli.main import settings
 from avahazard.notes import Note, grouped
 from avahazard.progress import show_progress
 from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem
@@ -34,6 +34,26 @@ from avahazard.report.words import OPEN
 
 Render = Callable[[Console, Any], None]
 """Prints a result for people."""
+
+
+class CliSettings(NamedTuple):
+    """The database by path or URL, whether the output is JSON, and whether it is whole.
+
+    `named`: the command line names the database.
+    """
+
+    database: str = ""
+    as_json: bool = False
+    verbose: bool = False
+    named: bool = False
+
+
+settings_of_command: ContextVar[CliSettings] = ContextVar("settings")
+
+
+def settings() -> CliSettings:
+    """The settings of the command that runs."""
+    return settings_of_command.get(CliSettings())
 
 
 def ask(use_case: str, **values: Any) -> Any:

@@ -20,7 +20,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.choices import DEFAULT_METHOD, METHODS
 from avahazard.inference.model.laws import Law, law
-from avahazard.inference.model.layout import Layout, build_layout
+from avahazard.inference.model.layout import Layout, build_layout, in_coordinate
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import (
     GIVEN,
@@ -29,7 +29,6 @@ from avahazard.inference.model.specification import (
     Specification,
     free_parameters,
     given_law_prior,
-    in_coordinate,
     law_prior,
     positive_parameters,
     prior_of_fit,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -11,7 +11,7 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.effects.effect import Effect, GroupEffect, KindsEffect, Parameter, shapes_tables
 from avahazard.inference.model.laws import Law, law
-from avahazard.inference.model.specification import Specification, with_given
+from avahazard.inference.model.specification import GivenPrior, Specification
 
 Arms = Mapping[str, tuple[float, ...]]
 """Arms of a star of exact tables by slot name: the points along a coordinate, the centre first."""
@@ -362,3 +362,27 @@ def _slot(effect: Effect, p: Parameter) -> Slot:
         scale,
         p.neutral,
     )
+
+
+def with_given(layout: Layout, given: Sequence[GivenPrior]) -> tuple[Slot, ...]:
+    """The slots, with the priors that are given for those that are not of the law."""
+    slots, places = list(layout.slots), layout.beside_the_law()
+    for told in given:
+        if told.name not in places:
+            continue
+        k = places[told.name]
+        mean, sd = in_coordinate(layout, k, told)
+        slots[k] = replace(slots[k], mean=mean, sd=sd, lognormal=k in layout.spreads.values())
+    return tuple(slots)
+
+
+def in_coordinate(layout: Layout, k: int, told: GivenPrior) -> tuple[float, float]:
+    """Mean and standard deviation in the coordinate of slot k, or in its log where it is a spread.
+
+    A spread keeps its own coordinate, in which it may come near 0.
+    """
+    if k in layout.logs:
+        return told.in_log
+    scale = layout.slots[k].scale
+    scaled = GivenPrior(told.name, told.mean / scale, told.sd / scale)
+    return scaled.in_log if k in layout.spreads.values() else (scaled.mean, scaled.sd)

@@ -13,20 +13,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.inference.model.laws import Law
-from avahazard.records.errors import AvahazardError
-
-if TYPE_CHECKING:
-    from avahazard.inference.model.layout import Layout, Slot
-
-
 from avahazard.effects.effect import Definition, Setting
 from avahazard.inference.model.choices import DistributionName, ScatterName, TailsName
+from avahazard.inference.model.laws import Law
+from avahazard.records.errors import AvahazardError
 
 LEAST_RECIPROCAL_CONDITION = 1e-10
 
@@ -215,30 +210,6 @@ def _lines(law: Law, names: Sequence[str]) -> tuple[Floats, Floats]:
         ahead[k] = np.e if positive[k] else 1.0
         columns.append(law.from_natural(ahead) - start)
     return start, np.column_stack(columns)
-
-
-def with_given(layout: Layout, given: Sequence[GivenPrior]) -> tuple[Slot, ...]:
-    """The slots, with the priors that are given for those that are not of the law."""
-    slots, places = list(layout.slots), layout.beside_the_law()
-    for told in given:
-        if told.name not in places:
-            continue
-        k = places[told.name]
-        mean, sd = in_coordinate(layout, k, told)
-        slots[k] = replace(slots[k], mean=mean, sd=sd, lognormal=k in layout.spreads.values())
-    return tuple(slots)
-
-
-def in_coordinate(layout: Layout, k: int, told: GivenPrior) -> tuple[float, float]:
-    """Mean and standard deviation in the coordinate of slot k, or in its log where it is a spread.
-
-    A spread keeps its own coordinate, in which it may come near 0.
-    """
-    if k in layout.logs:
-        return told.in_log
-    scale = layout.slots[k].scale
-    scaled = GivenPrior(told.name, told.mean / scale, told.sd / scale)
-    return scaled.in_log if k in layout.spreads.values() else (scaled.mean, scaled.sd)
 
 
 @dataclass(frozen=True, slots=True)

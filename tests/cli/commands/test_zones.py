@@ -12,7 +12,7 @@ from rich.console import Console
 from typer.testing import Result
 
 from avahazard.cli.hazard import show_zones
-from avahazard.cli.main import CliSettings
+from avahazard.cli.output import CliSettings
 from avahazard.results.base import Rows
 from avahazard.results.zones import Zones
 from tests.report.zone_entries import entry
