@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields
-from typing import TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -60,7 +60,13 @@ def _at(values: object, place: int) -> object:
     return values[place]  # type: ignore[index]
 
 
-T = TypeVar("T", Path, Event, Speed)
+KEYS: dict[str, Callable[[Any], Key]] = {
+    "paths": lambda path: ("path", path.path_id),
+    "profiles": lambda profile: ("profile", profile.path_id),
+    "events": lambda event: ("event", event.event_id),
+    "speeds": speed_key,
+}
+"""What identifies a record of each kind."""
 
 
 @dataclass
@@ -87,89 +93,45 @@ def merge_records(intake: Intake, stored: Records, *, update: bool = False) -> M
     then it replaces the stored one whole. A path that is stored without a row of its own
     (a profile came first) takes its row without `update`.
     """
-    new = intake.records
-    counts = {kind: Count() for kind in ("paths", "profiles", "events", "speeds")}
-    bare = {path.path_id for path in stored.paths if path == Path(path.path_id)}
-    write = Records(
-        _changed(
-            [(("path", p.path_id), p) for p in new.paths],
-            {("path", p.path_id): p for p in stored.paths},
-            counts["paths"],
-            intake,
-            update,
-            {("path", path_id) for path_id in bare},
-        ),
-        _changed_profiles(new.profiles, stored.profiles, counts["profiles"], intake, update),
-        _changed(
-            [(("event", e.event_id), e) for e in new.events],
-            {("event", e.event_id): e for e in stored.events},
-            counts["events"],
-            intake,
-            update,
-        ),
-        _changed(
-            [(speed_key(s), s) for s in new.speeds],
-            {speed_key(s): s for s in stored.speeds},
-            counts["speeds"],
-            intake,
-            update,
-        ),
-    )
+    counts = {kind: Count() for kind in KEYS}
+    write: dict[str, list[Any]] = {kind: [] for kind in KEYS}
+    for kind, count in counts.items():
+        held = {KEYS[kind](record): record for record in getattr(stored, kind)}
+        for record in getattr(intake.records, kind):
+            key = KEYS[kind](record)
+            old = held.get(key)
+            changes = [] if old is None else _contradictions(record, old)
+            if old is None:
+                count.new += 1
+            elif not changes:
+                count.unchanged += 1
+                continue
+            elif update or old == Path(str(key[1])):
+                count.updated += 1
+            else:
+                for column, value, accepted in changes:
+                    intake.refuse(key, column, value, accepted)
+                continue
+            write[kind].append(record)
     intake.problems = told_once(intake.problems)
-    return Merge(write, counts)
+    return Merge(Records(*map(tuple, write.values())), counts)
 
 
-def _changed(
-    read: Sequence[tuple[Key, T]],
-    stored: dict[Key, T],
-    count: Count,
-    intake: Intake,
-    update: bool,
-    replaceable: Iterable[Key] = (),
-) -> tuple[T, ...]:
-    write: list[T] = []
-    free = set(replaceable)
-    for key, record in read:
-        old = stored.get(key)
-        if old is None:
-            count.new += 1
-            write.append(record)
-        elif not (changes := differences(record, old)):
-            count.unchanged += 1
-        elif update or key in free:
-            count.updated += 1
-            write.append(record)
-        else:
-            for column, value, held in changes:
-                intake.refuse(key, column, _text(value), _as_stored(held))
-    return tuple(write)
-
-
-def _changed_profiles(
-    read: Sequence[Profile], stored: Sequence[Profile], count: Count, intake: Intake, update: bool
-) -> tuple[Profile, ...]:
-    old = {profile.path_id: profile for profile in stored}
-    write = []
-    for profile in read:
-        if profile.path_id not in old:
-            count.new += 1
-            write.append(profile)
-        elif (change := profile_difference(profile, old[profile.path_id])) is None:
-            count.unchanged += 1
-        elif update:
-            count.updated += 1
-            write.append(profile)
-        else:
-            point, (column, value, held) = change
-            where = f"{_as_stored(held)} (profile {profile.path_id}, point {point + 1})"
-            intake.refuse(("profile", profile.path_id), column, _text(value), where)
-    return tuple(write)
-
-
-def _text(value: object) -> str:
-    return "" if value is None else str(value)
-
-
-def _as_stored(held: object) -> str:
-    stored = "empty" if held is None else str(held)
-    return f"{stored}, as stored before, or --update"
+def _contradictions(record: Any, old: Any) -> list[tuple[str, str, str]]:
+    """Each column with the value read, and what is stored instead."""
+    where = ""
+    if isinstance(record, Profile):
+        change = profile_difference(record, old)
+        where = f" (profile {record.path_id}, point {change[0] + 1})" if change else ""
+        found = [change[1]] if change else []
+    else:
+        found = differences(record, old)
+    stored = "{}, as stored before, or --update{}"
+    return [
+        (
+            column,
+            "" if value is None else str(value),
+            stored.format("empty" if held is None else held, where),
+        )
+        for column, value, held in found
+    ]

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import random
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from avahazard.records import fingerprint as fingerprints
 from avahazard.records.collection import Records
 from avahazard.records.event import Event, Speed
-from avahazard.records.fingerprint import Fingerprint, SortedLines, data_fingerprint
+from avahazard.records.fingerprint import Fingerprint, data_fingerprint
 from avahazard.records.path import Path, Profile
 
 RECORDS = Records(
@@ -60,7 +58,7 @@ def test_an_event_without_h_over_l_has_the_fingerprint_that_it_had_before_that_c
     assert data_fingerprint(ratio) != data_fingerprint(Records(events=(Event("e", h_over_l=0.4),)))
 
 
-def test_it_is_that_of_the_lines_sorted_however_they_come(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_is_that_of_the_lines_sorted_however_they_come() -> None:
     many = Records(
         tuple(Path(f"P{k}", name="a" * (k % 7)) for k in range(50)),
         tuple(Profile(f"P{k}", np.arange(5.0), -np.arange(5.0) * (k % 3)) for k in range(50)),
@@ -68,7 +66,6 @@ def test_it_is_that_of_the_lines_sorted_however_they_come(monkeypatch: pytest.Mo
         tuple(Speed(f"e{k}", 9.0, 1.0, x_m=1.0) for k in range(50)),
     )
     whole = data_fingerprint(many)
-    monkeypatch.setattr(fingerprints, "HELD_BYTES", 500)
     pieces = Fingerprint()
     for k in reversed(range(50)):
         pieces.add(Records(*(kind[k : k + 1] for kind in (many.paths, many.profiles))))
@@ -87,32 +84,3 @@ def test_a_piece_has_a_digest_of_its_own() -> None:
     one, same, other = Fingerprint(), Fingerprint(), Fingerprint()
     assert one.add(RECORDS) == same.add(RECORDS) == same.add(RECORDS)
     assert one.add(RECORDS) != other.add(replace(RECORDS, speeds=()))
-
-
-@pytest.mark.parametrize(("held", "files"), [(0, 7), (0, 300), (40, 64), (10_000, 64)])
-def test_they_come_out_sorted(monkeypatch: pytest.MonkeyPatch, held: int, files: int) -> None:
-    monkeypatch.setattr(fingerprints, "HELD_BYTES", held)
-    monkeypatch.setattr(fingerprints, "MOST_FILES", files)
-    rng = random.Random(0)
-    # One may begin another, and come twice.
-    texts = ["".join(rng.choices(' "az', k=rng.randrange(6))) for _ in range(200)]
-    lines = SortedLines()
-    for text in texts:
-        lines.add(text)
-    assert lines.count == 200
-    assert len(lines._files) <= files
-    assert list(lines.read()) == [text.encode() + b"\n" for text in sorted(texts)]
-    assert (lines.count, list(lines.read())) == (0, [])
-
-
-def test_files_are_closed_where_reading_ends_early(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(fingerprints, "HELD_BYTES", 0)
-    lines = SortedLines()
-    for text in "bac":
-        lines.add(text)
-    files = list(lines._files)
-    reader = lines.read()
-    assert next(reader) == b"a\n"
-    reader.close()
-    assert len(files) == 3
-    assert all(file.closed for file in files)
