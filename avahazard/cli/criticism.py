@@ -12,7 +12,6 @@ from rich.console import Console
 
 from avahazard.cli.options import EffectFiles, StoredModel, answers, picture
 from avahazard.cli.output import settings, show
-from avahazard.records.plain import plain
 from avahazard.report.language import TERMINAL
 from avahazard.report.model_tables import (
     budget_table,
@@ -30,6 +29,7 @@ from avahazard.report.model_tables import (
 from avahazard.report.sentences import error_words, failure_words, verdict_words
 from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import Candidate, Diagnosis
+from avahazard.results.plain import plain
 from avahazard.results.prediction import Prediction
 from avahazard.workflow.requests import DiagnoseRequest
 

@@ -26,11 +26,11 @@ from rich.text import Text
 from avahazard.notes import Note, grouped
 from avahazard.progress import show_progress
 from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem
-from avahazard.records.plain import plain
 from avahazard.report import tables as report_tables
 from avahazard.report.language import TERMINAL
 from avahazard.report.tables import cell
 from avahazard.report.words import OPEN
+from avahazard.results.plain import plain
 
 Render = Callable[[Console, Any], None]
 """Prints a result for people."""

@@ -25,6 +25,7 @@ from avahazard.hazard.extremes import (
     regional_prior,
     shape_prior,
 )
+from avahazard.hazard.frequency_files import read_return_volumes, read_snow_depths
 from avahazard.hazard.trend import (
     FEWEST_RECORDS,
     LEAST_WINTERS,
@@ -50,7 +51,6 @@ from avahazard.notes import Note, counted
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
-from avahazard.records.frequency_files import read_return_volumes, read_snow_depths
 from avahazard.records.lookup import of_path
 from avahazard.records.path import Path
 from avahazard.results.hazard import ReturnLevel

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from collections.abc import Iterator, Sequence
 from functools import cache
+from importlib.resources import files
 from pathlib import Path as FilePath
 from typing import NamedTuple
 
@@ -18,45 +20,6 @@ from avahazard.records.sheet import SheetLayout
 from avahazard.records.table import FileTable, read_tables
 from avahazard.records.units import known_unit
 
-WORDS = {
-    "event_id": "event id|id|nr|no|number|nummer|numero|numéro|lawinennummer|no avalanche|"
-    "lawinen nr|codice|code|skrednr|skred id|objectid|record",
-    "path_id": "path|path name|avalanche path|slide path|lawinenzug|lawinenstrich|zug|couloir|"
-    "site|percorso|sito|skredbane|skredløp|track",
-    "name": "name|nom|nome|navn|bezeichnung",
-    "date": "date|datum|data|dato|day of event|tag|date of avalanche|ereignisdatum|winter|hiver|"
-    "inverno|saison|season",
-    "year": "year|jahr|année|an|anno|år",
-    "month": "month|monat|mois|mese|måned",
-    "day": "day|tag|jour|giorno|dag",
-    "runout_elevation_m": "runout elevation|stop elevation|deposit elevation|lowest elevation|"
-    "altitude arrêt|altitude d'arrêt|auslaufhöhe|höhe auslauf|tiefster punkt|quota arresto|"
-    "quota minima|stopphøyde|end elevation|toe elevation|zmin|hmin|altitude min",
-    "release_elevation_m": "release elevation|start elevation|starting zone elevation|crown "
-    "elevation|anrisshöhe|höhe anriss|anbruchhöhe|altitude départ|altitude de départ|quota "
-    "distacco|quota massima|utløsningshøyde|zmax|hmax|altitude max|elevation",
-    "runout_x_m": "runout distance|runout|auslauflänge|distance d'arrêt|distanza di arresto|"
-    "utløpslengde|horizontal distance along path",
-    "volume_m3": "volume|volumen|volume deposit|ablagerungsvolumen|kubatur|volume du dépôt|volume "
-    "deposito|cubatura|volum|skredvolum|v",
-    "fall_height_m": "fall height|drop|vertical drop|vertical|h|delta h|deltah|fallhöhe|"
-    "höhendifferenz|dénivelé|dénivelée|hauteur de chute|dislivello|fallhøyde|høydeforskjell|height",
-    "runout_length_m": "runout length|travel distance|length|l|länge|reichweite|laufstrecke|"
-    "longueur|distance parcourue|lunghezza|lengde|rekkevidde|horizontal length",
-    "h_over_l": "h/l|h over l|apparent friction|pauschalgefälle",
-    "deposit_width_m": "deposit width|breite ablagerung|largeur dépôt|larghezza deposito|width|"
-    "breite|largeur|larghezza|bredde",
-    "deposit_length_m": "deposit length|länge ablagerung|longueur dépôt|lunghezza deposito",
-    "deposit_thickness_m": "deposit depth|deposit thickness|mächtigkeit|épaisseur|spessore|"
-    "tykkelse|ablagerungshöhe",
-    "easting_m": "easting|x|ost|rechtswert|est|øst|coord x|x coordinate",
-    "northing_m": "northing|y|nord|hochwert|coord y|y coordinate",
-    "lon": "lon|longitude|long|länge geo|longitudine|lengdegrad|lng",
-    "lat": "lat|latitude|breite geo|latitudine|breddegrad",
-    "snow_type": "snow type|schneeart|type de neige|tipo di neve|snøtype|schneefeuchte|wetness",
-    "orientation": "aspect|orientation|exposition|esposizione|eksposisjon",
-    "location": "location|ort|gemeinde|lieu|commune|comune|località|sted|region|area",
-}
 DATE_PARTS = ("year", "month", "day")
 FROM_UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]|[,;]\s*(\S+)$|_(m3|m2|m|km3|km|ft|ha)$")
 PLAIN = re.compile(r"[0-9]+(?:\.[0-9]*)?")
@@ -211,9 +174,10 @@ def _like(name: str) -> dict[str, tuple[str, float]]:
 
 @cache
 def _squashed() -> dict[str, list[tuple[str, str]]]:
+    known = tomllib.loads((files("avahazard.records") / "column_words.toml").read_text("utf-8"))
     return {
-        column: [(squash(w), w) for w in (*words.split("|"), column)]
-        for column, words in WORDS.items()
+        column: [(squash(word), word) for word in (*words, column)]
+        for column, words in known.items()
     }
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, get_args
 
 from avahazard.records.errors import AvahazardError
-from avahazard.records.plain import key_of, plain
+from avahazard.results.plain import key_of, plain
 
 if TYPE_CHECKING:
     import pandas as pd

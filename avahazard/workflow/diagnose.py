@@ -19,7 +19,6 @@ from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import LEFT
 from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
-from avahazard.records.plain import plain
 from avahazard.report.picture import require_picture
 from avahazard.results.base import RATIO, Report, Rows, silent
 from avahazard.results.comparison import Comparison
@@ -35,6 +34,7 @@ from avahazard.results.diagnosis import (
     Pair,
     Shape,
 )
+from avahazard.results.plain import plain
 from avahazard.store.results import (
     COMPARISON,
     DIAGNOSIS,

@@ -14,7 +14,6 @@ from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.path import Path, Profile
-from avahazard.records.plain import plain
 from avahazard.report.hazard_tables import (
     is_own_csv,
     is_own_parquet,
@@ -27,6 +26,7 @@ from avahazard.report.hazard_tables import (
 from avahazard.results.base import Rows as Results
 from avahazard.results.database import Export, Layer
 from avahazard.results.hazard import HazardRow
+from avahazard.results.plain import plain
 from avahazard.store.records import load_records
 from avahazard.store.results import (
     BOUNDS,

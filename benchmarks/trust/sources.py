@@ -11,8 +11,8 @@ import numpy as np
 import pandas as pd
 
 from avahazard.effects.own_file import TEMPLATE, read_effect_file
+from avahazard.hazard.frequency_files import read_return_volumes, read_snow_depths
 from avahazard.hazard.zones import read_limits
-from avahazard.records.frequency_files import read_return_volumes, read_snow_depths
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.requests import ImportRequest
 from avahazard.workflow.run import read_project

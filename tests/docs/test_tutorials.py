@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from avahazard.cli.main import app
-from avahazard.records.frequency_files import (
+from avahazard.hazard.frequency_files import (
     ReturnVolumeRow,
     SnowDepthRow,
     read_return_volumes,

@@ -20,11 +20,11 @@ from avahazard.physics.cells import Cells
 from avahazard.physics.runout_curve import RunoutCurve
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.errors import AvahazardError
-from avahazard.records.plain import plain
 from avahazard.report.bounds_pictures import draw_hazard
 from avahazard.report.hazard_tables import write_hazard
 from avahazard.results.base import Rows
 from avahazard.results.hazard import HazardRow, Spread
+from avahazard.results.plain import plain
 from avahazard.store.results import BOUNDS, latest_documents
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate

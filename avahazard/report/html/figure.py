@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from avahazard.records.plain import plain
 from avahazard.report.html.content import EventView
 from avahazard.report.language import ENGLISH, Language
+from avahazard.results.plain import plain
 
 # Okabe and Ito's colours, which people with any kind of colour vision can tell apart.
 BLUE, VERMILION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#AA4499"

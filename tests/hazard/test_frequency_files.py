@@ -3,8 +3,8 @@ from pathlib import Path
 
 import pytest
 
+from avahazard.hazard.frequency_files import read_return_volumes, read_snow_depths
 from avahazard.records.errors import AvahazardError, RejectedRows
-from avahazard.records.frequency_files import read_return_volumes, read_snow_depths
 
 Write = Callable[[str, str], Path]
 

@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 
-from avahazard.records.plain import plain
+from avahazard.results.plain import plain
 
 
 def test_arrays_scalars_and_missing_numbers_become_plain() -> None:
