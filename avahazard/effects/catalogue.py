@@ -53,6 +53,6 @@ def require(entry: Definition, columns: EventColumns, sites: Sequence[Site]) -> 
     lack = entry.lacking(columns, sites)
     if lack is not None:
         raise AvahazardError(
-            f"The effect '{entry.key}' cannot be told from these data: {lack}.",
+            f"The effect '{entry.key}' cannot be estimated from these data: {lack}.",
             f"It needs: {entry.needs}.",
         )

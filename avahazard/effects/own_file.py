@@ -59,7 +59,7 @@ GIVEN = frozenset(
      "section")
 )  # fmt: skip
 """What all observations have a place for."""
-MEND = "Mend the effect file."
+MEND = "Correct the effect file."
 
 
 @dataclass(frozen=True, slots=True)
@@ -387,7 +387,7 @@ class _Call:
             at = int(np.argmax(bad))
             raise AvahazardError(
                 f"{wrong}: number {at + 1} is {filled[at]}, and no column of NEEDS lacks there.",
-                "Mend the effect file; columns in which numbers may be missing stand in NEEDS.",
+                "Correct the effect file; columns in which numbers may be missing stand in NEEDS.",
             )
         return np.where(lacks, 0.0, filled)
 

@@ -12,7 +12,6 @@ import numpy as np
 from avahazard.records.conventions import (
     Conventions,
     Decimal,
-    DecimalMarks,
     canonical,
     is_number,
     read_dates,
@@ -133,26 +132,21 @@ def _decided(
     table: FileTable,
     places: Sequence[Place],
     texts: Sequence[str],
-    found: DecimalMarks,
+    found: Mapping[str, Sequence[int]],
     problems: list[RowProblem],
 ) -> Decimal | None:
     """The decimal sign that the numbers show, None after adding to `problems`."""
-    if found.point and found.comma:
-        rarer, sign = (
-            (found.comma, "point")
-            if len(found.comma) <= len(found.point)
-            else (found.point, "comma")
-        )
-        first = table.lines[places[(found.point if sign == "point" else found.comma)[0]][0]]
+    signs: tuple[Decimal, Decimal] = ("point", "comma")
+    sign, rarer = sorted(signs, key=lambda sign: -len(found[sign]))
+    if found[rarer]:
+        first = table.lines[places[found[sign][0]][0]]
         accepted = f"a decimal {sign}, as in line {first}: one sign in a file"
-        _refuse(table, places, texts, rarer, accepted, problems)
+        _refuse(table, places, texts, found[rarer], accepted, problems)
         return None
-    if found.point or found.comma:
-        return "point" if found.point else "comma"
+    if found[sign]:
+        return sign
     # Between commas a point is the decimal one: so programs write numbers.
-    doubtful = found.ambiguous
-    if table.separator == ",":
-        doubtful = [k for k in doubtful if "," in texts[k]]
+    doubtful = [k for k in found["both"] if table.separator != "," or "," in texts[k]]
     _refuse(table, places, texts, doubtful, AMBIGUOUS, problems)
     return None if doubtful else "point"
 

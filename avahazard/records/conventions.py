@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime as dt
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from typing import Literal, NamedTuple
 
@@ -203,7 +203,6 @@ def _pattern(decimal: str, group: str) -> re.Pattern[str]:
 
 PATTERNS = {"point": _pattern(r"\.", ","), "comma": _pattern(",", r"\.")}
 SIGNS = {"point": ".", "comma": ","}
-PLAIN = re.compile(r"[+-]?[0-9]+")
 
 
 def canonical(text: str, decimal: Decimal) -> str | None:
@@ -218,33 +217,16 @@ def canonical(text: str, decimal: Decimal) -> str | None:
     return digits.replace("," if sign == "." else ".", "").replace(sign, ".")
 
 
-@dataclass
-class DecimalMarks:
-    """Where the numbers of a file can only be read with a point, only with a comma, or with both.
+def weigh(texts: Sequence[str]) -> dict[str, list[int]]:
+    """Places in `texts` `[n]` that can only be read with a `point`, with a `comma`, or with `both`.
 
-    Places are those that were given with the texts; `ambiguous` ones are such as 1,234.
+    Integers and words say nothing of the decimal sign; with both it is ambiguous, as in 1,234.
     """
-
-    point: list[int] = field(default_factory=list)
-    comma: list[int] = field(default_factory=list)
-    ambiguous: list[int] = field(default_factory=list)
-
-
-def weigh(texts: Sequence[str]) -> DecimalMarks:
-    """Sort `texts` `[n]` by what they say of the decimal sign; integers and words say nothing."""
-    found = DecimalMarks()
+    found: dict[str, list[int]] = {"point": [], "comma": [], "both": []}
     for k, text in enumerate(texts):
-        if PLAIN.fullmatch(text):
-            continue
         point, comma = canonical(text, "point"), canonical(text, "comma")
-        if point == comma:
-            continue
-        if comma is None:
-            found.point.append(k)
-        elif point is None:
-            found.comma.append(k)
-        else:
-            found.ambiguous.append(k)
+        if point != comma:
+            found["point" if comma is None else "comma" if point is None else "both"].append(k)
     return found
 
 

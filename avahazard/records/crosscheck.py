@@ -28,6 +28,7 @@ Rises = tuple[tuple[float, float], ...]
 RISE_SD = 3.0
 LEAST_RISE_M = 10.0
 
+N_SIGMA = 3.0
 # Elevations read from another map than the profile differ by about this much.
 MAP_TOLERANCE_M = 30.0
 
@@ -43,25 +44,41 @@ def stop_fault(event: Event, profile: Profile) -> Fault | None:
     """
     if event.left_profile:
         return None
-    slack = 3.0 * event.runout_sigma_m
-    if event.runout_x_m is not None:
-        first, last = float(profile.x_m[0]), float(profile.x_m[-1])
-        if not first - slack <= event.runout_x_m <= last + slack:
-            accepted = f"{first:g} to {last:g} (the profile), or left_profile 1"
-            return "runout_x_m", event.runout_x_m, accepted
-    elif event.runout_elevation_m is not None:
-        elevation = event.runout_elevation_m
-        if on_counter_slope(elevation, profile):
-            return (
-                "runout_elevation_m",
-                elevation,
-                "runout_x_m too: the profile rises again, and reaches this elevation at two places",
-            )
+    slack = N_SIGMA * event.runout_sigma_m
+    place = event.runout_x_m, event.runout_elevation_m
+    return _off_the_profile(profile, "runout_", place, (slack, slack), ", or left_profile 1")
+
+
+def speed_fault(speed: Speed, profile: Profile) -> Fault | None:
+    """Return what is wrong with the place of `speed`."""
+    place = speed.x_m, speed.elevation_m
+    return _off_the_profile(profile, "", place, (0.0, MAP_TOLERANCE_M), "")
+
+
+def _off_the_profile(
+    profile: Profile,
+    kind: str,
+    place: tuple[float | None, float | None],
+    slack: tuple[float, float],
+    remedy: str,
+) -> Fault | None:
+    """Return what is wrong with a distance, or else an elevation, of columns that begin so."""
+    x, elevation = place
+    if x is not None:
+        column, value = f"{kind}x_m", x
+        low, high = float(profile.x_m[0]), float(profile.x_m[-1])
+    elif elevation is not None:
+        column, value = f"{kind}elevation_m", elevation
         low, high = _heights(profile)
-        if not low - slack <= elevation <= high + slack:
-            accepted = f"{low:g} to {high:g} (the profile), or left_profile 1"
-            return "runout_elevation_m", elevation, accepted
-    return None
+        if on_counter_slope(elevation, profile):
+            twice = "too: the profile rises again, and reaches this elevation at two places"
+            return column, value, f"{kind}x_m {twice}"
+    else:
+        return None
+    far = slack[0] if x is not None else slack[1]
+    if low - far <= value <= high + far:
+        return None
+    return column, value, f"{low:g} to {high:g} (the profile){remedy}"
 
 
 def release_fault(record: Event | Path, profile: Profile) -> Fault | None:
@@ -74,27 +91,8 @@ def release_fault(record: Event | Path, profile: Profile) -> Fault | None:
         return "release_elevation_m", release, f"{low:g} to {high:g} (the profile)"
     if isinstance(record, Event) and record.runout_x_m is None and not record.left_profile:
         stop = record.runout_elevation_m
-        if stop is not None and stop > release + 3.0 * record.runout_sigma_m:
+        if stop is not None and stop > release + N_SIGMA * record.runout_sigma_m:
             return "release_elevation_m", release, f"an elevation above the runout at {stop:g}"
-    return None
-
-
-def speed_fault(speed: Speed, profile: Profile) -> Fault | None:
-    """Return what is wrong with the place of `speed`."""
-    if speed.x_m is not None:
-        first, last = float(profile.x_m[0]), float(profile.x_m[-1])
-        if not first <= speed.x_m <= last:
-            return "x_m", speed.x_m, f"{first:g} to {last:g} (the profile)"
-    elif speed.elevation_m is not None:
-        if on_counter_slope(speed.elevation_m, profile):
-            return (
-                "elevation_m",
-                speed.elevation_m,
-                "x_m too: the profile rises again, and reaches this elevation at two places",
-            )
-        low, high = _heights(profile)
-        if not low - MAP_TOLERANCE_M <= speed.elevation_m <= high + MAP_TOLERANCE_M:
-            return "elevation_m", speed.elevation_m, f"{low:g} to {high:g} (the profile)"
     return None
 
 
@@ -154,7 +152,6 @@ def _risen(height: Floats, values: NDArray[Any]) -> list[NDArray[Any]]:
     ]
 
 
-N_SIGMA = 3.0
 # Two measurements of one volume differ by this factor at least before one of them is wrong.
 VOLUME_FACTOR = 2.0
 
@@ -283,7 +280,9 @@ def check_places(intake: Intake, known: Records) -> None:
     stored_events = [e for e in known.events if e.event_id not in read_events]
     path_of = {e.event_id: e.path_id for e in (*stored_events, *new.events)}
 
-    _check_volumes(intake)
+    for event in new.events:
+        if found := volume_fault(event):
+            intake.refuse(("event", event.event_id), *found)
     for path in (*new.paths, *(p for p in known.paths if p.path_id not in read_paths)):
         profile = profiles.get(path.path_id)
         if profile is None or path.path_id not in changed | read_paths:
@@ -326,12 +325,6 @@ def check_one_scale(intake: Intake, known: Records) -> None:
     elif others and any(e.in_ratio for e in stored):
         accepted = f"h_over_l alone, as the stored events have, {remedy}"
         intake.refuse(("event", others[0].event_id), "event_id", others[0].event_id, accepted)
-
-
-def _check_volumes(intake: Intake) -> None:
-    for event in intake.records.events:
-        if fault := volume_fault(event):
-            intake.refuse(("event", event.event_id), *fault)
 
 
 def _event_faults(event: Event, path: Path | None, profile: Profile) -> list[Fault]:

@@ -96,5 +96,5 @@ def vague_stops(new: Records, stored: Records) -> list[str]:
     more = f" and {len(found) - SHOWN} more" if len(found) > SHOWN else ""
     return [
         f"runout_sigma_m is not below the drop of the path ({'; '.join(found[:SHOWN])}{more}): "
-        "such a stop tells nothing of friction. Is its unit m?"
+        "such a stop says nothing about friction. Is its unit m?"
     ]

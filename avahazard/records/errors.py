@@ -1,4 +1,4 @@
-"""Errors that a user can mend: one message, one hint, and the rows at fault."""
+"""Errors that a user can correct: one message, one hint, and the rows at fault."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class RejectedRows(AvahazardError):  # noqa: N818
         rows = "1 value is" if n == 1 else f"{n} values are"
         super().__init__(
             f"{rows} not acceptable; nothing was imported.",
-            "Mend the rows above and import again.",
+            "Correct the rows above and import again.",
         )
         self.problems = tuple(problems)
 

@@ -12,6 +12,7 @@ from itertools import islice
 from pathlib import PurePath
 from typing import Literal
 
+from avahazard.records.cells import PLAIN_NUMBER as NUMBER
 from avahazard.records.cells import USUAL_MARKS, plain_cells
 from avahazard.records.collection import Records
 from avahazard.records.conventions import Conventions
@@ -62,6 +63,8 @@ def refuse_near(table: FileTable, columns: Collection[str], problems: list[RowPr
             problems.append(RowProblem(table.file, 1, name, name, accepted))
 
 
+PLACES = ("runout_x_m", "runout_elevation_m", "left_profile", "easting_m", "lon")
+"""Columns that say where an event stopped."""
 Kind = Literal["paths", "profiles", "events", "velocities"]
 
 KNOWN_FORMS = (
@@ -114,9 +117,6 @@ _BY_NAME: dict[str, Kind] = {
 }
 
 
-POINTS = ("easting_m", "lon")
-
-
 def _required(kind: Kind, columns: set[str], need_runout: bool) -> list[tuple[str, ...]]:
     """Return groups of columns, of each of which one must be there."""
     if kind == "paths":
@@ -133,14 +133,11 @@ def _required(kind: Kind, columns: set[str], need_runout: bool) -> list[tuple[st
         return [("event_id",), heights, *([("runout_length_m",)] if need_runout else [])]
     needed: list[tuple[str, ...]] = [("event_id",), ("path_id",)]
     if need_runout:
-        needed.append(
-            ("runout_x_m", "runout_elevation_m", "left_profile", *sorted(straight), *POINTS)
-        )
+        needed.append((*PLACES, *sorted(straight)))
     return needed
 
 
 Content = Literal["number", "text"]
-NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 LARGEST = 1e30  # its square must still be a number
 NOT_FINITE = re.compile(r"[+-]?(?:inf|infinity|nan)", re.IGNORECASE)
 

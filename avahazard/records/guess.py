@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from rapidfuzz import fuzz
 
+from avahazard.records.cells import LIKELY_MARKS
 from avahazard.records.conventions import is_number, read_dates
 from avahazard.records.errors import RowProblem
 from avahazard.records.meanings import MEANINGS, squash
@@ -23,7 +24,7 @@ from avahazard.records.units import known_unit
 DATE_PARTS = ("year", "month", "day")
 FROM_UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]|[,;]\s*(\S+)$|_(m3|m2|m|km3|km|ft|ha)$")
 PLAIN = re.compile(r"[0-9]+(?:\.[0-9]*)?")
-MARKS = frozenset(("?", "??", "-", "--", "–", "—", "na", "n/a", "n.a.", "null", "none", "unknown"))
+MARKS = LIKELY_MARKS | {"unknown"}
 SURE, LIKELY, NEAR = 0.95, 0.8, 87.0
 """Confidence in a name of the list, least one that is written, and least likeness (of 100)."""
 

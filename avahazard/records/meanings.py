@@ -34,10 +34,6 @@ class Meaning(NamedTuple):
     further: tuple[str, ...] = ()
 
 
-def _name(words: str) -> Meaning:
-    return Meaning(words, "", "name")
-
-
 def _text(words: str, *further: str) -> Meaning:
     return Meaning(words, "", "text", None, further)
 
@@ -59,8 +55,8 @@ REACH = Limits((1e-3, 2e6), (1.0, 1e6))
 RATIO = Limits((1e-6, 1e3), (1e-3, 10.0))
 
 MEANINGS: dict[str, Meaning] = {
-    "path_id": _name("the path"),
-    "event_id": _name("the event"),
+    "path_id": Meaning("the path", "", "name"),
+    "event_id": Meaning("the event", "", "name"),
     "name": _text("name of the path"),
     "location": _text("where the path is"),
     "orientation": _text("orientation of the path"),

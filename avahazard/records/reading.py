@@ -21,11 +21,12 @@ from avahazard.records.conventions import UNKNOWN, Conventions
 from avahazard.records.crosscheck import check_one_scale, check_places, check_references
 from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem, told_once
 from avahazard.records.event import Event, Speed
-from avahazard.records.forms import Kind, column_kinds, read_covariates, read_forms
+from avahazard.records.forms import FORMS, PLACES, Kind, column_kinds, read_covariates, read_forms
 from avahazard.records.intake import Drawn, Intake, speed_key
 from avahazard.records.mapping import BESIDE, TableMapping, fits, lacking, mapped, read_mappings
 from avahazard.records.path import Covariate, Path, Profile
 from avahazard.records.rows import (
+    DepositRow,
     EventRow,
     PathRow,
     ProfileRow,
@@ -136,12 +137,7 @@ def read_files(
     """
     intake = Intake()
     used: list[TableMapping] = []
-    tables: dict[Kind, list[FileTable]] = {
-        "paths": [],
-        "profiles": [],
-        "events": [],
-        "velocities": [],
-    }
+    tables: dict[Kind, list[FileTable]] = {kind: [] for kind in FORMS}
     for file in find_files(sources):
         intake.files.append(str(file))
         faults: list[RowProblem] = []
@@ -243,12 +239,11 @@ def build_path(row: PathRow, covariates: Mapping[str, Covariate]) -> Path:
     return Path(**row.model_dump(), covariates=covariates)
 
 
-def build_event(row: EventRow | StraightRow, covariates: Mapping[str, Covariate]) -> Event:
+def build_event(row: DepositRow, covariates: Mapping[str, Covariate]) -> Event:
     """Make an event of its row: default errors, and the volume of its deposit."""
     values = row.__dict__.copy()  # the model's own iteration takes four times as long
-    sides = (row.deposit_length_m, row.deposit_width_m, row.deposit_thickness_m)
-    if row.volume_m3 is None and None not in sides:
-        values["volume_m3"] = defaults.deposit_volume_m3(*(s for s in sides if s is not None))
+    if row.volume_m3 is None:
+        values["volume_m3"] = _deposit(row)
     if row.runout_sigma_m is None:
         values["runout_sigma_m"] = defaults.runout_sigma_m(
             int(row.date[:4]) if row.date is not None else None
@@ -403,14 +398,13 @@ def _kept(old: Path | Event, new: Path | Event, header: Collection[str]) -> dict
     return {n: getattr(old, n) for n in names} | {"covariates": covariates | dict(new.covariates)}
 
 
-def _deposit(event: Event) -> float | None:
+def _deposit(event: Event | DepositRow) -> float | None:
     sides = (event.deposit_length_m, event.deposit_width_m, event.deposit_thickness_m)
     known = [side for side in sides if side is not None]
     return defaults.deposit_volume_m3(*known) if len(known) == 3 else None
 
 
 ON_PROFILE = frozenset({"runout_x_m", "runout_elevation_m"})
-PLACES = ON_PROFILE | {"left_profile", "easting_m", "lon"}
 
 
 def gather_paths(tables: Sequence[FileTable], known: Records, intake: Intake) -> list[Path]:
@@ -479,27 +473,18 @@ def gather_events(
     old = {event.event_id: event for event in known.events} if need_runout else {}
     events = []
     for table in tables:
-        given = need_runout and bool(PLACES & set(table.header))
+        given = need_runout and not set(PLACES).isdisjoint(table.header)
         reach = bool({"fall_height_m", "runout_length_m", "h_over_l"} & set(table.header))
-        on_path: list[tuple[int, dict[str, str]]] = []
-        straight: list[tuple[int, dict[str, str]]] = []
+        rows: dict[type[EventRow | StraightRow], list[tuple[int, dict[str, str]]]]
+        rows = {EventRow: [], StraightRow: []}
         for line, cells in _each_once("event", "event_id", table, intake):
-            (on_path if "path_id" in cells or not reach else straight).append((line, cells))
-        found: list[tuple[int, EventRow | StraightRow]] = [
-            *check_rows(
-                EventRow,
-                table.file,
-                iter(on_path),
-                intake.problems,
-                context={"need_runout": given},
-            ),
-            *check_rows(
-                StraightRow,
-                table.file,
-                iter(straight),
-                intake.problems,
-                context={"need_runout": need_runout},
-            ),
+            rows[EventRow if "path_id" in cells or not reach else StraightRow].append((line, cells))
+        found = [
+            row
+            for form, needed in ((EventRow, given), (StraightRow, need_runout))
+            for row in check_rows(
+                form, table.file, iter(rows[form]), intake.problems, {"need_runout": needed}
+            )
         ]
         header, placed = table.header, dict[str, float]()
         if not ON_PROFILE & set(header) and {"easting_m", "lon"} & set(header):

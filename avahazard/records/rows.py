@@ -66,7 +66,6 @@ def check_rows(
     file: str,
     rows: Iterator[tuple[int, dict[str, str]]],
     problems: list[RowProblem],
-    *,
     context: dict[str, bool] | None = None,
 ) -> Iterator[tuple[int, R]]:
     """Yield the rows that keep to `form`; add the others' faults to `problems`."""

@@ -334,9 +334,11 @@ def read_sheets(
 ) -> list[Sheet]:
     """Return the sheets that hold anything; add to `problems` the cells that cannot be read."""
     try:
-        if raw.startswith(ZIP) and _unpacked(raw) > MOST_BYTES:
+        parts = zipfile.ZipFile(io.BytesIO(raw)) if raw.startswith(ZIP) else None
+        if parts and sum(part.file_size for part in parts.infolist()) > MOST_BYTES:
             raise zipfile.BadZipFile
-        grids = _of_xlsx(raw) if _is_xlsx(raw) else _of_others(raw)
+        xlsx = parts is not None and "xl/workbook.xml" in parts.namelist()
+        grids = _of_xlsx(raw) if xlsx else _of_others(raw, parts)
     except (KeyboardInterrupt, SystemExit):
         raise
     except BaseException:  # a panic of the library, which is in Rust, is no Exception
@@ -354,13 +356,6 @@ class Grid(NamedTuple):
     merged: list[tuple[int, int, int, int]]  # first row and column, last row and column, from 0
     words: tuple[str, ...]
     first_day: dt.date
-
-
-def _is_xlsx(raw: bytes) -> bool:
-    if not raw.startswith(ZIP):
-        return False
-    with zipfile.ZipFile(io.BytesIO(raw)) as archive:
-        return "xl/workbook.xml" in archive.namelist()
 
 
 def _of_xlsx(raw: bytes) -> list[Grid]:
@@ -398,7 +393,7 @@ def _of_xlsx(raw: bytes) -> list[Grid]:
     return found
 
 
-def _of_others(raw: bytes) -> list[Grid]:
+def _of_others(raw: bytes, parts: zipfile.ZipFile | None) -> list[Grid]:
     """Sheets of an `.xls`, `.xlsb` or `.ods`, whose libraries are one."""
     from python_calamine import (  # noqa: PLC0415 (one format of many)
         CalamineWorkbook,
@@ -410,7 +405,8 @@ def _of_others(raw: bytes) -> list[Grid]:
         raise zipfile.BadZipFile
     book = CalamineWorkbook.from_filelike(io.BytesIO(raw))
     # Of an .ods it does not tell which cells are merged.
-    spanned = raw.startswith(ZIP) and ROWS_SPANNED.search(_content(raw)) is not None
+    content = parts.read("content.xml") if parts and "content.xml" in parts.namelist() else b""
+    spanned = ROWS_SPANNED.search(content) is not None
     found = []
     for of_sheet in book.sheets_metadata:
         if of_sheet.typ != SheetTypeEnum.WorkSheet:
@@ -474,12 +470,6 @@ NOT_COMPUTED = "a value: the spreadsheet could not compute this cell"
 NOT_SAVED = "the value of the formula: open the file in a spreadsheet and save it"
 
 
-def _content(raw: bytes) -> bytes:
-    with zipfile.ZipFile(io.BytesIO(raw)) as archive:
-        names = archive.namelist()
-        return archive.read("content.xml") if "content.xml" in names else b""
-
-
 def _is_error(value: Any) -> bool:
     return isinstance(value, str) and value.startswith("#") and value.rstrip("!?/A").isupper()
 
@@ -492,14 +482,11 @@ def _load(raw: bytes, *, values: bool) -> Any:
         return load_workbook(io.BytesIO(raw), data_only=values)
 
 
-def _unpacked(raw: bytes) -> int:
-    with zipfile.ZipFile(io.BytesIO(raw)) as archive:
-        return sum(entry.file_size for entry in archive.infolist())
-
-
 def _sheet(
     file: str, grid: Grid, several: bool, layout: SheetLayout, problems: list[RowProblem]
 ) -> Sheet | None:
+    from openpyxl.utils import get_column_letter  # noqa: PLC0415 (slow to import)
+
     label = f"{file}, sheet {grid.title}" if several else file
     if layout.merged:
         _fill(grid)
@@ -511,7 +498,7 @@ def _sheet(
         for column, (value, fault) in enumerate(row):
             text = _text(value)
             if fault and line >= (layout.header or 0):
-                problems.append(RowProblem(label, line, _letters(column), text, fault))
+                problems.append(RowProblem(label, line, get_column_letter(column + 1), text, fault))
             if isinstance(value, dt.date):
                 dated.add((line, column))
             elif isinstance(value, str) and is_number(text):
@@ -545,12 +532,6 @@ def _fill(grid: Grid) -> None:
     for top, left, bottom, right in grid.merged:
         for row in grid.rows[top : bottom + 1]:
             row[left : right + 1] = [grid.rows[top][left]] * (right + 1 - left)
-
-
-def _letters(column: int) -> str:
-    """The name of a column (from 0) in a spreadsheet."""
-    first, last = divmod(column, 26)
-    return (_letters(first - 1) if first else "") + chr(ord("A") + last)
 
 
 def _text(value: Any) -> str:

@@ -352,8 +352,8 @@ def make_world(
         if kept is not None:
             return _record(world, runs, kept, effects, parameters)
     raise AvahazardError(
-        "Too few avalanches of this world start and are seen.",
-        "Use weaker effects, a steeper release zone, or a smaller share of unseen events.",
+        "Too few avalanches of this dataset start and are detected.",
+        "Use weaker effects, a steeper release zone, or a smaller share of undetected events.",
     )
 
 

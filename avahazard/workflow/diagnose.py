@@ -151,7 +151,7 @@ def _require_stops(stored: FittedModel) -> None:
     """Raise `AvahazardError` where all events left: whatever shifts their friction is unseen."""
     if (stored.observations.kind == LEFT).all():
         raise AvahazardError(
-            f"Every event of {stored.name} left its profile: no effect could be seen in them.",
+            f"Every event of {stored.name} ran beyond its profile: no effect could show in them.",
             "Import events whose runout was recorded, or profiles that reach beyond the stops; "
             'a project goes on without: skip = ["diagnose"] in avahazard.toml.',
         )
@@ -169,7 +169,7 @@ def check_expected(stored: FittedModel, expect: Sequence[str], own: Sequence[Def
             raise AvahazardError(f"The model {stored.name} has the effect '{key}' already.")
         require(entry, observations.columns, observations.sites)
         raise AvahazardError(
-            f"The effect '{key}' is no candidate here: it is granted, or told by the data.",
+            f"The effect '{key}' is no candidate here: it is granted, or set by the data.",
             "`avahazard effects` lists them.",
         )
 

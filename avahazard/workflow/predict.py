@@ -87,7 +87,7 @@ def _new_events(file: Path, records: Records) -> Records:
         return read_records([file], known=records, need_runout=False)
     except RejectedRows as error:
         error.message = error.message.replace("imported", "predicted")
-        error.hint = "Mend the rows above and predict again."
+        error.hint = "Correct the rows above and predict again."
         raise
 
 

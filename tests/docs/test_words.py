@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -74,6 +75,16 @@ def catalogue_texts() -> Iterator[tuple[str, str]]:
             yield key, text
 
 
+def refusals() -> Iterator[tuple[str, str]]:
+    """What the program refuses, and the hints with it."""
+    for file in sorted((ROOT / "avahazard").rglob("*.py")):
+        for call in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(call, ast.Call) and getattr(call.func, "id", "") == "AvahazardError":
+                for part in ast.walk(call):
+                    if isinstance(part, ast.Constant) and isinstance(part.value, str):
+                        yield f"{file.name}, line {part.lineno}", part.value
+
+
 def found_in(texts: Iterator[tuple[str, str]]) -> list[str]:
     """What of the left column stands in the texts, where, and what is meant."""
     return [
@@ -86,6 +97,11 @@ def found_in(texts: Iterator[tuple[str, str]]) -> list[str]:
 
 def test_help_has_none_of_our_own_terms() -> None:
     assert found_in(helps()) == []
+
+
+def test_refusals_have_none_of_our_own_terms() -> None:
+    assert len(list(refusals())) > 200
+    assert found_in(refusals()) == []
 
 
 def test_the_catalogue_has_none_of_our_own_terms() -> None:

@@ -294,7 +294,7 @@ def test_what_cannot_be_added(snow_database: str, tmp_path: Path) -> None:
         (("base", ["snow-type"], "base"), [], "There is a model base"),
         (("nobody", ["snow-type"], "new"), [], "There is no model"),
         (("base", ["centrifugal"], "new"), [], "has centrifugal already"),
-        (("base", ["covariate:nothing"], "new"), [], "cannot be told"),
+        (("base", ["covariate:nothing"], "new"), [], "cannot be estimated"),
         (("base", ["season"], "new"), [file], "is not asked for"),
     ):
         with pytest.raises(AvahazardError, match=message):

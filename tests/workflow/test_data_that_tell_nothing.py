@@ -58,6 +58,6 @@ def test_effects_are_not_sought_where_nothing_stopped(database: str) -> None:
     with writing(database) as session:
         save_records(session, bowl(events=events))
     calibrate(database, "m", CalibrateRequest(law="constant", chains=2, draws=50))
-    with pytest.raises(AvahazardError, match="Every event of m left its profile") as told:
+    with pytest.raises(AvahazardError, match="Every event of m ran beyond its profile") as told:
         diagnose_model(database, "m", DiagnoseRequest())
     assert "skip" in (told.value.hint or "")

@@ -87,7 +87,7 @@ def calibrate_paper(
     if np.any(np.abs(chosen.covariate(volume)) > LARGEST):
         raise AvahazardError(
             f"Volumes reach {volume.max():.3g} m3, with which method {method} cannot calculate.",
-            "Mend these records, or take --method marginal.",
+            "Correct these records, or take --method marginal.",
         )
     if method == "gibbs":
         drawn = gibbs(chosen, volume, mu[keep], seed=seed, n_chains=n_chains, n_draws=n_draws)

@@ -68,7 +68,7 @@ def test_an_effect_cannot_be_added_twice() -> None:
 
 def test_an_effect_that_the_data_cannot_tell_is_refused() -> None:
     given = build_observations(one_path(20, seed=1))
-    with pytest.raises(AvahazardError, match="'path-effect' cannot be told"):
+    with pytest.raises(AvahazardError, match="'path-effect' cannot be estimated"):
         with_effects(given, Specification(), ["path-effect"])
 
 
