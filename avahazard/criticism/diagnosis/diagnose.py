@@ -17,8 +17,10 @@ from avahazard.criticism.diagnosis.force_witness import ForceWitness
 from avahazard.criticism.diagnosis.full_fits import (
     TriedGroup,
     evidence_gain,
+    explained_otherwise,
     fitted_in_full,
     group_tests,
+    plainly_different,
 )
 from avahazard.criticism.diagnosis.laws import FoundLaw, FoundShape, found_laws, found_shape
 from avahazard.criticism.diagnosis.naming import (
@@ -38,6 +40,7 @@ from avahazard.criticism.diagnosis.record_faults import (
 from avahazard.criticism.diagnosis.refits import (
     Question,
     Refit,
+    refit_without,
     still_needed,
 )
 from avahazard.criticism.diagnosis.together import Together, masked_pair, needed_beside
@@ -129,8 +132,17 @@ def diagnose(
     base, granted, too_many = with_nuisances_granted(observations, plain, own)
     entries = candidate_definitions(observations, plain.specification, own)
     alone = [entry for entry in entries if entry.level_alone is not None]
+    groups = group_tests(observations, own, base)
     progress(0.2)
     screened = screen(base.posterior, base.mode.u, entries, seed=seed)
+    left = None
+    if plain_groups := plainly_different(observations, own, groups, granted):
+        without = refit_without(observations, own, base, plain_groups[0].key)
+        by_others = screen(without.posterior, without.mode.u, entries, seed=seed)
+        if explained_otherwise(observations, own, without, by_others, plain_groups[0]):
+            left, base, screened = plain_groups[0], without, by_others
+            granted = tuple(key for key in granted if key != left.key)
+            groups = (*group_tests(observations, own, base), left)
     fits, screening = fitted_in_full(
         observations,
         own,
@@ -145,10 +157,12 @@ def diagnose(
     ranked = sorted(survivors, key=lambda c: -evidence[c.key])
     fits = {c.key: fits[c.key] for c in ranked}
     naming = name_effects(ranked, evidence, fits, base, expected)
-    groups = group_tests(observations, own, base)
     progress(0.85)
     question = Question(observations, own, base, fits, screening)
     verdict, missing, together = verdict_on(question, naming, groups, granted)
+    if left and (not missing or (left.lasting and not leads(missing[0], left, evidence))):
+        named = [find_definition(key, own) for key in (*missing, left.key)]
+        verdict, missing = verdict_of(named)
     smooth = leading_smooth(missing, fits, own)
     found = Findings(
         verdict=verdict,
@@ -177,6 +191,11 @@ def diagnose(
     )
     progress(1.0)
     return found
+
+
+def leads(key: str, group: TriedGroup, evidence: Mapping[str, float]) -> bool:
+    """Whether a candidate has so much evidence that groups are not named beside it."""
+    return key in evidence and evidence[key] - group.evidence >= MARGIN
 
 
 def leading_smooth(
@@ -233,24 +252,12 @@ def named_group(
 ) -> tuple[str, ...]:
     """The granted groups that differ most plainly, where no rival explains more; none or one key.
 
-    They need the evidence of any cause. Groups that are too few to tell their spread are never
-    named. Winters and storms, which do not come again, predict nothing: any cause comes before
-    them. Beside the groups stand the errors of volumes, where these may make them up.
+    Winters and storms, which do not come again, predict nothing: any cause comes before them.
+    Beside the groups stand the errors of volumes, where these may make them up.
     """
-    base = question.base
-    data = question.observations.columns, question.observations.sites
-    plan = base.posterior.plan
-    lasting = [key for key, lasts in zip(plan.keys, plan.lasting, strict=True) if lasts]
-    plain = [
-        test
-        for test in groups
-        if test.key in granted
-        and test.evidence > MARGIN
-        and (test.key in lasting or not rivals)
-        and test.p_value <= test.level
-        and find_definition(test.key, question.own).lacking(*data) is None
-    ]
-    for test in sorted(plain, key=lambda t: -t.gain):
+    for test in plainly_different(question.observations, question.own, groups, granted):
+        if rivals and not test.lasting:
+            continue
         if all(group_comes_first(question, rival, test.key) for rival in rivals):
             errors = groups_by_misstated_volumes(question, test.key)
             return (test.key, errors) if errors else (test.key,)

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
+from avahazard.criticism.diagnosis.naming import MARGIN
 from avahazard.criticism.diagnosis.refits import (
     Likely,
     Refit,
@@ -25,6 +26,7 @@ from avahazard.criticism.diagnosis.refits import (
 from avahazard.criticism.diagnosis.two_kinds import CHANCE_GAIN, gain_of_wrong_records
 from avahazard.criticism.screening.screen import EXPECTED_SHARE, LEVEL, Screened, Screening
 from avahazard.effects.effect import Definition, FrictionEffect, LimitEffect
+from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations
 
 FITTED, OF_A_FAMILY = 7, 2
@@ -35,6 +37,9 @@ WORTH_A_FIT = float(-np.log(0.2))
 """Surprise of the screening from which on a candidate is."""
 WORTH_BESIDE = 0.5
 """Share of the largest gain to first order that a candidate must have to be fitted beside it."""
+WORTH_INSTEAD = 0.7
+"""Share of the evidence for groups that a candidate must gain to first order to be tried in their
+place."""
 PERSISTENT_LEVEL, TRANSIENT_LEVEL = 0.003, 0.001
 """Levels of groups of events, each tested by itself: of those that persist, as paths, of winters
 and of storms, which must have evidence besides."""
@@ -44,14 +49,19 @@ and of storms, which must have evidence besides."""
 class TriedGroup:
     """An effect on groups of events, by its key: its gain (nats) beside the others, its p-value.
 
-    `level` is what the p-value is held against; `evidence` (nats) is that for the groups.
+    `evidence` (nats) is that for the groups; those that are `lasting`, as paths, come again.
     """
 
     key: str
     gain: float
     p_value: float
-    level: float
+    lasting: bool
     evidence: float
+
+    @property
+    def level(self) -> float:
+        """What the p-value is held against."""
+        return PERSISTENT_LEVEL if self.lasting else TRANSIENT_LEVEL
 
 
 def fitted_in_full(
@@ -177,11 +187,61 @@ def group_tests(
                 key,
                 gain,
                 0.5 * float(stats.chi2.sf(2.0 * gain, 1)),
-                PERSISTENT_LEVEL if lasts else TRANSIENT_LEVEL,
+                lasts,
                 base.evidence - without.evidence,
             )
         )
     return tuple(found)
+
+
+def plainly_different(
+    observations: Observations,
+    own: Sequence[Definition],
+    groups: Sequence[TriedGroup],
+    granted: Sequence[str],
+) -> list[TriedGroup]:
+    """The granted groups with the evidence of any cause, the plainest first.
+
+    Groups that are too few to estimate their spread are never among them.
+    """
+    data = observations.columns, observations.sites
+    plain = [
+        test
+        for test in groups
+        if test.key in granted
+        and test.evidence > MARGIN
+        and test.p_value <= test.level
+        and find_definition(test.key, own).lacking(*data) is None
+    ]
+    return sorted(plain, key=lambda test: -test.gain)
+
+
+def explained_otherwise(
+    observations: Observations,
+    own: Sequence[Definition],
+    without: Refit,
+    screening: Screening,
+    group: TriedGroup,
+) -> bool:
+    """Whether a candidate has the evidence of groups that differ, or `MARGIN` less, in their place.
+
+    A change at a date makes winters differ, and a force at one elevation paths: granted first, such
+    groups take up most of what the cause would gain. `without` is the model without them, and
+    `screening` that of all candidates on it.
+    """
+    worth = [
+        c
+        for c in screening.candidates
+        if c.p_family <= LEVEL and c.gain > WORTH_INSTEAD * group.evidence
+    ]
+    worth = sorted(worth, key=lambda c: -c.gain)[:OF_A_FAMILY]
+    likely = likely_values(worth, observations)
+    fits = refit_each(observations, [c.key for c in worth], own, without, likely=likely)
+    return any(
+        evidence_gain(c, fits, without, screening) > group.evidence - MARGIN
+        and np.sum(fits[c.key].held_out - without.held_out) > 0.0
+        for c in worth
+    )
 
 
 def evidence_gain(
