@@ -14,7 +14,6 @@ import pytest
 from avahazard.engine import EngineName, set_engine
 from avahazard.hazard.frequency import known_volumes
 from avahazard.hazard.future_events import MAX_CLASSES
-from avahazard.records import fingerprint as fingerprints
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
@@ -52,7 +51,6 @@ ASKED = HazardRequest(return_periods=[30.0])
 def few_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(store_records, "PATHS_AT_ONCE", AT_ONCE)
     monkeypatch.setattr(by_path, "PATHS_AT_ONCE", AT_ONCE)
-    monkeypatch.setattr(fingerprints, "HELD_BYTES", 50 * PROFILE_BYTES)
 
 
 @pytest.fixture(scope="module")
