@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,9 +12,21 @@ import pytest
 from scipy import stats
 
 from avahazard.criticism.diagnosis import full_fits
-from avahazard.criticism.diagnosis.full_fits import _alone, evidence_gain, fitted_in_full
+from avahazard.criticism.diagnosis.full_fits import (
+    TriedGroup,
+    _alone,
+    evidence_gain,
+    explained_otherwise,
+    fitted_in_full,
+    plainly_different,
+)
 from avahazard.criticism.screening.screen import EXPECTED_SHARE, LEVEL, Screened, Screening
 from avahazard.effects.catalogue import definition
+from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.diagnose import diagnose_model
+from avahazard.workflow.import_files import import_files
+from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
+from benchmarks.worlds import beyond
 from tests.inference.studies import observations
 
 LIMIT = definition("observation-limit")
@@ -109,3 +123,55 @@ def test_declared_ones_have_two_thirds_of_the_level(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(Screened, "surprise_of", lambda *_: 0.0)
     _, without = after_fits(monkeypatch, ("season",), 1.0)
     assert without.by_key()["snow-type"].p_family == pytest.approx(min(3.0 * alone, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("evidence", "held_out", "expected"),
+    [(25.0, 9.0, True), (18.0, 9.0, True), (16.0, 9.0, False), (25.0, -1.0, False)],
+    ids=["more", "as-much", "less", "not-held-out"],
+)
+def test_groups_yield_to_a_candidate_with_their_evidence(
+    monkeypatch: pytest.MonkeyPatch, evidence: float, held_out: float, expected: bool
+) -> None:
+    def each(_observations: Any, keys: list[str], *_: Any, **__: Any) -> dict[str, Any]:
+        assert keys == ["season"]  # what gains far less is not fitted
+        found = fit(30.0, evidence)
+        found.held_out = np.array([held_out])
+        return {"season": found}
+
+    monkeypatch.setattr(full_fits, "refit_each", each)
+    monkeypatch.setattr(full_fits, "likely_values", lambda *_: {})
+    strong = replace(screened("season", 20.0, 19.0), p_family=0.001)
+    weak = replace(screened("snow-type", 12.0, 12.0), p_family=0.001)
+    without = fit(0.0, 0.0)
+    without.held_out = np.zeros(1)
+    group = TriedGroup("winter-effect", 24.0, 1e-9, False, 20.0)
+    screening = Screening((strong, weak), np.zeros(9), None)
+    given: Any = None
+    assert explained_otherwise(given, (), without, screening, group) is expected
+
+
+def test_groups_differ_plainly_by_evidence_and_level() -> None:
+    given = observations(speeds=False)
+    plain = TriedGroup("path-effect", 20.0, 0.002, True, 18.0)
+    assert plainly_different(given, (), [plain], ["path-effect"]) == [plain]
+    assert plainly_different(given, (), [plain], []) == []
+    assert plainly_different(given, (), [replace(plain, evidence=2.0)], ["path-effect"]) == []
+    # A winter must be rarer by chance than a path.
+    assert plainly_different(given, (), [replace(plain, p_value=0.004)], ["path-effect"]) == []
+    assert replace(plain, lasting=False).level < plain.p_value
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("arm", "expected"),
+    [("change on all paths", "change:all"), ("null: winters", "winter-effect")],
+)
+def test_a_change_is_no_winter_effect_nor_a_winter_effect_a_change(
+    tmp_path: Path, database: str, arm: str, expected: str
+) -> None:
+    beyond.make(arm, 301, tmp_path / "made")
+    import_files(database, [tmp_path / "made"])
+    calibrate(database, "base", CalibrateRequest(chains=2, draws=200))
+    told = diagnose_model(database, "base", DiagnoseRequest())
+    assert told.missing[0] == expected
