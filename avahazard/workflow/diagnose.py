@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -208,7 +208,7 @@ def diagnosis(name: str, found: Findings, seed: int) -> Diagnosis:
         verdict=found.verdict,
         missing=found.missing,
         candidates=Rows(_candidate(c, found) for c in found.candidates),
-        groups=Rows(_groups(found)),
+        groups=Rows(GroupTest(g.key, g.gain, g.p_value, g.spread) for g in found.groups),
         pairs=Rows(_pair(more) for more in found.together),
         detectable_m=found.detectable.metres,
         detectable_log_friction=found.detectable.log_friction,
@@ -226,13 +226,6 @@ def diagnosis(name: str, found: Findings, seed: int) -> Diagnosis:
         seed=seed,
         coordinate=coordinate_name(found.base.posterior.observations),
     )
-
-
-def _groups(found: Findings) -> Iterator[GroupTest]:
-    layout = found.base.posterior.layout
-    spreads = layout.spread_values(found.base.mode.u)
-    for test, spread in zip(found.groups, spreads, strict=True):
-        yield GroupTest(test.key, test.gain, test.p_value, float(spread))
 
 
 def _pair(more: Together) -> Pair:

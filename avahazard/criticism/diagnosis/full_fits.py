@@ -49,7 +49,8 @@ and of storms, which must have evidence besides."""
 class TriedGroup:
     """An effect on groups of events, by its key: its gain (nats) beside the others, its p-value.
 
-    `evidence` (nats) is that for the groups; those that are `lasting`, as paths, come again.
+    `evidence` (nats) is that for the groups, `spread` how far they differ; those that are
+    `lasting`, as paths, come again.
     """
 
     key: str
@@ -57,6 +58,7 @@ class TriedGroup:
     p_value: float
     lasting: bool
     evidence: float
+    spread: float
 
     @property
     def level(self) -> float:
@@ -179,7 +181,8 @@ def group_tests(
 ) -> tuple[TriedGroup, ...]:
     """Each of the granted groups beside the others; a spread that is 0 lies at its bound."""
     plan, found = base.posterior.plan, []
-    for key, lasts in zip(plan.keys, plan.lasting, strict=True):
+    spreads = base.posterior.layout.spread_values(base.mode.u)
+    for key, lasts, spread in zip(plan.keys, plan.lasting, spreads, strict=True):
         without = refit_without(observations, own, base, key)
         gain = max(base.log_likelihood - without.log_likelihood, 0.0)
         found.append(
@@ -189,6 +192,7 @@ def group_tests(
                 0.5 * float(stats.chi2.sf(2.0 * gain, 1)),
                 lasts,
                 base.evidence - without.evidence,
+                float(spread),
             )
         )
     return tuple(found)

@@ -145,7 +145,7 @@ def test_groups_yield_to_a_candidate_with_their_evidence(
     weak = replace(screened("snow-type", 12.0, 12.0), p_family=0.001)
     without = fit(0.0, 0.0)
     without.held_out = np.zeros(1)
-    group = TriedGroup("winter-effect", 24.0, 1e-9, False, 20.0)
+    group = TriedGroup("winter-effect", 24.0, 1e-9, False, 20.0, 0.1)
     screening = Screening((strong, weak), np.zeros(9), None)
     given: Any = None
     assert explained_otherwise(given, (), without, screening, group) is expected
@@ -153,7 +153,7 @@ def test_groups_yield_to_a_candidate_with_their_evidence(
 
 def test_groups_differ_plainly_by_evidence_and_level() -> None:
     given = observations(speeds=False)
-    plain = TriedGroup("path-effect", 20.0, 0.002, True, 18.0)
+    plain = TriedGroup("path-effect", 20.0, 0.002, True, 18.0, 0.1)
     assert plainly_different(given, (), [plain], ["path-effect"]) == [plain]
     assert plainly_different(given, (), [plain], []) == []
     assert plainly_different(given, (), [replace(plain, evidence=2.0)], ["path-effect"]) == []
