@@ -135,11 +135,12 @@ def diagnose(
     groups = group_tests(observations, own, base)
     progress(0.2)
     screened = screen(base.posterior, base.mode.u, entries, seed=seed)
-    left = None
+    left, known = None, dict[str, Refit]()
     if plain_groups := plainly_different(observations, own, groups, granted):
         without = refit_without(observations, own, base, plain_groups[0].key)
         by_others = screen(without.posterior, without.mode.u, entries, seed=seed)
-        if explained_otherwise(observations, own, without, by_others, plain_groups[0]):
+        known = explained_otherwise(observations, own, without, by_others, plain_groups[0])
+        if known:
             left, base, screened = plain_groups[0], without, by_others
             granted = tuple(key for key in granted if key != left.key)
             groups = (*group_tests(observations, own, base), left)
@@ -150,6 +151,7 @@ def diagnose(
         screened,
         alone,
         expected,
+        known,
         lambda share: progress(0.3 + 0.5 * share),
     )
     survivors = [c for c in screening.candidates if c.key in fits and c.p_family <= LEVEL]

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 from scipy import stats
@@ -73,9 +74,10 @@ def fitted_in_full(
     screening: Screening,
     alone: Sequence[Definition],
     expected: Sequence[str] = (),
+    known: Mapping[str, Refit] = MappingProxyType({}),
     progress: Callable[[float], None] = lambda _share: None,
 ) -> tuple[dict[str, Refit], Screening]:
-    """The candidates that stand out, fitted, and the screening with their p-values.
+    """The candidates that stand out, fitted (but those `known`), and the screening with p-values.
 
     `alone` are candidates that no screening can try, tested by themselves;
     `expected` the keys of those that were declared beforehand. These are a family of their own,
@@ -96,7 +98,10 @@ def fitted_in_full(
             worth.append(c.key)
     by_path = [c.key for c in screening.candidates if _by_path(c.definition, observations)]
     keys = list(dict.fromkeys([*expected, *(d.key for d in alone), *worth, *by_path[:BY_PATH]]))
-    fits = refit_each(observations, keys, own, base, progress, likely)
+    fits = dict(known)
+    fits |= refit_each(
+        observations, [key for key in keys if key not in known], own, base, progress, likely
+    )
     gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in fits.items()}
     tested = [_fitted(c, gains.get(c.key)) for c in screening.candidates]
     tested += [_alone(d, fits[d.key], gains[d.key]) for d in alone]
@@ -226,12 +231,13 @@ def explained_otherwise(
     without: Refit,
     screening: Screening,
     group: TriedGroup,
-) -> bool:
-    """Whether a candidate has the evidence of groups that differ, or `MARGIN` less, in their place.
+) -> dict[str, Refit]:
+    """Candidates fitted in place of groups that differ, if one has their evidence less `MARGIN`.
 
     A change at a date makes winters differ, and a force at one elevation paths: granted first, such
     groups take up most of what the cause would gain. `without` is the model without them, and
-    `screening` that of all candidates on it.
+    `screening` that of all candidates on it. None where no candidate has that evidence, or it does
+    not gain on held-out records.
     """
     worth = [
         c
@@ -241,11 +247,12 @@ def explained_otherwise(
     worth = sorted(worth, key=lambda c: -c.gain)[:OF_A_FAMILY]
     likely = likely_values(worth, observations)
     fits = refit_each(observations, [c.key for c in worth], own, without, likely=likely)
-    return any(
+    found = any(
         evidence_gain(c, fits, without, screening) > group.evidence - MARGIN
         and np.sum(fits[c.key].held_out - without.held_out) > 0.0
         for c in worth
     )
+    return fits if found else {}
 
 
 def evidence_gain(

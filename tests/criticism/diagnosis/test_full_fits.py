@@ -148,7 +148,7 @@ def test_groups_yield_to_a_candidate_with_their_evidence(
     group = TriedGroup("winter-effect", 24.0, 1e-9, False, 20.0, 0.1)
     screening = Screening((strong, weak), np.zeros(9), None)
     given: Any = None
-    assert explained_otherwise(given, (), without, screening, group) is expected
+    assert bool(explained_otherwise(given, (), without, screening, group)) is expected
 
 
 def test_groups_differ_plainly_by_evidence_and_level() -> None:
