@@ -10,13 +10,14 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from avahazard.arrays import Floats
-from avahazard.criticism.screening.linear_model import LinearModel
+from avahazard.criticism.screening.linear_model import NOTHING, LinearModel
 from avahazard.effects.effect import Definition, Effect, FrictionEffect
 from avahazard.inference.model.friction_scatter import volume_share
 from avahazard.inference.model.laws import LAWS, Law
 
-NOTHING = np.empty(0)
 MOST_STEPS = 40
+SHAPES = 0.05
+"""Change by a parameter that only shapes the first one, against the change by that, at most."""
 OTHER_POINTS = 4
 """Values tried of each parameter that only shapes what the first one is the strength of."""
 
@@ -62,9 +63,9 @@ def _blocks(entry: Definition, model: LinearModel) -> Iterator[Block]:
         share = volume_share(volume, float(np.quantile(volume, 0.9)))
         yield Block(entry.key, model.on_natural_scatter(-share[:, None]), np.ones(1), NOTHING)
     else:
-        here = posterior.specification
-        before = model.moved(None, NOTHING, here)
-        after = model.moved(None, NOTHING, here.put(entry.changes, entry.changes.value))
+        wider = posterior.specification.put(entry.changes, entry.changes.value)
+        before = model.moved(model.beside())
+        after = model.moved(model.beside(specification=wider))
         rows = model.with_rest(model.by_motion(before, after), before, after)
         yield Block(entry.key, rows[:, None], np.ones(1), NOTHING, 1)
 
@@ -92,7 +93,7 @@ def _of_effect(effect: Effect, model: LinearModel) -> Iterator[Block]:
     on_friction = isinstance(effect, FrictionEffect)
     neutral = effect.neutral
     whole = model.of_effect(effect, neutral)
-    if not others or np.any(whole[:, 1:]):
+    if not others or _acts_alone(effect, whole):
         yield Block(effect.key, whole, precision, neutral, 0 if others else side, on_friction)
         return
     for corner in product(*(np.linspace(p.low, p.high, OTHER_POINTS) for p in others)):
@@ -100,3 +101,12 @@ def _of_effect(effect: Effect, model: LinearModel) -> Iterator[Block]:
         yield Block(
             effect.key, model.of_effect(effect, values, of_first=True), precision[:1], values, side
         )
+
+
+def _acts_alone(effect: Effect, rows: Floats) -> bool:
+    """Whether parameters after the first act without it; one that shapes the first does not.
+
+    `rows` `[n_rows, n_parameters]` are the changes by each, at nearly nothing of the first.
+    """
+    size = np.max(np.abs(rows), axis=0) * [p.prior_sd for p in effect.parameters]
+    return bool(np.max(size[1:]) > SHAPES * size[0])

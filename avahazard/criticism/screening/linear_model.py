@@ -14,6 +14,7 @@ the rows is a row of each event by itself, with the variance that the events sho
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -35,15 +36,17 @@ from avahazard.effects.effect import (
 from avahazard.inference.fitting.mode import units
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.terms import event_terms
 from avahazard.inference.likelihood.track_nodes import squared
 from avahazard.inference.model.friction_scatter import DEGREES, STUDENT_INFORMATION, volume_share
 from avahazard.inference.model.observations import SpeedRecord
 from avahazard.inference.model.specification import Specification
+from avahazard.physics.cells import Cells
 from avahazard.physics.runout_curve import MU
+from avahazard.physics.speed import speeds_along
+from avahazard.physics.terrain import node_of
 
-LOG_MU = np.log(MU)
+LOG_MU, NOTHING = np.log(MU), np.empty(0)
 LEAST_VARIANCE, LEAST_BEND, LEAST_SHARE = 1e-8, 1e-6, 1e-6
 MOST_VARIANCE = 1.0
 """Of the log friction that a record asks for: of a vaguer one, and of one that left its profile."""
@@ -72,13 +75,13 @@ class Variances(NamedTuple):
 class Moved(NamedTuple):
     """A model with an effect at some values of its parameters.
 
-    Log likelihood of each event `[n_events]`, the log friction that each record asks for, and the
-    tables near the records of the events with speeds.
+    Log likelihood of each event `[n_events]`, the log friction that each stop asks for, and squares
+    of speed `[n_speeds]` along each track at the friction that its record asks of the base.
     """
 
     log_likelihood: Floats
     asked: Floats
-    table: Predicted | None
+    squares: Sequence[Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,15 +152,21 @@ class LinearModel:
             return self.on_friction(effect.design(self.posterior.observations.columns))
         if isinstance(effect, ScatterEffect):
             return self.on_natural_scatter(effect.design(self.posterior.observations.columns))
-        specification = self.posterior.specification
+        parameters = effect.parameters[: 1 if of_first else None]
+        room = [min(p.prior_sd, p.high - p.low) for p in parameters]
+        steps = STEP * np.array(room)
+        high = np.array([p.high for p in parameters])
+        steps = np.where(values[: len(steps)] + 2.0 * steps <= high, steps, -steps)
+        # Not from the neutral value itself: there blocks run on other cells.
+        here = values.copy()
+        here[0] += steps[0]
+        beside = self.beside(effect)
+        before = self.moved(beside, effect, here)
         columns = []
-        for k, p in enumerate(effect.parameters[: 1 if of_first else None]):
-            step = STEP * min(p.prior_sd, p.high - p.low)
-            step = step if values[k] + 2.0 * step <= p.high else -step
-            # Not from the neutral value itself: there blocks run on other cells.
-            here, there = (values + n * step * (np.arange(len(values)) == k) for n in (1.0, 2.0))
-            before = self.moved(effect, here, specification)
-            after = self.moved(effect, there, specification)
+        for k, step in enumerate(steps):
+            there = here.copy()
+            there[k] += step
+            after = self.moved(beside, effect, there)
             if isinstance(effect, VolumeErrorEffect | RecordErrorEffect):
                 known = self.variances
                 part = known.record if isinstance(effect, RecordErrorEffect) else known.volume
@@ -167,24 +176,49 @@ class LinearModel:
             columns.append(self.with_rest(rows, before, after, step))
         return np.column_stack(columns)
 
-    def moved(self, effect: Effect | None, values: Floats, specification: Specification) -> Moved:
-        """The model with an effect at these values, or another specification, all else as it is."""
+    def beside(
+        self, effect: Effect | None = None, specification: Specification | None = None
+    ) -> Posterior:
+        """The posterior with an effect, or with another specification."""
         base, effects = self.posterior, self.posterior.effects
         if effect is not None and effect.key not in base.layout.places:
             effects = (*effects, effect)
-        other = Posterior(base.observations, specification, effects)
-        slots = other.layout.slots
+        return Posterior(base.observations, specification or base.specification, effects)
+
+    def moved(
+        self, beside: Posterior, effect: Effect | None = None, values: Floats = NOTHING
+    ) -> Moved:
+        """The model `beside` with an effect at these values, all else as it is."""
+        slots = beside.layout.slots
         rest = [s.mean if np.isnan(s.neutral) else s.neutral for s in slots]
-        known = dict(zip((s.name for s in base.layout.slots), self.u, strict=True))
+        known = dict(zip((s.name for s in self.posterior.layout.slots), self.u, strict=True))
         u = np.array([known.get(s.name, at) for s, at in zip(slots, rest, strict=True)])
         if effect is not None:
-            place = other.layout.places[effect.key]
+            place = beside.layout.places[effect.key]
             u[place] = values / np.array([slot.scale for slot in slots[place]])
-        pinned = other.pinned(u)
-        table = other.nodes.predicted_at(u) if self.roots else None
-        nodes = pinned.nodes_at(u) if table is None else stop_nodes(other, table)
-        asked, _ = _moments(nodes, base.layout.log_scatter)
-        return Moved(pinned.event_log_likelihood(u, self.offsets), asked, table)
+        table = beside.nodes.near_records(u) if self.roots else None
+        pinned = beside.pinned(u)
+        stops = pinned.nodes_at(u) if table is None else stop_nodes(beside, table)
+        asked, _ = _moments(stops, beside.layout.log_scatter)
+        likelihood = pinned.event_log_likelihood(u, self.offsets)
+        return Moved(likelihood, asked, self._squares(beside, u))
+
+    def _squares(self, beside: Posterior, u: Floats) -> list[Floats]:
+        """Squares of speed `[n_speeds]` along each track at the friction that its record asks for.
+
+        Of the base, with the block of the model `beside` at u.
+        """
+        records, values = beside.observations, beside.layout.effect_values(u)
+        path, cells, squares = records.columns.path_index, dict[int, Cells](), []
+        for track in records.speeds:
+            k = int(path[track.event])
+            site = records.sites[k]
+            if k not in cells:
+                cells[k] = site.cells(beside.resistance(site, values))
+            start = node_of(cells[k].x, float(site.release_x[records.release[track.event]]))
+            friction = np.exp(self.log_friction[track.event : track.event + 1])
+            squares.append(speeds_along(cells[k], start, friction, track.x)[0] ** 2)
+        return squares
 
     def by_motion(self, before: Moved, after: Moved) -> Floats:
         """Rows `[n_rows]` of the change between two models whose records are expected otherwise."""
@@ -193,15 +227,11 @@ class LinearModel:
         told = self.gone & (np.abs(self.score) > LEAST_BEND)
         change[told] = gain[told] / self.score[told]
         rows = self.on_friction(change[:, None])[:, 0]
-        if before.table is None or after.table is None:
-            return rows
-        both = before.table.speeds, after.table.speeds
+        both = before.squares, after.squares
         for track, slow, fast in zip(self.posterior.observations.speeds, *both, strict=True):
             i = track.event
-            at = float(self.log_friction[i])
-            squares = _at(fast**2, at) - _at(slow**2, at)
-            shift = 0.0 if self.gone[i] else before.asked[i] - after.asked[i]
-            rows[self.first[i] : self.first[i + 1]] = self.roots[i] @ np.append(shift, squares)
+            shift = 0.0 if self.gone[i] else change[i]
+            rows[self.first[i] : self.first[i + 1]] = self.roots[i] @ np.append(shift, fast - slow)
         return rows
 
     def with_rest(self, rows: Floats, before: Moved, after: Moved, step: float = 1.0) -> Floats:

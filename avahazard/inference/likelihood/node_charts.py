@@ -240,23 +240,34 @@ class NodeCharts:
 
     def _exact(self, place: tuple[float, ...]) -> Nodes:
         """Nodes from runs made for this place on the axes."""
-        at = place[: len(self.layout.tables)]
-        u = self._neutral()
-        u[list(self._axes)] = place
-        values = self.layout.effect_values(u)
+        at, values = self._values_at(place)
         if not self.observations.speeds:
             return self._untracked[at] if at in self._untracked else self._made(at, values)[0]
-        # No detection limit moves what speeds say.
-        limits = {effect.key for effect in of_kind(self.effects, LimitEffect)}
-        key = tuple(v.tobytes() for name, v in values.items() if name not in limits)
+        key = self._track_key(values)
         if at not in self._untracked or key not in self._track_tables:
-            _, predicted = self._made(at, values)
-            tables = track_tables(self.observations, predicted)
-            keep(self._track_tables, key, tables, KEPT_PLACES, tables.nbytes)
+            self._made(at, values)
         scatter = float(np.exp(place[-1])) if len(place) > len(at) else 0.0
         panels = self.panels()[self._track_events]
         tracks = track_nodes(self._track_tables[key], scatter, panels, self.in_log)
         return with_tracks(self._untracked[at], self._track_events, tracks)
+
+    def near_records(self, u: Floats) -> Predicted:
+        """Tables that are right near the records, from runs made for just these coordinates.
+
+        `exact` then needs none; of many events without speeds they are those of the last part.
+        """
+        return self._made(*self._values_at(tuple(u[list(self._axes)].tolist())))[1]
+
+    def _values_at(self, place: tuple[float, ...]) -> tuple[tuple[float, ...], Values]:
+        """The part of a place without the scatter along tracks, and the effects' values there."""
+        u = self._neutral()
+        u[list(self._axes)] = place
+        return place[: len(self.layout.tables)], self.layout.effect_values(u)
+
+    def _track_key(self, values: Values) -> tuple[bytes, ...]:
+        """What tells apart what speeds say: no detection limit does."""
+        limits = {effect.key for effect in of_kind(self.effects, LimitEffect)}
+        return tuple(v.tobytes() for name, v in values.items() if name not in limits)
 
     def _made(self, at: tuple[float, ...], values: Values) -> tuple[Nodes, Predicted]:
         """Nodes of the events without speeds, kept; and the tables of the last part of them."""
@@ -274,6 +285,10 @@ class NodeCharts:
         self._panels = panels
         nodes = made[0] if len(made) == 1 else Nodes(*map(self._joined, zip(*made, strict=True)))
         nodes = nodes._replace(log_wrong=self._log_wrong)
+        if self.observations.speeds:
+            tables = track_tables(self.observations, predicted)
+            key = self._track_key(values)
+            keep(self._track_tables, key, tables, KEPT_PLACES, tables.nbytes)
         size = sum(column.nbytes for column in nodes)
         return keep(self._untracked, at, nodes, KEPT_PLACES, size), predicted
 
