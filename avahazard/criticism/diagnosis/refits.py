@@ -90,16 +90,19 @@ def refit(
 ) -> Refit:
     """Fit a specification with `effects` added, from the mode of `start` where names agree.
 
-    `likely` are values of effects' parameters by key that are tried (`search_mode`); with `begin`
-    the mode is sought from such values alone.
+    `likely` are values of their parameters by key that are tried in place of plausible ones
+    (`search_mode`); with `begin` the mode is sought from such values alone.
     What they need of the data is not asked for: candidates have been asked already.
     """
     wider, more = with_effects(observations, specification, effects, own, granted=True)
     facts = {**facts, **more}
     posterior = assemble(observations, wider, facts, own)
     at = None if start is None else _carried(start, posterior)
-    if at is None or begin is None:
-        posterior, mode = search_mode(posterior, at, likely)
+    if at is None:
+        posterior, mode = search_mode(posterior)
+    elif begin is None:
+        tried = {key: (likely or {}).get(key) for key in effects}
+        posterior, mode = search_mode(posterior, at, tried)
     else:
         posterior, mode = mode_from(posterior, put(at, posterior, begin))
     log_likelihood = posterior.exact_log_likelihood(mode.u)

@@ -204,12 +204,12 @@ these the mode is sought, and the part of the variance of friction that kinds ma
 def search_mode(
     posterior: Posterior,
     start: Floats | None = None,
-    likely: Mapping[str, Sequence[Floats]] | None = None,
+    likely: Mapping[str, Sequence[Floats] | None] | None = None,
 ) -> tuple[Posterior, Mode]:
     """The highest mode found from `start` (or the data) and from plausible values of effects.
 
-    With it, the posterior on the star about it (`star`). `likely` are values by effect key that are
-    tried instead.
+    With it, the posterior on the star about it (`starred`). `likely` names the effects that are
+    tried, if not all, with values for those that have likelier ones.
     """
     layout = posterior.layout
     u = start_coordinates(posterior) if start is None else np.clip(start, layout.low, layout.high)
@@ -217,13 +217,13 @@ def search_mode(
     if not posterior.nodes.varies:
         modes = [find_mode(posterior, at) for at in starts]
         return posterior, max(modes, key=lambda mode: mode.log_density)
-    peaks = [gauss_newton(posterior, at) for at in starts]
+    at = max(starts, key=lambda start: posterior.pinned(start).log_density(start))
     for effect in posterior.effects:
-        best = max(peaks, key=lambda peak: peak.log_density).u
-        tried = short_climbs(posterior, best, effect, (likely or {}).get(effect.key))
-        if tried:
-            peaks.append(gauss_newton(posterior, max(tried, key=lambda climb: climb[0])[1]))
-    return starred(posterior, max(peaks, key=lambda peak: peak.log_density))
+        if likely is None or effect.key in likely:
+            tried = short_climbs(posterior, at, effect, (likely or {}).get(effect.key))
+            here = posterior.pinned(at).log_density(at)
+            at = max([(here, at), *tried], key=lambda climb: climb[0])[1]
+    return mode_from(posterior, at)
 
 
 def mode_from(posterior: Posterior, u: Floats) -> tuple[Posterior, Mode]:
