@@ -2,6 +2,7 @@
 # For maintainers: frozen, lock, advisories, catalogues, paper-tables, tutorial, avanodes, alpha-beta, real-data, coverage, trust, mutation.
 VENV := .venv
 BENCH := .bench-venv
+AVAFRAME := .avaframe-venv
 PYTHON := $(VENV)/bin/python
 PIP_INSTALL = -m pip install -qq --disable-pip-version-check
 
@@ -18,11 +19,17 @@ if [ -z "$$python" ]; then \
 fi
 endef
 
-.PHONY: setup developer demo test lint test-slow bench worlds frozen docs paper-tables tutorial avanodes alpha-beta real-data coverage trust mutation catalogues lock advisories
+.PHONY: setup developer avaframe demo test lint test-slow bench worlds frozen docs paper-tables tutorial avanodes alpha-beta real-data coverage trust mutation catalogues lock advisories
 
 # What only developers need is installed when a target of theirs asks for it.
 setup: $(VENV)/.installed
 developer: $(VENV)/.developer
+
+# AvaFrame needs an older numpy: it has an environment of its own, which `simulate` finds here.
+avaframe: requirements-avaframe.lock
+	@set -e; $(find_python); "$$python" -m venv --clear $(AVAFRAME); \
+	$(AVAFRAME)/bin/python $(PIP_INSTALL) --require-hashes --no-deps -r $<; \
+	echo "AvaFrame is in $(AVAFRAME)"
 
 demo: setup
 	$(VENV)/bin/avahazard demo
@@ -128,6 +135,7 @@ lock:
 	$(COMPILE) --group build --extra dev \
 	  --constraint requirements.lock --constraint requirements-dev.lock \
 	  --output-file requirements-bench.lock pyproject.toml benchmarks/requirements.in
+	printf 'avaframe==2.1.*\nnumpy<2\n' | $(COMPILE) --output-file requirements-avaframe.lock -
 
 # What was locked anew is held against the advisories of a clone of github.com/pypa/advisory-database.
 advisories: developer

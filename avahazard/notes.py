@@ -216,6 +216,11 @@ TERMINAL = {
     "no_drag": "{model} has no drag: nothing but friction limits its speeds, so that they and the "
     "pressures are too high where the path is steep and long. Measured speeds, and the effect "
     "{effects}, would correct it.",
+    "no_terrain": "no terrain is stored for {paths}: import their lines with --dem.",
+    "not_on_map": "not on the map, for want of terrain or runs: {paths}.",
+    "friction_of_block": "the friction of {model} was calibrated for the block; for the runs of a "
+    "flow model calibrate one with --forward.",
+    "simulated_before": "all runs were there already.",
     "no_beta_point": "the profile never flattens to 10°: there is no β-point.",
     "flattens_again": "the path flattens to 10° again at x = {places} m; the first place is taken.",
     "beta_of_points": "AvaFrame's β-point is taken from the points as they are; on the smoothed "

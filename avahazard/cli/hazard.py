@@ -170,7 +170,7 @@ def show_plan(console: Console, plan: HazardPlan) -> None:
     size = f"{counted(plan.n_paths, 'path')}{done}, {counted(plan.n_rows, 'row')}"
     console.print(f"{size}, {plan.n_runs:.3g} runs.")
     console.print(
-        f"About {_duration(plan.seconds)} by {plan.engine} with {plan.workers} workers "
+        f"About {duration(plan.seconds)} by {plan.engine} with {plan.workers} workers "
         f"({plan.seconds_per_path:.2g} s a path, measured on {plan.measured_paths})."
     )
     for what, need, free in (
@@ -181,7 +181,8 @@ def show_plan(console: Console, plan: HazardPlan) -> None:
         console.print(f"{what}: about {need / 1e9:.2g} GB{there}.")
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
+    """A time as people say it."""
     if seconds < 120.0:
         return f"{seconds:.0f} s"
     return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"

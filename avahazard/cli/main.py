@@ -115,7 +115,7 @@ def load(entry: Entry) -> Any:
 
 
 COMPUTING = frozenset(
-    ("calibrate", "compare", "diagnose", "add", "ladder", "hazard", "zones", "report", "demo")
+    "calibrate compare diagnose add ladder hazard zones simulate map report demo".split()  # noqa: SIM905
 )
 """Commands that compute for long, with the options of the engine."""
 COMMANDS: tuple[Entry, ...] = (
@@ -142,6 +142,8 @@ COMMANDS: tuple[Entry, ...] = (
     Entry("volumes", "hazard"),
     Entry("hazard", "hazard"),
     Entry("zones", "hazard"),
+    Entry("simulate", "maps"),
+    Entry("map", "maps"),
     Entry("alpha-beta", "records"),
     Entry("report", "files"),
     Entry("paper-figures", "files"),

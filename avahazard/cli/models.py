@@ -61,6 +61,8 @@ def _parts(model: Calibration) -> str:
         parts.append("scatter by volume")
     if model.tails == "student":
         parts.append("Student's tails")
+    if model.forward != "block":
+        parts.append(f"runs of {model.forward}")
     if not model.centrifugal:
         parts.append("without centrifugal")
     if model.effects:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
+from avahazard.physics.block import LEFT_PROFILE, STOPPED
 from avahazard.physics.cells import Cells, Resistance, build_cells
 from avahazard.physics.runout_curve import (
     MU,
@@ -25,6 +26,7 @@ from avahazard.physics.speed import filled_speeds, speeds_along, squares_to_rest
 from avahazard.physics.terrain import MAX_CELL_M, Terrain, cell_ends, node_of, terrain_at
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
+from avahazard.records.simulation import Simulation, StopTable, stop_table
 
 COARSE = 4
 ALL_FRICTIONS = slice(0, len(MU))
@@ -143,6 +145,38 @@ class Site:
         return squares_to_rest(cells, node_of(cells.x, release_x), stop_x, x)
 
 
+@dataclass(frozen=True, eq=False)
+class SimulatedSite(Site):
+    """A path on which a flow model has run: its stops stand in the place of the block's.
+
+    Row k of the tables is that of an avalanche of `volume` `[n_releases]` (m3), which all start at
+    one place.
+    """
+
+    volume: Floats = field(default_factory=lambda: np.empty(0))
+    runs: tuple[Simulation, ...] = ()
+
+    @cached_property
+    def stops(self) -> StopTable:
+        """The stops of the runs."""
+        start = float(self.release_x[0])
+        return stop_table(self.runs, start, float(self.smooth.x_max))
+
+    def table(self, cells: Cells) -> RunoutCurve:  # noqa: ARG002 (no block runs)
+        """F(μ) of every volume, `[n_releases, n_friction]`."""
+        x = np.array([self.stops.at(float(volume), MU) for volume in self.volume])
+        left = np.isinf(x)
+        x = np.where(left, np.nan, x)
+        return RunoutCurve(
+            x, self.smooth.height(x), np.where(left, LEFT_PROFILE, STOPPED).astype(np.int8)
+        )
+
+    def table_near(self, cells: Cells, asked: Asked) -> NearStops:  # noqa: ARG002
+        """The same."""
+        n = len(self.volume)
+        return NearStops(self.table(cells), np.zeros(n, np.int64), np.full(n, len(MU)))
+
+
 @lru_cache(maxsize=KEPT_TERRAINS)
 def _terrain(site: Site, *, fine: bool) -> Terrain:
     return terrain_at(site.smooth, site.fine_terrain_x if fine else site.terrain_x)
@@ -170,6 +204,23 @@ def build_site(
         profile_x=profile.x_m,
         land_cover=profile.land_cover,
         keeps=keeps,
+    )
+
+
+def simulated_site(
+    path: Path, profile: Profile, smooth: SmoothProfile, volume: Floats, runs: Sequence[Simulation]
+) -> SimulatedSite:
+    """The path with the stops of a flow model's runs, for avalanches of `volume` `[n]` (m3)."""
+    start = release_place(smooth, path.release_elevation_m)
+    return SimulatedSite(
+        path=path,
+        smooth=smooth,
+        nodes=np.array([start]),
+        release_x=np.full(len(volume), start),
+        profile_x=profile.x_m,
+        land_cover=profile.land_cover,
+        volume=volume,
+        runs=tuple(runs),
     )
 
 

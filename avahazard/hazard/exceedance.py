@@ -94,13 +94,13 @@ def least_scatter(avalanches: Avalanches) -> Floats:
 
 
 def friction_below(avalanches: Avalanches, mu: Floats) -> Floats:
-    """Chance that the friction of an avalanche lies under `mu` `[n_parameters, n_classes]`.
+    """Chance that the friction of an avalanche lies under `mu`.
 
-    The chance is `[n_parameters, n_classes, n_nodes]`; friction that is normal is taken given that
-    it is over 0.
+    `mu` is of any shape that goes with `[n_parameters, n_classes, n_nodes]`, as is the chance;
+    friction that is normal is taken given that it is over 0.
     """
     scatter = least_scatter(avalanches)
-    mu = np.maximum(mu, 0.0)[:, :, None]
+    mu = np.maximum(mu, 0.0)
     if avalanches.in_log:
         with np.errstate(divide="ignore"):
             return below((np.log(mu) - avalanches.location) / scatter, avalanches.student)
@@ -437,7 +437,7 @@ def chance_seen(avalanches: Avalanches, limit: Floats) -> Floats:
                 for z, x, rows in zip(limit, place, map(zip, falling, broken), strict=True)
             ]
         )
-        chance = friction_below(avalanches, mu[avalanches.group])
+        chance = friction_below(avalanches, mu[avalanches.group][:, :, None])
     by_node = np.einsum("pcv,c->pv", chance, avalanches.class_share)
     by_kind = by_node.reshape(*avalanches.kind_share.shape, -1)
     return np.asarray(np.einsum("pkv,pk->pv", by_kind, avalanches.kind_share))

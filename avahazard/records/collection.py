@@ -7,11 +7,14 @@ from typing import Any
 
 from avahazard.records.event import Event, Speed
 from avahazard.records.path import Path, Profile
+from avahazard.records.simulation import Simulation
 
 
 @dataclass(frozen=True, slots=True)
 class Records:
     """Paths, their profiles, events and speeds, in the order in which they were read.
+
+    Runs of flow models are without their peak pressures.
 
     `kept` is for what is made of them once (`lookup.of_path`).
     """
@@ -20,4 +23,5 @@ class Records:
     profiles: tuple[Profile, ...] = ()
     events: tuple[Event, ...] = ()
     speeds: tuple[Speed, ...] = ()
+    simulations: tuple[Simulation, ...] = ()
     kept: dict[str, Any] = field(default_factory=dict, init=False, repr=False, compare=False)

@@ -92,6 +92,7 @@ def only_paths(records: Records, paths: Sequence[str]) -> Records:
         tuple(p for p in records.profiles if p.path_id in wanted),
         events,
         tuple(s for s in records.speeds if s.event_id in names),
+        tuple(s for s in records.simulations if s.path_id in wanted),
     )
 
 

@@ -159,7 +159,7 @@ class Calibration(Result):
     such and the model's are normal, `prior_dominated` where the records hardly
     narrow a parameter (by its coordinate), `of_records` (notes too) where a path misses its
     terrain, a record contradicts itself or true volumes are not lognormal, `kinds` where there are
-    two that no column records. `next` is the step to do now.
+    two that no column records. `forward` is what runs. `next` is the step to do now.
     """
 
     model: str
@@ -189,4 +189,5 @@ class Calibration(Result):
     given_priors: dict[str, GivenTold] | None = field(default=None, metadata=ABSENT)
     kinds: Kinds | None = field(default=None, metadata=ABSENT)
     created: str | None = field(default=None, metadata=ABSENT)
+    forward: str = "block"
     next: Note | None = field(default=None, metadata=ABSENT)

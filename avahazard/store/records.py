@@ -19,6 +19,7 @@ from avahazard.records.event import Event, Speed
 from avahazard.records.path import Covariate, Path, Profile, TerrainCrop
 from avahazard.results.base import Rows
 from avahazard.results.terrain import PathSummary
+from avahazard.store.simulations import load_simulations
 from avahazard.store.tables import (
     Base,
     EventCovariateTable,
@@ -103,6 +104,7 @@ def _load(
         profiles=tuple(_profiles(session, chosen)) if profiles else (),
         events=tuple(_of_kind(session, EVENTS, chosen)),
         speeds=tuple(_speeds(session, chosen)) if speeds else (),
+        simulations=tuple(load_simulations(session, chosen)) if profiles else (),
     )
 
 

@@ -93,6 +93,25 @@ class TerrainTable(Base):
     data: Mapped[bytes] = mapped_column(LargeBinary)
 
 
+class SimulationTable(Base):
+    """Runs of flow models: `data` holds peak pressures (kPa), little-endian float32, deflated."""
+
+    __tablename__ = "simulations"
+
+    path_id: Mapped[str] = _part_of("paths.path_id")
+    engine: Mapped[str] = mapped_column(Name, primary_key=True)
+    friction: Mapped[float] = mapped_column(primary_key=True)
+    volume_m3: Mapped[float] = mapped_column(primary_key=True)
+    drag_per_m: Mapped[float] = mapped_column(primary_key=True)
+    ground: Mapped[str] = mapped_column(String(64))
+    stop_x_m: Mapped[float | None]
+    left_profile: Mapped[bool]
+    seconds: Mapped[float]
+    n_rows: Mapped[int]
+    n_columns: Mapped[int]
+    data: Mapped[bytes] = mapped_column(LargeBinary)
+
+
 class EventTable(Base):
     """Events; `id` keeps the order in which they came."""
 

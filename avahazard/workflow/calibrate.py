@@ -87,6 +87,7 @@ def calibrate(
             scatter=request.scatter,
             distribution=request.distribution,
             tails=request.tails,
+            forward=request.forward,
         ),
         left_out,
     )
@@ -94,7 +95,7 @@ def calibrate(
     with reading(database) as session:
         refuse_taken_name(session, name)
         records = only_paths(load_records(session), paths)
-    observations = build_observations(records)
+    observations = build_observations(records, forward=asked.forward)
     for entry in catalogue().values():
         if not entry.in_base and asked.has(entry):
             require(entry, observations.columns, observations.sites)
@@ -386,7 +387,7 @@ def add(
     parent, records = load_stored(database, name, own=definitions)
     require_unchanged(parent)
     training = only_paths(records, parent.paths)
-    observations = build_observations(training)
+    observations = build_observations(training, forward=parent.specification.forward)
     specification, new_facts = with_effects(
         observations, parent.specification, effects, definitions
     )

@@ -13,7 +13,8 @@ from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
-from avahazard.records.path import Path, Profile
+from avahazard.records.lookup import of_path
+from avahazard.records.path import Path
 from avahazard.report.hazard_tables import (
     is_own_csv,
     is_own_parquet,
@@ -42,7 +43,7 @@ from avahazard.whole_file import put_in_place
 from avahazard.workflow.stored import notes_of
 
 if TYPE_CHECKING:
-    from avahazard.gis.hazard_map import MapLayer, MappedPath, PathLine
+    from avahazard.gis.hazard_map import MapLayer, MappedPath
 
 
 ENDINGS = (".gpkg", ".geojson", ".csv", ".xlsx", ".parquet")
@@ -81,7 +82,7 @@ def export(database: str, name: str, file: FilePath) -> Export:
     bounds = [_bounds(row, known) for row in rows]
     if ending in TABLES:
         is_own, write = TABLES[ending]
-        _replace(file, is_own, lambda part: write(part, bounds))
+        replace_file(file, is_own, lambda part: write(part, bounds))
         return Export(name, str(file), Results([Layer("hazard", len(rows), None)]), known)
     made, notes = map_layers(records, plain(bounds), zones or [])
     notes = [*known, *notes]
@@ -113,7 +114,7 @@ def _parquet(database: str, name: str, file: FilePath) -> Export:
             nonlocal n_rows, n_places
             n_rows, n_places = write_hazard_parquet(part, rows)
 
-        _replace(file, is_own_parquet, write)
+        replace_file(file, is_own_parquet, write)
     notes = () if n_places else ("no design runout has a place on the map: there is no geometry.",)
     return Export(name, str(file), Results([Layer("hazard", n_rows, None)]), notes)
 
@@ -135,14 +136,14 @@ def _write_map(file: FilePath, layers: Sequence[MapLayer]) -> None:
         from avahazard.gis.map_files import is_own_geopackage, write_geopackage  # noqa: PLC0415
 
         day = np.datetime64(now(), "ms")
-        _replace(file, is_own_geopackage, lambda part: write_geopackage(part, layers, day))
+        replace_file(file, is_own_geopackage, lambda part: write_geopackage(part, layers, day))
     else:
         from avahazard.gis.map_files import is_own_geojson, write_geojson  # noqa: PLC0415
 
-        _replace(file, is_own_geojson, lambda part: write_geojson(part, layers))
+        replace_file(file, is_own_geojson, lambda part: write_geojson(part, layers))
 
 
-def _replace(
+def replace_file(
     file: FilePath, is_own: Callable[[FilePath], bool], write: Callable[[FilePath], None]
 ) -> None:
     """Write beside `file` and put it in its place when it is whole."""
@@ -173,18 +174,16 @@ def map_layers(records: Records, rows: Rows, zones: Rows) -> tuple[list[MapLayer
     from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
 
     require_packages()
-    from avahazard.gis.hazard_map import hazard_layers, path_line  # noqa: PLC0415
+    from avahazard.gis.hazard_map import hazard_layers  # noqa: PLC0415
 
-    profiles = {profile.path_id: profile for profile in records.profiles}
     drawn: list[MappedPath] = []
     lacking: dict[str, list[str]] = {}
     for path in records.paths:
-        profile = profiles.get(path.path_id)
-        line = "no profile" if profile is None else path_line(profile)
-        if isinstance(line, str) or profile is None:
-            lacking.setdefault(str(line), []).append(path.path_id)
+        one = drawn_path(records, path)
+        if isinstance(one, str):
+            lacking.setdefault(one, []).append(path.path_id)
         else:
-            drawn.append(_drawn(records, path, profile, line))
+            drawn.append(one)
     reasons = [f"{', '.join(paths)}: {reason}" for reason, paths in lacking.items()]
     if not drawn:
         raise AvahazardError(
@@ -196,11 +195,17 @@ def map_layers(records: Records, rows: Rows, zones: Rows) -> tuple[list[MapLayer
     return hazard_layers(drawn, rows, zones), notes + _notes(drawn, rows, zones)
 
 
-def _drawn(records: Records, path: Path, profile: Profile, line: PathLine) -> MappedPath:
-    from avahazard.gis.hazard_map import MappedPath  # noqa: PLC0415
+def drawn_path(records: Records, path: Path) -> MappedPath | str:
+    """A path on the map with its recorded stops, or what it lacks for that."""
+    from avahazard.gis.hazard_map import MappedPath, path_line  # noqa: PLC0415
 
+    mine = of_path(records, path.path_id)
+    if not mine.profiles:
+        return "no profile"
+    (profile,), events = mine.profiles, mine.events
+    if isinstance(line := path_line(profile), str):
+        return line
     smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
-    events = [event for event in records.events if event.path_id == path.path_id]
     stops = [(event, x) for event in events if (x := stop_place(smooth, event)) is not None]
     return MappedPath(path, line, release_place(smooth, path.release_elevation_m), tuple(stops))
 

@@ -111,7 +111,9 @@ def rerun(
             f"{name} was calibrated with the error of speeds of an earlier version (speed_sigma).",
             "Calibrate a new model: this version knows the scatter of friction along tracks.",
         )
-    observations = build_observations(only_paths(records, stored.paths))
+    observations = build_observations(
+        only_paths(records, stored.paths), forward=stored.specification.forward
+    )
     start, told = None, stored.calibration
     if told.parent is not None:
         child = assemble(observations, stored.specification, stored.facts, own)

@@ -27,7 +27,7 @@ from avahazard.store.session import Session, reading
 from avahazard.workflow.by_path import Survey, fingerprint_of, survey
 
 OPTIONS = {"law": "exponential", "scatter": "constant", "distribution": "lognormal"}
-OPTIONS |= {"tails": "normal", "method": "marginal"}
+OPTIONS |= {"tails": "normal", "method": "marginal", "forward": "block"}
 """Options of `calibrate` that a new calibration repeats where they are not these."""
 
 

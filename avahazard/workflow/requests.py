@@ -9,8 +9,10 @@ from typing import Annotated, Literal
 
 from avahazard.hazard.volume_source import VolumeSource
 from avahazard.inference.model.choices import (
+    BLOCK,
     DEFAULT_METHOD,
     DistributionName,
+    ForwardName,
     MethodName,
     ScatterName,
     TailsName,
@@ -148,6 +150,9 @@ class CalibrateRequest(Request):
         Sequence[str],
         Option(help="Leave out an effect, such as centrifugal.", metavar="EFFECT"),
     ] = ()
+    forward: Annotated[
+        ForwardName, Option(help="What runs: the block, or the runs that `simulate` has stored.")
+    ] = BLOCK
     paths: Annotated[
         Sequence[str],
         Option(help="Only events of this path; may be given again.", metavar="PATH"),
@@ -344,6 +349,45 @@ class HazardRequest(Request):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SimulateRequest(Request):
+    """On which paths a flow model runs, and for which frictions, volumes (m3) and drag (1/m).
+
+    Frictions are refined where stops are far apart, unless they are named. `release` holds polygons
+    of release areas; without it they are made of the release, the width and the volume.
+    """
+
+    paths: Sequence[str] = ()
+    forward: Annotated[Literal["com1dfa"], Option(help="The flow model.")] = "com1dfa"
+    frictions: Annotated[
+        Sequence[float],
+        Option(
+            help="May be given again. [default: 8 from 0.1 to 0.6, and more between]",
+            flag="--mu",
+            metavar="MU",
+            what="friction",
+            over=0.0,
+        ),
+    ] = ()
+    volumes: Annotated[
+        Sequence[float],
+        Option(
+            help="May be given again. [default: 4 over the recorded ones]",
+            short="-V",
+            metavar="M3",
+            what="volume",
+            unit="m3",
+            over=0.0,
+        ),
+    ] = ()
+    drag: Annotated[
+        float, Option(help="Resistance by the square of speed.", metavar="PER_M", least=0.0)
+    ] = 0.0
+    release: Annotated[
+        Path | None, Option(help="Polygons of release areas, a layer.", metavar="FILE")
+    ] = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ZonesRequest(Request):
     """Which zones, on the paths named or all with a profile.
 
@@ -381,6 +425,22 @@ class ZonesRequest(Request):
         ),
     ] = False
     plot: Annotated[Path | None, _picture()] = None
+    seed: Annotated[int, SEED] = 0
+    effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MapRequest(Request):
+    """What a map shows: the paths named or all with a profile, the zones of `limits`.
+
+    `source` says where the frequency of volumes comes from.
+    """
+
+    paths: Annotated[Sequence[str], ONLY_PATHS] = ()
+    limits: Annotated[
+        str, Option(help="swiss, french, or a TOML file of your own.", metavar="LIMITS")
+    ] = "swiss"
+    source: VolumeSource = RECORDS
     seed: Annotated[int, SEED] = 0
     effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()
 

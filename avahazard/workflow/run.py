@@ -193,7 +193,7 @@ def read_project(file: FilePath) -> Project:
 DONE, UP_TO_DATE, TO_DO, LEFT_OUT = "done", "up to date", "to do", "left out"
 NAMED = "missing-effect"
 """The verdict on which an effect is added."""
-ALIKE = ("law", "scatter", "distribution", "tails", "method", "seed", "chains")
+ALIKE = ("law", "scatter", "distribution", "tails", "method", "forward", "seed", "chains")
 """What a stored model and `[model]` must have alike, besides effects and priors."""
 
 

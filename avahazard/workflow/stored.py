@@ -26,6 +26,7 @@ from avahazard.inference.fitted_model import FittedModel, in_slots
 from avahazard.inference.fitting.star import REACH
 from avahazard.inference.likelihood.assemble import build_effects, definitions_of
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.choices import BLOCK
 from avahazard.inference.model.friction_model import friction_model
 from avahazard.inference.model.laws import LAWS
 from avahazard.inference.model.layout import TRACK_SLOT, Layout, arm_between, with_arms
@@ -144,7 +145,7 @@ def load_stored(
         model = _load(session, name, effect_files, own)
         records = load_records(session)
     training = only_paths(records, model.paths)
-    observations = build_observations(training)
+    observations = build_observations(training, forward=model.specification.forward)
     posterior = Posterior(observations, model.specification, model.effects, model.layout.arms)
     slots = [slot.name for slot in model.layout.slots]
     fitted = replace(
@@ -168,6 +169,12 @@ def load_for_paths(
     """
     with reading(database) as session:
         model = _load(session, name, effect_files)
+        if model.specification.forward != BLOCK:
+            raise AvahazardError(
+                f"{name} is a model of {model.specification.forward}: it has no block that runs "
+                "along the paths.",
+                f"Draw its map: avahazard map {name} -o FILE.tif.",
+            )
         found = survey(session)
         for path_id in model.paths:
             if path_id not in found.digests:
@@ -323,6 +330,7 @@ def calibration_result(
         distribution=specification.distribution,
         tails=specification.tails,
         centrifugal=specification.centrifugal,
+        forward=specification.forward,
         method=found.method,
         effects=specification.effects,
         n_events=found.n_events,

@@ -41,7 +41,7 @@ def naive_inverse(curve: RunoutCurve, level: float) -> float:
 
 def rate_below(avalanches: Avalanches, mu: np.ndarray) -> np.ndarray:
     """Yearly rate `[n_parameters]` of friction under `mu` `[n_parameters, n_classes]`."""
-    return yearly_rate(avalanches, friction_below(avalanches, mu))
+    return yearly_rate(avalanches, friction_below(avalanches, mu[:, :, None]))
 
 
 def naive_passing_rate(avalanches: Avalanches) -> Callable[[np.ndarray], np.ndarray]:

@@ -114,10 +114,12 @@ def run_blocks(
                 site.keep_terrain(resistance)
         cells = list(ordered_map(Site.cells, sites, resistances))
         if asked is None:
-            tables += ordered_map(Site.table, sites, cells)
+            tables += ordered_map(lambda site, of: site.table(of), sites, cells)
             near = None
         else:
-            near = list(ordered_map(Site.table_near, sites, cells, asked[first:]))
+            near = list(
+                ordered_map(lambda site, *of: site.table_near(*of), sites, cells, asked[first:])
+            )
             tables += [found.curve for found in near]
             middle += [(found.first + found.end) // 2 for found in near]
         tracks = [track for k in range(len(sites)) for track in of_path.get(first + k, ())]

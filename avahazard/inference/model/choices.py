@@ -9,6 +9,8 @@ ScatterName = Literal["constant", "volume"]
 DistributionName = Literal["lognormal", "normal"]
 TailsName = Literal["normal", "student"]
 MethodName = Literal["marginal", "metropolis", "gibbs"]
+ForwardName = Literal["block", "com1dfa"]
+BLOCK: ForwardName = "block"
 
 
 class Method(NamedTuple):

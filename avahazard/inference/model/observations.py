@@ -12,8 +12,17 @@ from scipy.stats import rankdata
 
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.columns import RELEASE_SIGMA, EventColumns, build_columns, counted
-from avahazard.effects.site import Site, build_site, release_place, release_places, stop_place
+from avahazard.effects.site import (
+    SimulatedSite,
+    Site,
+    build_site,
+    release_place,
+    release_places,
+    simulated_site,
+    stop_place,
+)
 from avahazard.engine import spread_map
+from avahazard.inference.model.choices import BLOCK
 from avahazard.inference.model.volumes import VolumeNodes, volume_nodes
 from avahazard.physics.block import STOPPED
 from avahazard.physics.cells import GRAVITY, build_cells, no_resistance
@@ -25,6 +34,7 @@ from avahazard.records.defaults import H_OVER_L_REL_SIGMA
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
 from avahazard.records.path import Path, Profile
+from avahazard.records.simulation import Simulation
 
 
 class CarriedError(NamedTuple):
@@ -323,13 +333,16 @@ class Observations:
         return len(self.observed)
 
 
-def build_observations(records: Records, prior: Observations | None = None) -> Observations:
+def build_observations(
+    records: Records, prior: Observations | None = None, forward: str = BLOCK
+) -> Observations:
     """Arrange the records for the likelihood.
 
     With `prior`, volumes are read in the light of the volumes of those (prediction), and the
-    profiles of its paths, which are the same, are not regularised again.
+    profiles of its paths, which are the same, are not regularised again. Where `forward`, or the
+    model of `prior`, is no block but a flow model, its stored runs stand in the place of the block.
     Raises `AvahazardError` where an event's path has no profile, or some events have H/L alone and
-    others, here or in `prior`, metres.
+    others, here or in `prior`, metres, or runs are missing.
     """
     events = records.events
     require_one_scale(events, prior)
@@ -346,8 +359,15 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
             of_path[event.path_id].append(i)
     new = [profiles[name] for name in used if name not in known]
     known |= {profile.path_id: smooth for profile, smooth in zip(new, _grounds(new), strict=True)}
+    runs = runs_by_path(records, prior, forward)
     for name, mine in of_path.items():
         profile, smooth = profiles[name], known[name]
+        if runs is not None:
+            found, rows = _simulated(paths[name], profile, smooth, [events[i] for i in mine], runs)
+            sites.append(found)
+            release[mine] = rows
+            elevation[mine] = float(smooth.height(found.release_x[0]))
+            continue
         own = paths[name].release_elevation_m
         stated = {i: events[i].release_elevation_m for i in mine}
         start = {i: own if z is None else z for i, z in stated.items()}
@@ -360,6 +380,42 @@ def build_observations(records: Records, prior: Observations | None = None) -> O
             release[i] = np.searchsorted(site.release_x, place[start[i]])
             elevation[i] = float(smooth.height(place[start[i]]))
     return _arranged(records, prior, tuple(sites), release, elevation)
+
+
+Runs = Mapping[str, Sequence[Simulation]]
+"""Runs of a flow model, by path."""
+
+
+def runs_by_path(records: Records, prior: Observations | None, forward: str) -> Runs | None:
+    """The runs in the place of the block; None where it is the block that runs."""
+    if prior is not None:
+        sites = [site for site in prior.sites if isinstance(site, SimulatedSite)]
+        return {site.path.path_id: site.runs for site in sites} if sites else None
+    if forward == BLOCK:
+        return None
+    runs: dict[str, list[Simulation]] = {}
+    for one in records.simulations:
+        if one.engine == forward:
+            runs.setdefault(one.path_id, []).append(one)
+    return runs
+
+
+def _simulated(
+    path: Path, profile: Profile, smooth: SmoothProfile, events: Sequence[Event], runs: Runs
+) -> tuple[SimulatedSite, Ints]:
+    """The path with its runs, and which of its rows `[n_events]` is that of each event.
+
+    An avalanche of unknown volume is taken for one in the middle of the runs.
+    """
+    if path.path_id not in runs:
+        raise AvahazardError(
+            f"No runs of a flow model are stored for path {path.path_id}.",
+            f"Make them: avahazard simulate {path.path_id}; or leave the path out.",
+        )
+    mine = runs[path.path_id]
+    middle = float(np.exp(np.mean(np.log([one.volume_m3 for one in mine]))))
+    volume, rows = np.unique([e.volume_m3 or middle for e in events], return_inverse=True)
+    return simulated_site(path, profile, smooth, volume, mine), rows
 
 
 LIKE_THE_STOP, FEWEST_LIKE_IT = 0.98, 10
@@ -472,8 +528,13 @@ def _arranged(
             [_or_nan(paths[e.path_id].observed_below_m) if e.path_id else np.nan for e in events]
         ),
         volumes=volume_nodes(events, columns, None if prior is None else prior.volumes),
+        # Measured speeds are held against those of a block alone.
         speeds=speed_records(
-            records.speeds, index, events, {s.path.path_id: s for s in sites}, release
+            [] if any(isinstance(s, SimulatedSite) for s in sites) else records.speeds,
+            index,
+            events,
+            {s.path.path_id: s for s in sites},
+            release,
         ),
         in_ratio=in_ratio,
         outcomes=outcomes,

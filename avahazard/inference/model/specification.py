@@ -19,7 +19,13 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.effect import Definition, Setting
-from avahazard.inference.model.choices import DistributionName, ScatterName, TailsName
+from avahazard.inference.model.choices import (
+    BLOCK,
+    DistributionName,
+    ForwardName,
+    ScatterName,
+    TailsName,
+)
 from avahazard.inference.model.laws import Law
 from avahazard.records.errors import AvahazardError
 
@@ -218,7 +224,8 @@ class Specification:
 
     `distribution` is that of friction given volume; `tails` `student` lets friction scatter as
     Student's t with 4 degrees of freedom, which bears wrong records. `centrifugal` keeps the
-    load of curvature on the bed. `reference_volume_m3` scales the coordinate of a scatter that
+    load of curvature on the bed. `forward` names what runs: the block, or the flow model whose
+    stored runs stand in its place. `reference_volume_m3` scales the coordinate of a scatter that
     changes with volume; it is taken from the data of the calibration. `prior` is that of the law,
     from other records or from numbers; None for the law's own weak one. `given` are the numbers,
     of parameters of the law and others.
@@ -230,6 +237,7 @@ class Specification:
     tails: TailsName = "normal"
     effects: tuple[str, ...] = ()
     centrifugal: bool = True
+    forward: ForwardName = BLOCK
     reference_volume_m3: float = 1e5
     prior: LawPrior | None = None
     given: tuple[GivenPrior, ...] = ()

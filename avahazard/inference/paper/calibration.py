@@ -51,6 +51,7 @@ def check_method(method: MethodName, specification: Specification) -> None:
         f"the effect {', '.join(specification.effects)}": bool(specification.effects),
         "a prior from other records": specification.prior is not None and not specification.given,
         "priors as numbers": bool(specification.given),
+        "the runs of a flow model": specification.forward != BASE.forward,
         f"the {specification.law} law": law(specification.law).form not in FORMS[method],
     }
     for what, wanted in asked.items():

@@ -1,0 +1,1 @@
+"""Models of flow other than the block: each a program of its own, run as a process."""

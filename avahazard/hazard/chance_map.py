@@ -1,0 +1,118 @@
+"""Annual chances in the cells of a path's terrain, from runs of a flow model over friction and V.
+
+For each cell and volume there is a friction under which an avalanche exceeds a pressure there: it
+lies between the runs that do and do not. The chance of an avalanche is that of a lower friction by
+the calibrated P[μ|V], mixed over the volumes, as along a line; no run is drawn anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from avahazard.arrays import Floats, Ints
+from avahazard.hazard.exceedance import Avalanches, friction_below
+from avahazard.records.simulation import Simulation
+
+MOST_DRAWS = 60
+"""Posterior draws over which a map is spread."""
+ALWAYS = 5.0
+"""The friction of a cell in which the run of most friction still exceeds a pressure."""
+CELLS_AT_ONCE = 64
+LEVELS = (0.05, 0.95)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrictionField:
+    """Under which friction each cell is exceeded: `friction` `[n_volumes, n_cells]`, 0 for never.
+
+    `log_volume` `[n_volumes]` (log m3) rise.
+    """
+
+    log_volume: Floats
+    friction: Floats
+
+    def at(self, log_volume: Floats) -> Floats:
+        """The same at other volumes `[n]`, straight in their log: `[n, n_cells]`."""
+        place = np.interp(log_volume, self.log_volume, np.arange(len(self.log_volume)))
+        low = np.minimum(place.astype(np.int64), max(len(self.log_volume) - 2, 0))
+        high = np.minimum(low + 1, len(self.log_volume) - 1)
+        share = (place - low)[:, None]
+        return np.asarray((1.0 - share) * self.friction[low] + share * self.friction[high])
+
+
+def friction_field(
+    simulations: Sequence[Simulation], place: Floats, limit_kpa: float
+) -> FrictionField:
+    """The field of a limit of peak pressure (kPa), from runs with their peaks.
+
+    `place` `[n_rows, n_columns]` (m) is where along the line each cell lies. Between a run that
+    exceeds the limit in a cell and one that does not even come there, the front goes straight from
+    one stop to the other in friction, as along the line; beside it, the pressure.
+    """
+    of_volume: dict[float, list[Simulation]] = {}
+    for one in sorted(simulations, key=lambda s: (s.volume_m3, s.friction)):
+        of_volume.setdefault(one.volume_m3, []).append(one)
+    rows = [_of_volume(runs, place.ravel(), limit_kpa) for runs in of_volume.values()]
+    return FrictionField(np.log(list(of_volume)), np.array(rows))
+
+
+def _of_volume(runs: Sequence[Simulation], place: Floats, limit: float) -> Floats:
+    """Friction `[n_cells]` of one volume, whose `runs` rise in friction."""
+    mu = np.array([run.friction for run in runs])
+    peak = np.array([run.peak_kpa for run in runs], np.float64).reshape(len(runs), -1)
+    # More friction never presses more: what the cells leave of it is noise.
+    peak = np.maximum.accumulate(peak[::-1], axis=0)[::-1]
+    over = peak > limit
+    n_over = np.count_nonzero(over, axis=0)
+    found = np.where(n_over == len(mu), ALWAYS, 0.0)
+    known = np.isfinite(place)
+    stop = [float(np.max(place[row & known], initial=-np.inf)) for row in over]
+    for k in range(len(mu) - 1):
+        here = np.flatnonzero(n_over == k + 1)
+        share = (peak[k, here] - limit) / np.maximum(peak[k, here] - peak[k + 1, here], 1e-12)
+        ahead = place[here] > stop[k + 1]
+        if np.isfinite(stop[k + 1]):
+            way = (stop[k] - place[here]) / max(stop[k] - stop[k + 1], 1e-9)
+            share = np.where(ahead, way, share)
+        found[here] = mu[k] + np.clip(share, 0.0, 1.0) * (mu[k + 1] - mu[k])
+    return found
+
+
+def annual_chance(avalanches: Avalanches, field: FrictionField) -> Floats:
+    """Chance in a year `[3, n_cells]`: the mean over the parameters, its 5 and its 95 %."""
+    some = np.unique(np.linspace(0, avalanches.n_parameters - 1, MOST_DRAWS).astype(np.int64))
+    part = _part(avalanches, some)
+    n_kinds = part.kind_share.shape[1]
+    at_nodes = np.tile(field.at(part.volumes.log_volume), (n_kinds, 1)).T
+    result = np.zeros((3, field.friction.shape[1]))
+    cells = np.flatnonzero(field.friction.max(axis=0) > 0.0)
+    for first in range(0, len(cells), CELLS_AT_ONCE):
+        mine = cells[first : first + CELLS_AT_ONCE]
+        chance = friction_below(part, at_nodes[mine][:, None, None, :])
+        rate = np.einsum("xpcv,pv,c->xp", chance, part.share, part.class_share)
+        yearly = -np.expm1(-part.volumes.rate * rate)
+        result[0, mine] = yearly.mean(axis=1)
+        result[1:, mine] = np.quantile(yearly, LEVELS, axis=1)
+    return result
+
+
+def _part(avalanches: Avalanches, draws: Ints) -> Avalanches:
+    """The same with some of its draws, and one class where all are alike in their friction."""
+    volumes = avalanches.volumes
+    location, scatter = avalanches.location[draws], avalanches.scatter[draws]
+    share = avalanches.class_share
+    if not np.any(np.ptp(location, axis=1)) and not np.any(np.ptp(scatter, axis=1)):
+        location, scatter, share = location[:, :1], scatter[:, :1], np.ones(1)
+    return replace(
+        avalanches,
+        volumes=replace(volumes, rate=volumes.rate[draws], share=volumes.share[draws]),
+        kind_share=avalanches.kind_share[draws],
+        class_share=share,
+        location=location,
+        scatter=scatter,
+        group=avalanches.group[draws],
+        sigma_m=None,
+    )

@@ -1,0 +1,92 @@
+"""Runs of a flow model on the ground around a path, and the stops that they give along its line."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.arrays import Floats
+from avahazard.records.path import Path, Profile, TerrainCrop
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Simulation:
+    """A run of `engine` on a path for one friction and volume.
+
+    `drag_per_m` (1/m) is that of a resistance by the square of speed, 0 for friction alone.
+    `stop_x_m` is the farthest place that it came to along the line: the line's end where it
+    `left_profile`, nan where nothing moved. `ground` names the terrain and the line (`ground_of`).
+    `peak_kpa` `[n_rows, n_columns]` is the peak pressure in the cells of the path's terrain, None
+    where it was not loaded.
+    """
+
+    path_id: str
+    engine: str
+    ground: str
+    friction: float
+    volume_m3: float
+    drag_per_m: float
+    stop_x_m: float
+    left_profile: bool
+    seconds: float
+    peak_kpa: NDArray[np.float32] | None = None
+
+
+def ground_of(path: Path, profile: Profile, crop: TerrainCrop) -> str:
+    """A digest of what runs on a path stand on: terrain, line, release, and width of the flow."""
+    digest = hashlib.sha256(crop.elevation_m.tobytes())
+    for line in (profile.x_m, profile.easting_m, profile.northing_m, profile.lon, profile.lat):
+        digest.update(b"-" if line is None else np.asarray(line, "<f8").tobytes())
+    place = crop.crs, crop.west_m, crop.north_m, crop.cell_m
+    digest.update(repr((place, path.release_elevation_m, path.covariates.get("width_m"))).encode())
+    return digest.hexdigest()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StopTable:
+    """Stops (m) along a path's line, over friction for each of some volumes (m3), rising.
+
+    `friction` `[n_volumes]` holds the frictions of each volume, rising, `stop_x` `[n_volumes]` the
+    stops. `end_x` is the line's end.
+    """
+
+    volume: Floats
+    friction: tuple[Floats, ...]
+    stop_x: tuple[Floats, ...]
+    end_x: float
+
+    def at(self, volume: float, friction: Floats) -> Floats:
+        """Stops (m) `[n_friction]` of a volume (m3), inf for what left the line.
+
+        Straight in friction and in the log of the volume. Beyond the table its end counts.
+        """
+        log_volume = np.log(self.volume)
+        place = np.interp(np.log(volume), log_volume, np.arange(len(log_volume)))
+        low = int(min(place, max(len(log_volume) - 2, 0)))
+        share = place - low
+        high = min(low + 1, len(log_volume) - 1)
+        below, above = (np.interp(friction, self.friction[k], self.stop_x[k]) for k in (low, high))
+        found = (1.0 - share) * below + share * above
+        return np.where(found >= self.end_x - 1e-6, np.inf, found)
+
+
+def stop_table(simulations: Sequence[Simulation], release_x: float, end_x: float) -> StopTable:
+    """The table of a path's runs; what did not move stopped at `release_x` (m)."""
+    of_volume: dict[float, list[Simulation]] = {}
+    for one in sorted(simulations, key=lambda s: (s.volume_m3, s.friction)):
+        of_volume.setdefault(one.volume_m3, []).append(one)
+    stops = [
+        np.array([release_x if np.isnan(s.stop_x_m) else min(s.stop_x_m, end_x) for s in runs])
+        for runs in of_volume.values()
+    ]
+    return StopTable(
+        np.array(list(of_volume)),
+        tuple(np.array([s.friction for s in runs]) for runs in of_volume.values()),
+        # More friction never carries farther: what the cells leave of it is noise.
+        tuple(np.maximum.accumulate(x[::-1])[::-1] for x in stops),
+        end_x,
+    )

@@ -1,0 +1,258 @@
+"""A map of annual chances: runs of a flow model mixed over friction and volumes, for a GIS.
+
+On the ground of paths that have runs it tells in each cell the chance that an avalanche comes, and
+that its peak pressure exceeds some limits; on other paths the chance along the line, as wide as
+the flow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.arrays import Floats
+from avahazard.engines.com1dfa import ENGINE
+from avahazard.hazard.chance_map import annual_chance, friction_field
+from avahazard.hazard.exceedance import Avalanches, reach
+from avahazard.hazard.frequency import volume_frequencies
+from avahazard.hazard.path_hazard import path_hazard
+from avahazard.hazard.zones import ZoneSystem
+from avahazard.inference.model.choices import BLOCK
+from avahazard.notes import Note
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
+from avahazard.records.lookup import find_profile
+from avahazard.records.path import Path, TerrainCrop
+from avahazard.records.simulation import Simulation, ground_of
+from avahazard.results.base import Report, Rows, silent
+from avahazard.results.simulations import ChanceMap, MappedBy
+from avahazard.store.records import load_terrain
+from avahazard.store.results import now
+from avahazard.store.session import reading
+from avahazard.store.simulations import load_simulations
+from avahazard.workflow.by_path import survey
+from avahazard.workflow.export import drawn_path, replace_file
+from avahazard.workflow.requests import MapRequest
+from avahazard.workflow.simulate import DEFAULT_WIDTH_M
+from avahazard.workflow.stored import load_stored, notes_of_fit
+from avahazard.workflow.zones import load_limits
+
+if TYPE_CHECKING:
+    from avahazard.gis.hazard_map import MappedPath
+
+PRESSURES_KPA = (3.0, 10.0, 30.0)
+PERIODS = (10.0, 30.0, 100.0, 300.0)
+"""Return periods (years) whose areas a GeoPackage has."""
+N_PLACES = 200
+BY_BLOCK, BY_FLOW = 1.0, 2.0
+"""Values of the band `engine`."""
+
+
+@dataclass(slots=True, eq=False)
+class MapPart:
+    """A path on the map: chances `[n_rows, n_columns]` by band on its ground, with their limits.
+
+    Of a path without runs there is the chance (5, 50, 95 %) at places `x` (m) along its line.
+    """
+
+    one: MappedPath
+    crop: TerrainCrop
+    runs: list[Simulation]
+    bands: dict[str, Floats] = field(default_factory=dict)
+    x: Floats = field(default_factory=lambda: np.empty(0))
+
+
+def draw_map(
+    database: str, name: str, file: FilePath, request: MapRequest, report: Report = silent
+) -> ChanceMap:
+    """Write a map by the model `name` to `file`: `.tif` the chances, `.gpkg` areas and zones.
+
+    Raises `AvahazardError` where there is no such model or path, no path has terrain, the scatter
+    of the model is in metres, or `file` has another ending or is somebody else's.
+    """
+    from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
+
+    require_packages()
+    from avahazard.gis.chance_raster import grid_of  # noqa: PLC0415
+
+    if file.suffix.lower() not in (".tif", ".tiff", ".gpkg"):
+        raise AvahazardError(
+            f"{file} does not end in .tif or .gpkg.", "The ending says what is written."
+        )
+    limits = load_limits(request.limits)
+    model, records = load_stored(database, name, request.effect_files)
+    if model.sigma_m is not None:
+        raise AvahazardError(
+            f"The scatter of {name} is in metres of the stop: it says nothing of friction.",
+            "Calibrate with the method marginal or gibbs.",
+        )
+    with reading(database) as session:
+        known = survey(session)
+        named = known.paths_to_run(request.paths)
+        crops = {path_id: load_terrain(session, path_id) for path_id in named}
+        runs = load_simulations(session, lambda c: c.in_(named), peaks=True)
+    flows = model.specification.forward != BLOCK
+    frequencies = volume_frequencies(known.volumes, request.seed, request.source)
+    by_name = {path.path_id: path for path in records.paths}
+    parts: list[MapPart] = []
+    left_out: list[str] = []
+    for k, path_id in enumerate(named):
+        report("Drawing the map", k, len(named))
+        path, crop = by_name[path_id], crops[path_id]
+        part = None if crop is None else _part(records, path, crop, runs)
+        if part is None or (flows and not part.runs):
+            left_out.append(path_id)
+            continue
+        rate = frequencies.rate_alone(path_id) if model.ignores_volume else None
+        volumes = rate or frequencies.of(path_id).volumes()
+        avalanches = path_hazard(model, records, path_id, volumes, seed=request.seed).avalanches
+        _fill(part, avalanches, limits)
+        parts.append(part)
+    if not parts:
+        raise AvahazardError(
+            f"There is nothing to draw: {', '.join(left_out)} have no terrain"
+            f"{' or no runs' if flows else ''}.",
+            "Import lines with --dem; then run: avahazard simulate.",
+        )
+    grid = grid_of([part.crop for part in parts])
+    notes = [*notes_of_fit(model), *map(Note.ready, limits.notes)]
+    if left_out:
+        notes.insert(0, Note("not_on_map", paths=", ".join(left_out)))
+    if not flows and any(part.runs for part in parts):
+        notes.insert(0, Note("friction_of_block", model=name))
+    report("Drawing the map", len(named), len(named))
+    if file.suffix.lower() == ".gpkg":
+        bands = _write_areas(file, parts, limits)
+    else:
+        bands = _write_chances(file, parts)
+    rows = [
+        MappedBy(
+            part.one.path.path_id,
+            ENGINE if part.runs else BLOCK,
+            len(part.runs),
+            float(np.nanmax(part.bands["chance"], initial=0.0)),
+        )
+        for part in parts
+    ]
+    return ChanceMap(name, str(file), grid.crs, grid.cell_m, bands, Rows(rows), tuple(notes))
+
+
+def _part(
+    records: Records, path: Path, crop: TerrainCrop, runs: Sequence[Simulation]
+) -> MapPart | None:
+    """A path with its runs on its present ground; None where it has no line."""
+    one = drawn_path(records, path)
+    if isinstance(one, str):
+        return None
+    digest = ground_of(path, find_profile(records, path), crop)
+    mine = [run for run in runs if run.path_id == path.path_id and run.ground == digest]
+    drags = {run.drag_per_m for run in mine}
+    least = min(drags, default=0.0)
+    return MapPart(one, crop, [run for run in mine if run.drag_per_m == least])
+
+
+def _fill(part: MapPart, avalanches: Avalanches, limits: ZoneSystem) -> None:
+    """Compute the chances of a path."""
+    if not part.runs:
+        found = reach(avalanches, N_PLACES)
+        part.x = found.x
+        part.bands = dict(zip(("chance_q05", "chance", "chance_q95"), found.chance.T, strict=True))
+        return
+    from avahazard.gis.avaframe_project import STOP_KPA, ground  # noqa: PLC0415 (may be missing)
+
+    place = ground(part.one.line, part.crop).place
+    pressures = {rule.pressure_kpa_min for zone in limits.zones for rule in zone.rules} - {0.0}
+
+    def chance(limit: float) -> Floats:
+        field_ = friction_field(part.runs, place, limit)
+        return annual_chance(avalanches, field_).reshape(3, *part.crop.elevation_m.shape)
+
+    names = ("chance", "chance_q05", "chance_q95")
+    part.bands = dict(zip(names, chance(STOP_KPA), strict=True))
+    for kpa in sorted({*PRESSURES_KPA, *pressures}):
+        part.bands[_band(kpa)] = chance(kpa)[0]
+
+
+def _band(kpa: float) -> str:
+    return f"chance_{kpa:g}_kpa"
+
+
+def _write_chances(file: FilePath, parts: Sequence[MapPart]) -> tuple[str, ...]:
+    """Write the bands; where paths overlap, that any of them comes."""
+    from avahazard.gis.chance_raster import (  # noqa: PLC0415 (may be missing)
+        grid_of,
+        is_own_raster,
+        on_grid,
+        strip_on_grid,
+        write_raster,
+    )
+
+    grid = grid_of([part.crop for part in parts])
+    names = ("chance", "chance_q05", "chance_q95", *map(_band, PRESSURES_KPA))
+    none = {name: np.full(grid.shape, np.nan, np.float32) for name in names}
+    engine = np.full(grid.shape, np.nan, np.float32)
+    for part in parts:
+        for name in names:
+            if name not in part.bands:
+                continue
+            if part.runs:
+                mine = on_grid(grid, part.crop, part.bands[name])
+            else:
+                width = part.one.width_m or DEFAULT_WIDTH_M
+                mine = strip_on_grid(grid, part.one, part.x, part.bands[name], width)
+            none[name] = _either(none[name], mine)
+            if name == "chance":
+                by = np.where(np.isfinite(mine), BY_FLOW if part.runs else BY_BLOCK, np.nan)
+                engine = np.fmax(engine, by.astype(np.float32))
+    bands = {**none, "engine": engine}
+    replace_file(file, is_own_raster, lambda new: write_raster(new, grid, bands))
+    return tuple(bands)
+
+
+def _either(first: NDArray[np.float32], other: NDArray[np.float32]) -> NDArray[np.float32]:
+    """The chance that one of two comes; of one alone where the other is unknown."""
+    both = 1.0 - (1.0 - first) * (1.0 - other)
+    return np.where(np.isfinite(both), both, np.fmax(first, other)).astype(np.float32)
+
+
+def _write_areas(file: FilePath, parts: Sequence[MapPart], limits: ZoneSystem) -> tuple[str, ...]:
+    """Write the areas of return periods, the zones, and the lines; of paths with runs."""
+    from avahazard.gis.chance_raster import areas, grid_of  # noqa: PLC0415 (may be missing)
+    from avahazard.gis.hazard_map import hazard_layers, layers_by_system  # noqa: PLC0415
+    from avahazard.gis.map_files import is_own_geopackage, write_geopackage  # noqa: PLC0415
+
+    reached, zones = [], []
+    for part in parts:
+        if not part.runs:
+            continue
+        grid, line = grid_of([part.crop]), part.one.line
+        about = {"path_id": part.one.path.path_id, "engine": ENGINE}
+        for band, q in (("chance", "mean"), ("chance_q05", "q05"), ("chance_q95", "q95")):
+            for period in PERIODS:
+                inside = part.bands[band] >= 1.0 / period
+                told = {**about, "return_period_years": period, "quantile": q}
+                reached += areas(grid, inside, line, told)
+        taken = np.zeros(grid.shape, np.bool_)
+        for zone in limits.zones:
+            inside = np.zeros(grid.shape, np.bool_)
+            for rule in zone.rules:
+                kpa = rule.pressure_kpa_min
+                inside |= (
+                    part.bands[_band(kpa) if kpa else "chance"] >= 1.0 / rule.return_period_years
+                )
+            told = {**about, "limits": limits.name, "zone": zone.name, "color": zone.color}
+            zones += areas(grid, inside & ~taken, line, told)
+            taken |= inside
+    layers = [
+        *layers_by_system("zone_areas", "Polygon", zones),
+        *layers_by_system("return_periods", "Polygon", reached),
+        *hazard_layers([part.one for part in parts], (), ()),
+    ]
+    day = np.datetime64(now(), "ms")
+    replace_file(file, is_own_geopackage, lambda new: write_geopackage(new, layers, day))
+    return tuple(layer.name for layer in layers)

@@ -1,0 +1,243 @@
+"""Runs of a flow model on the terrain of paths, over friction and volume: made, stored, resumed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from avahazard.arrays import Floats
+from avahazard.effects.site import release_place
+from avahazard.engine import spread_map
+from avahazard.engines.com1dfa import ENGINE, find_python, simulate
+from avahazard.notes import Note
+from avahazard.physics.smooth_profile import smooth_profile
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
+from avahazard.records.lookup import find_path, find_profile
+from avahazard.records.simulation import Simulation, ground_of
+from avahazard.results.base import Report, Rows, silent
+from avahazard.results.simulations import SimulatedPath, SimulationPlan, Simulations
+from avahazard.store.records import load_records, load_terrain
+from avahazard.store.session import reading, writing
+from avahazard.store.simulations import load_simulations, save_simulation
+from avahazard.workers import n_workers
+from avahazard.workflow.requests import SimulateRequest
+
+if TYPE_CHECKING:
+    from avahazard.gis.avaframe_project import Ground
+
+LOWEST, HIGHEST, N_FRICTIONS, N_VOLUMES = 0.1, 0.6, 8, 4
+FAR_APART_M, LEAST_STEP, ROUNDS = 50.0, 0.01, 3
+"""Stops of neighbours in friction that are farther apart get a run between them, so often."""
+DEFAULT_WIDTH_M = 100.0
+SECONDS_A_CELL, BYTES_A_CELL = 1e-3, 0.5
+"""What a run takes of time and disk before one was made."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunPath:
+    """A path made ready: its ground with a digest of it, and of each volume (m3) its release."""
+
+    ground: Ground
+    digest: str
+    corners: dict[float, Floats]
+
+    @property
+    def path_id(self) -> str:
+        """Its name."""
+        return self.ground.crop.path_id
+
+
+Task = tuple[int, float, float]
+"""A run: the number of its path, its friction, its volume (m3)."""
+
+
+def simulate_paths(database: str, request: SimulateRequest, report: Report = silent) -> Simulations:
+    """Run a flow model on the paths named, or all with terrain, and store every run when it ends.
+
+    What is stored already on the same ground is not run again. Raises `AvahazardError` where the
+    engine is not there, a path is unknown or has no terrain, no volume is known, or a run fails.
+    """
+    python = find_python()
+    paths, notes = ready_paths(database, request)
+    before = _stored(database, paths, request)
+    made: set[tuple[str, float, float]] = set()
+    for turn in range(ROUNDS + 1):
+        tasks = _left(database, paths, request, refine=turn > 0)
+        if not tasks:
+            break
+        shared = database, python, paths, request.drag
+        words = f"Simulating, round {turn + 1}"
+        report(words, 0.0, len(tasks))
+        for k, (path, friction, volume) in enumerate(spread_map(_run, shared, tasks), 1):
+            made.add((paths[path].path_id, friction, volume))
+            report(words, k, len(tasks))
+    rows = [_row(path.path_id, _of(database, path, request), made) for path in paths]
+    if before and not made:
+        notes = (*notes, Note("simulated_before"))
+    return Simulations(Rows(rows), notes)
+
+
+def plan_simulations(database: str, request: SimulateRequest) -> SimulationPlan:
+    """Say what `simulate_paths` will take at least with the same request; nothing is run.
+
+    Raises `AvahazardError` as that does, but for the engine, which is not asked.
+    """
+    paths, _ = ready_paths(database, request)
+    tasks = _left(database, paths, request, refine=False)
+    done = [one for path in paths for one in _of(database, path, request)]
+    cells = np.mean([path.ground.crop.elevation_m.size for path in paths])
+    seconds = float(np.mean([s.seconds for s in done]) if done else SECONDS_A_CELL * cells)
+    return SimulationPlan(
+        n_paths=len(paths),
+        n_runs=len(tasks) + len(done),
+        n_done=len(done),
+        workers=n_workers(),
+        seconds_per_run=seconds,
+        measured=bool(done),
+        seconds=seconds * len(tasks) / n_workers(),
+        stored_bytes=int(BYTES_A_CELL * cells * len(tasks)),
+    )
+
+
+def ready_paths(database: str, request: SimulateRequest) -> tuple[list[RunPath], tuple[Note, ...]]:
+    """The paths to run, and which have no terrain. Raises as `simulate_paths`."""
+    from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
+
+    require_packages()
+    from avahazard.gis.avaframe_project import (  # noqa: PLC0415
+        drawn_release,
+        ground,
+        made_release,
+    )
+    from avahazard.gis.hazard_map import path_line  # noqa: PLC0415
+
+    with reading(database) as session:
+        records = load_records(session)
+        named = [find_path(records, name) for name in request.paths] or list(records.paths)
+        crops = {path.path_id: load_terrain(session, path.path_id) for path in named}
+    bare = [path.path_id for path in named if crops[path.path_id] is None]
+    if len(bare) == len(named) or (bare and request.paths):
+        raise AvahazardError(
+            f"There is no terrain for {', '.join(bare) or 'any path: there are none'}.",
+            "Import its line with a terrain model: avahazard import LINES --dem FILE.",
+        )
+    found = []
+    for path in named:
+        crop = crops[path.path_id]
+        if crop is None:
+            continue
+        profile = find_profile(records, path)
+        line = path_line(profile)
+        if isinstance(line, str):
+            raise AvahazardError(
+                f"Path {path.path_id} cannot be laid on its terrain: {line}.",
+                "Import its line again with --dem and --update.",
+            )
+        there = ground(line, crop)
+        smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
+        start = release_place(smooth, path.release_elevation_m)
+        width = path.covariates.get("width_m")
+        width_m = float(width) if isinstance(width, int | float) else DEFAULT_WIDTH_M
+        area = None if request.release is None else drawn_release(request.release, there)
+        corners = {
+            volume: made_release(there, start, width_m, volume) if area is None else area
+            for volume in request.volumes or volumes_of(records, path.path_id)
+        }
+        digest = ground_of(path, profile, crop)
+        found.append(RunPath(there, digest, corners))
+    notes = (Note("no_terrain", paths=", ".join(bare)),) if bare else ()
+    return found, notes
+
+
+def volumes_of(records: Records, path_id: str) -> list[float]:
+    """Volumes (m3) to be run: evenly in their log from the smallest recorded to the largest.
+
+    Those of the path, or of all paths where it has none. Raises `AvahazardError` for none at all.
+    """
+    known = [(e.path_id, e.volume_m3) for e in records.events if e.volume_m3]
+    mine = [v for path, v in known if path == path_id] or [v for _, v in known]
+    if not mine:
+        raise AvahazardError("No volume is recorded.", "Name volumes: --volume 10000.")
+    ends = np.geomspace(min(mine), max(mine), N_VOLUMES if max(mine) > min(mine) else 1)
+    return [float(f"{v:.3g}") for v in ends]
+
+
+def _left(
+    database: str, paths: Sequence[RunPath], request: SimulateRequest, *, refine: bool
+) -> list[Task]:
+    """The runs that are not there yet: of the first table, or between neighbours far apart."""
+    first = [round(float(mu), 4) for mu in np.linspace(LOWEST, HIGHEST, N_FRICTIONS)]
+    tasks: list[Task] = []
+    for k, path in enumerate(paths):
+        of_volume: dict[float, dict[float, float]] = {volume: {} for volume in path.corners}
+        for one in _of(database, path, request):
+            of_volume.get(one.volume_m3, {})[one.friction] = one.stop_x_m
+        for volume, stops in of_volume.items():
+            wanted = request.frictions or first
+            if refine:
+                wanted = () if request.frictions else _between(stops)
+            tasks += [(k, mu, volume) for mu in wanted if mu not in stops]
+    return tasks
+
+
+def _between(stops: dict[float, float]) -> list[float]:
+    """Frictions between neighbours whose stops (m) are far apart; what did not move stopped."""
+    known = sorted(stops.items())
+    return [
+        round(0.5 * (low + high), 4)
+        for (low, far), (high, near) in pairwise(known)
+        if far - np.nan_to_num(near) > FAR_APART_M and high - low > 2.0 * LEAST_STEP
+    ]
+
+
+def _run(shared: tuple[str, FilePath, list[RunPath], float], task: Task) -> Task:
+    """Make a run and store it."""
+    database, python, paths, drag = shared
+    k, friction, volume = task
+    path = paths[k]
+    found = simulate(python, path.ground, path.digest, path.corners[volume], friction, volume, drag)
+    with writing(database) as session:
+        save_simulation(session, found)
+    return task
+
+
+def _stored(database: str, paths: Sequence[RunPath], request: SimulateRequest) -> int:
+    return sum(len(_of(database, path, request)) for path in paths)
+
+
+def _of(database: str, path: RunPath, request: SimulateRequest) -> list[Simulation]:
+    """The stored runs of a path on its present ground."""
+    with reading(database) as session:
+        runs = load_simulations(session, lambda column: column == path.path_id)
+    return [
+        one
+        for one in runs
+        if one.engine == ENGINE and one.ground == path.digest and one.drag_per_m == request.drag
+    ]
+
+
+def _row(
+    path_id: str, runs: Sequence[Simulation], made: set[tuple[str, float, float]]
+) -> SimulatedPath:
+    stops = [one.stop_x_m for one in runs if np.isfinite(one.stop_x_m)]
+    friction, volume = [s.friction for s in runs], [s.volume_m3 for s in runs]
+    return SimulatedPath(
+        path_id=path_id,
+        engine=ENGINE,
+        n_runs=len(runs),
+        n_new=sum(name == path_id for name, _, _ in made),
+        friction_min=min(friction),
+        friction_max=max(friction),
+        volume_min_m3=min(volume),
+        volume_max_m3=max(volume),
+        stop_min_x_m=min(stops, default=None),
+        stop_max_x_m=max(stops, default=None),
+        left=sum(one.left_profile for one in runs),
+        seconds=float(np.mean([one.seconds for one in runs])),
+    )
