@@ -103,7 +103,7 @@ def map(
 
 def show_map(console: Console, found: ChanceMap) -> None:
     """Print what a map holds."""
-    rows = [(row.path_id, row.engine, row.n_runs, f"{row.chance_max:.3f}") for row in found.rows]
+    rows = [(row.path_id, row.engine, row.n_runs, f"{row.chance_max:.3f}") for row in found.paths]
     title = f"{found.file}: {found.crs}, cells of {found.cell_m:g} m"
     console.print(table(title, ("path", "engine", ">runs", ">largest chance a year"), rows))
     console.print(f"It holds: {', '.join(found.bands)}.")

@@ -28,19 +28,32 @@ LEVELS = (0.05, 0.95)
 class FrictionField:
     """Under which friction each cell is exceeded: `friction` `[n_volumes, n_cells]`, 0 for never.
 
-    `log_volume` `[n_volumes]` (log m3) rise.
+    `log_volume` `[n_volumes]` (log m3) rise. `lowest` and `highest` `[n_volumes]` are the ends of
+    the frictions of the runs.
     """
 
     log_volume: Floats
     friction: Floats
+    lowest: Floats
+    highest: Floats
 
     def at(self, log_volume: Floats) -> Floats:
-        """The same at other volumes `[n]`, straight in their log: `[n, n_cells]`."""
+        """The same at other volumes `[n]`, straight in their log: `[n, n_cells]`.
+
+        Where only one of two neighbours is never or always exceeded, the end of its runs counts, as
+        in a table of stops.
+        """
         place = np.interp(log_volume, self.log_volume, np.arange(len(self.log_volume)))
         low = np.minimum(place.astype(np.int64), max(len(self.log_volume) - 2, 0))
         high = np.minimum(low + 1, len(self.log_volume) - 1)
+        ends = self.lowest[:, None], self.highest[:, None]
+        inside = np.clip(self.friction, *ends)
         share = (place - low)[:, None]
-        return np.asarray((1.0 - share) * self.friction[low] + share * self.friction[high])
+        mixed = (1.0 - share) * inside[low] + share * inside[high]
+        first, second = self.friction[low], self.friction[high]
+        alike = (first == second) & ((first == 0.0) | (first == ALWAYS))
+        whole = np.where(share < 1.0, first, second)
+        return np.where(alike | (share == 0.0) | (share == 1.0), whole, mixed)
 
 
 def friction_field(
@@ -56,7 +69,8 @@ def friction_field(
     for one in sorted(simulations, key=lambda s: (s.volume_m3, s.friction)):
         of_volume.setdefault(one.volume_m3, []).append(one)
     rows = [_of_volume(runs, place.ravel(), limit_kpa) for runs in of_volume.values()]
-    return FrictionField(np.log(list(of_volume)), np.array(rows))
+    ends = [(runs[0].friction, runs[-1].friction) for runs in of_volume.values()]
+    return FrictionField(np.log(list(of_volume)), np.array(rows), *np.array(ends).T)
 
 
 def _of_volume(runs: Sequence[Simulation], place: Floats, limit: float) -> Floats:

@@ -62,16 +62,21 @@ class StopTable:
     def at(self, volume: float, friction: Floats) -> Floats:
         """Stops (m) `[n_friction]` of a volume (m3), inf for what left the line.
 
-        Straight in friction and in the log of the volume. Beyond the table its end counts.
+        The friction that brings an avalanche to a place goes straight in the log of the volume, and
+        straight from place to place. Beyond the table its end counts.
         """
-        log_volume = np.log(self.volume)
-        place = np.interp(np.log(volume), log_volume, np.arange(len(log_volume)))
-        low = int(min(place, max(len(log_volume) - 2, 0)))
+        place = np.interp(np.log(volume), np.log(self.volume), np.arange(len(self.volume)))
+        low, high = int(np.floor(place)), int(np.ceil(place))
+        x = np.unique(np.concatenate([self.stop_x[low], self.stop_x[high]]))
         share = place - low
-        high = min(low + 1, len(log_volume) - 1)
-        below, above = (np.interp(friction, self.friction[k], self.stop_x[k]) for k in (low, high))
-        found = (1.0 - share) * below + share * above
+        both = (1.0 - share) * self._bringing(low, x) + share * self._bringing(high, x)
+        found = np.interp(friction, both[::-1], x[::-1])
         return np.where(found >= self.end_x - 1e-6, np.inf, found)
+
+    def _bringing(self, k: int, x: Floats) -> Floats:
+        """The most friction with which volume k comes to places x (m), rising `[n]`."""
+        stop, first = np.unique(self.stop_x[k][::-1], return_index=True)
+        return np.asarray(np.interp(x, stop, self.friction[k][::-1][first]))
 
 
 def stop_table(simulations: Sequence[Simulation], release_x: float, end_x: float) -> StopTable:

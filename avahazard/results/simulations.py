@@ -75,5 +75,5 @@ class ChanceMap(Result):
     crs: str
     cell_m: float
     bands: tuple[str, ...]
-    rows: Rows[MappedBy]
+    paths: Rows[MappedBy]
     notes: tuple[Note, ...] = ()
