@@ -25,7 +25,7 @@ OWNER = "avahazard"
 MOST_CELLS = 200_000_000
 
 
-class Grid(NamedTuple):
+class MapGrid(NamedTuple):
     """Cells of a map: squares of `cell_m`, north up, from the corner `west_m`, `north_m`."""
 
     crs: str
@@ -50,7 +50,7 @@ def _transform(west: float, north: float, cell: float) -> rasterio.Affine:
     return rasterio.Affine(cell, 0.0, west, 0.0, -cell, north)
 
 
-def grid_of(crops: Sequence[TerrainCrop]) -> Grid:
+def grid_of(crops: Sequence[TerrainCrop]) -> MapGrid:
     """The cells that hold the ground of all paths, as fine as the finest of them.
 
     Raises:
@@ -78,10 +78,10 @@ def grid_of(crops: Sequence[TerrainCrop]) -> Grid:
             f"A map of all these paths would have {n_rows} times {n_columns} cells.",
             "Draw several maps: --path PATH, again for each path of one.",
         )
-    return Grid(systems[0], west, north, cell, n_rows, n_columns)
+    return MapGrid(systems[0], west, north, cell, n_rows, n_columns)
 
 
-def on_grid(grid: Grid, crop: TerrainCrop, values: Floats) -> NDArray[np.float32]:
+def on_grid(grid: MapGrid, crop: TerrainCrop, values: Floats) -> NDArray[np.float32]:
     """Values in the cells of a path's ground, laid on the map; NaN elsewhere."""
     found = np.full(grid.shape, np.nan, np.float32)
     reproject(
@@ -99,7 +99,7 @@ def on_grid(grid: Grid, crop: TerrainCrop, values: Floats) -> NDArray[np.float32
 
 
 def strip_on_grid(
-    grid: Grid, one: MappedPath, x: Floats, chance: Floats, width_m: float
+    grid: MapGrid, one: MappedPath, x: Floats, chance: Floats, width_m: float
 ) -> NDArray[np.float32]:
     """Chances `[n]` at places x (m) along a path's line, over the width of the flow; else NaN."""
     pieces = []
@@ -117,7 +117,7 @@ def strip_on_grid(
     )
 
 
-def write_raster(file: FilePath, grid: Grid, bands: Mapping[str, NDArray[np.float32]]) -> None:
+def write_raster(file: FilePath, grid: MapGrid, bands: Mapping[str, NDArray[np.float32]]) -> None:
     """Write the new file as a cloud-optimised GeoTIFF; NaN is no data, bands have their names.
 
     Raises:
@@ -149,7 +149,7 @@ def is_own_raster(file: FilePath) -> bool:
 
 
 def areas(
-    grid: Grid, inside: NDArray[np.bool_], line: PathLine, attributes: Mapping[str, object]
+    grid: MapGrid, inside: NDArray[np.bool_], line: PathLine, attributes: Mapping[str, object]
 ) -> list[Feature]:
     """The cells `inside` as polygons in the system of a path's line, each with the attributes."""
     there = CRS.from_user_input(grid.crs)

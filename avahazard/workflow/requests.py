@@ -362,7 +362,6 @@ class SimulateRequest(Request):
         Sequence[float],
         Option(
             help="May be given again. [default: 8 from 0.1 to 0.6, and more between]",
-            flag="--mu",
             metavar="MU",
             what="friction",
             over=0.0,

@@ -26,7 +26,7 @@ from tests.conftest import command_line, missing
 from tests.engines.slope import LAW, stop_m, write_program, write_slope
 from tests.once import made_once
 
-TABLE = [f"--mu={mu:.3f}" for mu in np.linspace(0.2, 0.6, 9)]
+TABLE = [f"--friction={mu:.3f}" for mu in np.linspace(0.2, 0.6, 9)]
 
 
 def _make(folder: Path) -> None:
@@ -109,7 +109,7 @@ def test_a_failed_run_is_told_and_keeps_those_before(there: Path) -> None:
     broken.write_text(text)
     broken.chmod(0o755)
     os.environ[PLACE] = str(broken)
-    found = command_line(there / "avahazard.db")("simulate", "-V", "5000", "--mu", "0.3")
+    found = command_line(there / "avahazard.db")("simulate", "-V", "5000", "--friction", "0.3")
     assert found.exit_code == 1
     assert "com1DFA failed on path P01" in found.stderr
     assert "it broke" in found.stderr
@@ -216,7 +216,7 @@ def test_the_real_com1dfa(there: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         missing("AvaFrame is not there: make avaframe")
     monkeypatch.setenv(PLACE, str(Path(named).absolute()))
     run = command_line(there / "avahazard.db")
-    found = run("simulate", "-V", "10000", "--mu", "0.3", "--mu", "0.4")
+    found = run("simulate", "-V", "10000", "--friction", "0.3", "--friction", "0.4")
     assert found.exit_code == 0, found.output
     with reading(str(there / "avahazard.db")) as session:
         near, far = (r for r in load_simulations(session) if r.volume_m3 == 10000.0)
