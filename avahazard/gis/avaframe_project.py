@@ -118,6 +118,9 @@ def _height(ground: Ground, x: float) -> float:
     return float(crop.elevation_m[row, column])
 
 
+RELEASE = "release"
+
+
 def write_project(
     folder: FilePath, ground: Ground, corners: Floats, settings: Mapping[str, object]
 ) -> None:
@@ -133,10 +136,23 @@ def write_project(
         dtype="float32", crs=crop.crs, transform=transform, nodata=NO_DATA,
     ) as file:  # fmt: skip
         file.write(np.where(np.isfinite(crop.elevation_m), crop.elevation_m, NO_DATA), 1)
-    _write_shape(inputs / "REL" / "release.shp", shapely.Polygon(corners), crop.crs)
     _write_shape(inputs / "LINES" / "path_aimec.shp", shapely.LineString(ground.xy), crop.crs)
+    write_scenario(folder, crop.crs, corners, settings, "Inputs/CFGs/com1DFACfg.ini")
+
+
+def write_scenario(
+    folder: FilePath,
+    crs: str,
+    corners: Floats,
+    settings: Mapping[str, object],
+    file: str,
+    name: str = RELEASE,
+) -> None:
+    """Write the release `name` of a project, and the settings in `file` that run this one alone."""
+    _write_shape(folder / "Inputs" / "REL" / f"{name}.shp", shapely.Polygon(corners), crs)
     lines = ["[GENERAL]", *(f"{key} = {value}" for key, value in settings.items())]
-    (inputs / "CFGs" / "com1DFACfg.ini").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    lines += ["", "[INPUT]", f"releaseScenario = {name}"]
+    (folder / file).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def _write_shape(file: FilePath, geometry: shapely.Geometry, crs: str) -> None:

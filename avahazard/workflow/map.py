@@ -39,7 +39,7 @@ from avahazard.workflow.by_path import survey
 from avahazard.workflow.export import drawn_path, replace_file
 from avahazard.workflow.requests import MapRequest
 from avahazard.workflow.simulate import DEFAULT_WIDTH_M
-from avahazard.workflow.stored import load_stored, notes_of_fit
+from avahazard.workflow.stored import load_stored, notes_of_fit, require_friction_scatter
 from avahazard.workflow.zones import load_limits
 
 if TYPE_CHECKING:
@@ -86,11 +86,7 @@ def draw_map(
         )
     limits = load_limits(request.limits)
     model, records = load_stored(database, name, request.effect_files)
-    if model.sigma_m is not None:
-        raise AvahazardError(
-            f"The scatter of {name} is in metres of the stop: it says nothing of friction.",
-            "Calibrate with the method marginal or gibbs.",
-        )
+    require_friction_scatter(model)
     with reading(database) as session:
         known = survey(session)
         named = known.paths_to_run(request.paths)

@@ -387,6 +387,26 @@ class SimulateRequest(Request):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class AvaframeRequest(Request):
+    """Of which paths AvaFrame projects are written, and how many avalanches are drawn of each.
+
+    `release` holds polygons of release areas, as for `simulate`.
+    """
+
+    paths: Annotated[Sequence[str], ONLY_PATHS] = ()
+    draws: Annotated[
+        int,
+        Option(help="Avalanches for a probability run.", what="number of draws", least=1, most=999),
+    ] = 50
+    release: Annotated[
+        Path | None, Option(help="Polygons of release areas, a layer.", metavar="FILE")
+    ] = None
+    source: VolumeSource = RECORDS
+    seed: Annotated[int, SEED] = 0
+    effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ZonesRequest(Request):
     """Which zones, on the paths named or all with a profile.
 

@@ -41,16 +41,30 @@ SECONDS_A_CELL, BYTES_A_CELL = 1e-3, 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RunPath:
-    """A path made ready: its ground with a digest of it, and of each volume (m3) its release."""
+    """A path made ready: its ground with a digest of it, and the volumes (m3) to run.
+
+    Its release is `drawn` (corners `[n, 2]`), else made about `start_x` (m), `width_m` wide.
+    """
 
     ground: Ground
     digest: str
-    corners: dict[float, Floats]
+    volumes: tuple[float, ...]
+    start_x: float
+    width_m: float
+    drawn: Floats | None
 
     @property
     def path_id(self) -> str:
         """Its name."""
         return self.ground.crop.path_id
+
+    def corners(self, volume_m3: float) -> Floats:
+        """Corners `[n, 2]` of the release of a volume."""
+        from avahazard.gis.avaframe_project import made_release  # noqa: PLC0415 (may be missing)
+
+        if self.drawn is not None:
+            return self.drawn
+        return made_release(self.ground, self.start_x, self.width_m, volume_m3)
 
 
 Task = tuple[int, float, float]
@@ -110,11 +124,7 @@ def ready_paths(database: str, request: SimulateRequest) -> tuple[list[RunPath],
     from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
 
     require_packages()
-    from avahazard.gis.avaframe_project import (  # noqa: PLC0415
-        drawn_release,
-        ground,
-        made_release,
-    )
+    from avahazard.gis.avaframe_project import drawn_release, ground  # noqa: PLC0415
     from avahazard.gis.hazard_map import path_line  # noqa: PLC0415
 
     with reading(database) as session:
@@ -144,13 +154,10 @@ def ready_paths(database: str, request: SimulateRequest) -> tuple[list[RunPath],
         start = release_place(smooth, path.release_elevation_m)
         width = path.covariates.get("width_m")
         width_m = float(width) if isinstance(width, int | float) else DEFAULT_WIDTH_M
-        area = None if request.release is None else drawn_release(request.release, there)
-        corners = {
-            volume: made_release(there, start, width_m, volume) if area is None else area
-            for volume in request.volumes or volumes_of(records, path.path_id)
-        }
+        drawn = None if request.release is None else drawn_release(request.release, there)
+        volumes = tuple(request.volumes or volumes_of(records, path.path_id))
         digest = ground_of(path, profile, crop)
-        found.append(RunPath(there, digest, corners))
+        found.append(RunPath(there, digest, volumes, start, width_m, drawn))
     notes = (Note("no_terrain", paths=", ".join(bare)),) if bare else ()
     return found, notes
 
@@ -175,7 +182,7 @@ def _left(
     first = [round(float(mu), 4) for mu in np.linspace(LOWEST, HIGHEST, N_FRICTIONS)]
     tasks: list[Task] = []
     for k, path in enumerate(paths):
-        of_volume: dict[float, dict[float, float]] = {volume: {} for volume in path.corners}
+        of_volume: dict[float, dict[float, float]] = {volume: {} for volume in path.volumes}
         for one in _of(database, path, request):
             of_volume.get(one.volume_m3, {})[one.friction] = one.stop_x_m
         for volume, stops in of_volume.items():
@@ -201,7 +208,7 @@ def _run(shared: tuple[str, FilePath, list[RunPath], float], task: Task) -> Task
     database, python, paths, drag = shared
     k, friction, volume = task
     path = paths[k]
-    found = simulate(python, path.ground, path.digest, path.corners[volume], friction, volume, drag)
+    found = simulate(python, path.ground, path.digest, path.corners(volume), friction, volume, drag)
     with writing(database) as session:
         save_simulation(session, found)
     return task

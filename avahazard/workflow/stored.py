@@ -216,6 +216,15 @@ def load_parameter_draws(database: str, name: str) -> dict[str, Floats]:
     return {key: draws[key] for key in model.result["parameters"] if key in draws}
 
 
+def require_friction_scatter(model: FittedModel) -> None:
+    """Raise `AvahazardError` where the scatter of a model is in metres of the stop."""
+    if model.sigma_m is not None:
+        raise AvahazardError(
+            f"The scatter of {model.name} is in metres of the stop: it says nothing of friction.",
+            "Calibrate with the method marginal or gibbs.",
+        )
+
+
 def require_unchanged(model: FittedModel) -> None:
     """Raise `AvahazardError` where the records have changed since the calibration."""
     if model.records_changed:

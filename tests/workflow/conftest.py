@@ -8,9 +8,11 @@ from typing import Any
 
 import pytest
 
+from avahazard.engines.com1dfa import PLACE
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.requests import CalibrateRequest
 from tests.once import made_once
+from tests.workflow.slope import make_slope
 from tests.workflow.twin import FEW_PATHS
 
 
@@ -33,3 +35,16 @@ def twin_models(twin_database: str, tmp_path_factory: pytest.TempPathFactory) ->
         calibrate(file, "gibbs", CalibrateRequest(method="gibbs", **short))
 
     return str(made_once(tmp_path_factory, "twin-models", make) / "models.db")
+
+
+@pytest.fixture(scope="session")
+def flow_made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Give a folder with a database of runs and a model calibrated on them; do not write to it."""
+    return made_once(tmp_path_factory, "simulated-slope", make_slope)
+
+
+@pytest.fixture
+def flow_slope(flow_made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Give a copy of it."""
+    monkeypatch.setenv(PLACE, str(flow_made / "python"))
+    return Path(shutil.copytree(flow_made, tmp_path / "slope"))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import signal
 import sqlite3
 import subprocess
@@ -23,51 +22,16 @@ from avahazard.engines.com1dfa import PLACE
 from avahazard.store.session import reading
 from avahazard.store.simulations import load_simulations
 from tests.conftest import command_line, missing
-from tests.engines.slope import LAW, stop_m, write_program, write_slope
-from tests.once import made_once
-
-TABLE = [f"--friction={mu:.3f}" for mu in np.linspace(0.2, 0.6, 9)]
+from tests.engines.slope import LAW, stop_m
+from tests.workflow.slope import TABLE
 
 
-def _make(folder: Path) -> None:
-    write_slope(folder)
-    program = write_program(folder)
-    database = folder / "avahazard.db"
-    run = command_line(database)
-    os.environ[PLACE] = str(program)
-    try:
-        for words in (
-            ["init"],
-            ["import", str(folder / "line.gpkg"), "--dem", str(folder / "dem.tif")],
-            ["import", str(folder / "events.csv")],
-            ["simulate", "-V", "3000", "-V", "40000", *TABLE],
-            ["calibrate", "flow", "--forward", "com1dfa", "--draws", "250"],
-        ):
-            found = run(*words)
-            assert found.exit_code == 0, found.output
-    finally:
-        del os.environ[PLACE]
-
-
-@pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Give a folder with a database of runs and a model calibrated on them; do not write to it."""
-    return made_once(tmp_path_factory, "simulated-slope", _make)
-
-
-@pytest.fixture
-def there(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Give a copy of it."""
-    monkeypatch.setenv(PLACE, str(made / "python"))
-    return Path(shutil.copytree(made, tmp_path / "slope"))
-
-
-def test_runs_are_stored_with_their_stops_and_none_is_made_twice(there: Path) -> None:
-    run = command_line(there / "avahazard.db")
+def test_runs_are_stored_with_their_stops_and_none_is_made_twice(flow_slope: Path) -> None:
+    run = command_line(flow_slope / "avahazard.db")
     again = run("--json", "simulate", "-V", "3000", *TABLE)
     (row,) = json.loads(again.stdout)
     assert (row["n_runs"], row["n_new"]) == (18, 0)
-    with reading(str(there / "avahazard.db")) as session:
+    with reading(str(flow_slope / "avahazard.db")) as session:
         runs = load_simulations(session, peaks=True)
     for one in runs:
         assert one.stop_x_m == pytest.approx(stop_m(one.friction, one.volume_m3), abs=20.0)
@@ -75,11 +39,11 @@ def test_runs_are_stored_with_their_stops_and_none_is_made_twice(there: Path) ->
         assert one.peak_kpa.max() > 2.0
 
 
-def test_between_far_stops_more_frictions_are_run(there: Path) -> None:
-    run = command_line(there / "avahazard.db")
+def test_between_far_stops_more_frictions_are_run(flow_slope: Path) -> None:
+    run = command_line(flow_slope / "avahazard.db")
     found = run("--json", "simulate", "-V", "12000")
     assert found.exit_code == 0, found.output
-    with reading(str(there / "avahazard.db")) as session:
+    with reading(str(flow_slope / "avahazard.db")) as session:
         runs = [r for r in load_simulations(session) if r.volume_m3 == 12000.0]
     assert len(runs) > 8
     far = [a.stop_x_m - b.stop_x_m for a, b in pairwise(runs)]
@@ -87,11 +51,11 @@ def test_between_far_stops_more_frictions_are_run(there: Path) -> None:
     assert all(gap <= 50.0 or step < 0.02 for gap, step in zip(far, steps, strict=True))
 
 
-def test_a_plan_runs_nothing_and_paths_without_terrain_are_told(there: Path) -> None:
-    run = command_line(there / "avahazard.db")
+def test_a_plan_runs_nothing_and_paths_without_terrain_are_told(flow_slope: Path) -> None:
+    run = command_line(flow_slope / "avahazard.db")
     plan = json.loads(run("--json", "simulate", "--dry-run").stdout)
     assert plan["n_runs"] >= 32
-    bare = there / "bare"
+    bare = flow_slope / "bare"
     bare.mkdir()
     (bare / "paths.csv").write_text("path_id\nP02\n")
     points = "".join(f"P02,{x},{500 - 0.4 * x}\n" for x in range(0, 901, 100))
@@ -102,23 +66,23 @@ def test_a_plan_runs_nothing_and_paths_without_terrain_are_told(there: Path) -> 
     assert "There is no terrain for P02" in found.stderr
 
 
-def test_a_failed_run_is_told_and_keeps_those_before(there: Path) -> None:
-    program = there / "python"
+def test_a_failed_run_is_told_and_keeps_those_before(flow_slope: Path) -> None:
+    program = flow_slope / "python"
     text = program.read_text().replace("mu = float", 'assert 0, "it broke"\nmu = float')
-    broken = there / "broken"
+    broken = flow_slope / "broken"
     broken.write_text(text)
     broken.chmod(0o755)
     os.environ[PLACE] = str(broken)
-    found = command_line(there / "avahazard.db")("simulate", "-V", "5000", "--friction", "0.3")
+    found = command_line(flow_slope / "avahazard.db")("simulate", "-V", "5000", "--friction", "0.3")
     assert found.exit_code == 1
     assert "com1DFA failed on path P01" in found.stderr
     assert "it broke" in found.stderr
-    with reading(str(there / "avahazard.db")) as session:
+    with reading(str(flow_slope / "avahazard.db")) as session:
         assert len(load_simulations(session)) == 18
 
 
-def test_killing_it_loses_no_finished_run(there: Path) -> None:
-    database = str(there / "avahazard.db")
+def test_killing_it_loses_no_finished_run(flow_slope: Path) -> None:
+    database = str(flow_slope / "avahazard.db")
     rng = np.random.default_rng(0)
     seen = 18
     for _ in range(3):
@@ -137,8 +101,8 @@ def test_killing_it_loses_no_finished_run(there: Path) -> None:
         assert len(load_simulations(session)) == 27
 
 
-def test_a_model_on_the_runs_finds_the_friction_and_beats_the_block(there: Path) -> None:
-    run = command_line(there / "avahazard.db")
+def test_a_model_on_the_runs_finds_the_friction_and_beats_the_block(flow_slope: Path) -> None:
+    run = command_line(flow_slope / "avahazard.db")
     flow = json.loads(run("--json", "model", "flow").stdout)
     assert flow["forward"] == "com1dfa"
     for name, true in zip(("a", "n"), LAW, strict=True):
@@ -156,19 +120,19 @@ def test_a_model_on_the_runs_finds_the_friction_and_beats_the_block(there: Path)
 
 
 def test_without_runs_of_a_path_the_calibration_says_how_to_make_them(
-    there: Path, database: str
+    flow_slope: Path, database: str
 ) -> None:
     run = command_line(database)
-    run("import", str(there / "line.gpkg"), "--dem", str(there / "dem.tif"))
-    run("import", str(there / "events.csv"))
+    run("import", str(flow_slope / "line.gpkg"), "--dem", str(flow_slope / "dem.tif"))
+    run("import", str(flow_slope / "events.csv"))
     found = run("calibrate", "flow", "--forward", "com1dfa")
     assert found.exit_code == 1
     assert "avahazard simulate P01" in found.stderr
 
 
-def test_the_map_as_raster_and_as_areas(there: Path) -> None:
-    run = command_line(there / "avahazard.db")
-    raster = there / "chance.tif"
+def test_the_map_as_raster_and_as_areas(flow_slope: Path) -> None:
+    run = command_line(flow_slope / "avahazard.db")
+    raster = flow_slope / "chance.tif"
     told = json.loads(run("--json", "map", "flow", "-o", str(raster)).stdout)
     assert told["paths"][0]["engine"] == "com1dfa"
     with rasterio.open(raster) as source:
@@ -182,21 +146,21 @@ def test_the_map_as_raster_and_as_areas(there: Path) -> None:
     assert (bands["chance_3_kpa"] <= chance + 1e-6).all()
     assert (np.diff(chance[row, 30:]) <= 1e-6).all()
     assert set(np.unique(bands["engine"])) == {2.0}
-    areas = there / "areas.gpkg"
+    areas = flow_slope / "areas.gpkg"
     assert run("map", "flow", "-o", str(areas)).exit_code == 0
     layers = {name for name, _ in pyogrio.list_layers(areas)}
     assert {"zone_areas", "return_periods", "paths", "layer_styles"} <= layers
-    assert run("map", "flow", "-o", str(there / "map.pdf")).exit_code == 1
+    assert run("map", "flow", "-o", str(flow_slope / "map.pdf")).exit_code == 1
 
 
-def test_paths_without_runs_are_drawn_along_the_line(there: Path) -> None:
-    run = command_line(there / "avahazard.db")
+def test_paths_without_runs_are_drawn_along_the_line(flow_slope: Path) -> None:
+    run = command_line(flow_slope / "avahazard.db")
     assert run("calibrate", "block", "--draws", "250").exit_code == 0
-    raster = there / "block.tif"
+    raster = flow_slope / "block.tif"
     found = run("map", "block", "-o", str(raster))
     assert found.exit_code == 0, found.output
     assert "calibrated for the block" in found.stderr
-    with closing(sqlite3.connect(there / "avahazard.db")) as whole, whole:
+    with closing(sqlite3.connect(flow_slope / "avahazard.db")) as whole, whole:
         whole.execute("DELETE FROM simulations")
     told = json.loads(run("--json", "map", "block", "-o", str(raster)).stdout)
     assert told["paths"][0]["engine"] == "block"
@@ -210,14 +174,14 @@ def test_paths_without_runs_are_drawn_along_the_line(there: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_real_com1dfa(there: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_real_com1dfa(flow_slope: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     named = os.environ.get("AVAHAZARD_REAL_AVAFRAME") or ".avaframe-venv/bin/python"
     if not Path(named).exists():
         missing("AvaFrame is not there: make avaframe")
     monkeypatch.setenv(PLACE, str(Path(named).absolute()))
-    run = command_line(there / "avahazard.db")
+    run = command_line(flow_slope / "avahazard.db")
     found = run("simulate", "-V", "10000", "--friction", "0.3", "--friction", "0.4")
     assert found.exit_code == 0, found.output
-    with reading(str(there / "avahazard.db")) as session:
+    with reading(str(flow_slope / "avahazard.db")) as session:
         near, far = (r for r in load_simulations(session) if r.volume_m3 == 10000.0)
     assert near.stop_x_m > far.stop_x_m > 500.0
