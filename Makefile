@@ -19,7 +19,7 @@ if [ -z "$$python" ]; then \
 fi
 endef
 
-.PHONY: setup developer avaframe demo test lint test-slow bench worlds frozen docs paper-tables tutorial avanodes alpha-beta real-data coverage trust mutation catalogues lock advisories
+.PHONY: setup developer avaframe qgis-plugin demo test lint test-slow bench worlds frozen docs paper-tables tutorial avanodes alpha-beta real-data coverage trust mutation catalogues lock advisories
 
 # What only developers need is installed when a target of theirs asks for it.
 setup: $(VENV)/.installed
@@ -30,6 +30,13 @@ avaframe: requirements-avaframe.lock
 	@set -e; $(find_python); "$$python" -m venv --clear $(AVAFRAME); \
 	$(AVAFRAME)/bin/python $(PIP_INSTALL) --require-hashes --no-deps -r $<; \
 	echo "AvaFrame is in $(AVAFRAME)"
+
+# For Plugins > Install from ZIP.
+qgis-plugin:
+	@mkdir -p dist && rm -rf dist/avahazard_qgis.zip qgis/avahazard_qgis/__pycache__
+	@set -e; $(find_python); cp LICENSE qgis/avahazard_qgis/LICENSE; \
+	"$$python" -c 'import shutil; shutil.make_archive("dist/avahazard_qgis", "zip", "qgis", "avahazard_qgis")'; \
+	rm qgis/avahazard_qgis/LICENSE; echo "dist/avahazard_qgis.zip"
 
 demo: setup
 	$(VENV)/bin/avahazard demo

@@ -27,7 +27,7 @@ GREY, ORANGE, SKY, GREEN, BLUE, RED = (
     "#666666", "#e69f00", "#56b4e9", "#009e73", "#0072b2", "#d55e00",
 )  # fmt: skip
 BY_QUANTILE = {"q05": SKY, "q50": BLUE, "q95": RED}
-BY_QUANTILE_OF_MAP = {"q05": SKY, "mean": BLUE, "q95": RED}
+BY_PERIOD = {"300 years": SKY, "100 years": BLUE, "30 years": ORANGE, "10 years": RED}
 SLD = "http://www.opengis.net/sld"
 SE = "http://www.opengis.net/se"
 OGC = "http://www.opengis.net/ogc"
@@ -63,7 +63,8 @@ def layer_style(layer: MapLayer) -> LayerStyle:
         "design_runouts": LayerStyle("Point", BY_QUANTILE, "quantile", size=3.2),
         "zones": LayerStyle("LineString", zones, "zone", size=1.2),
         "zone_areas": LayerStyle("Polygon", zones, "zone", opacity=0.4),
-        "return_periods": LayerStyle("Polygon", BY_QUANTILE_OF_MAP, "quantile", opacity=0.15),
+        "return_periods": LayerStyle("Polygon", BY_PERIOD, "period", opacity=0.5),
+        "return_periods_band": LayerStyle("Polygon", BY_QUANTILE, "quantile", opacity=0.1),
     }
     return styles[layer.topic]
 

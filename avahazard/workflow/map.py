@@ -222,17 +222,18 @@ def _write_areas(file: FilePath, parts: Sequence[MapPart], limits: ZoneSystem) -
     from avahazard.gis.hazard_map import hazard_layers, layers_by_system  # noqa: PLC0415
     from avahazard.gis.map_files import is_own_geopackage, write_geopackage  # noqa: PLC0415
 
-    reached, zones = [], []
+    reached, band, zones = [], [], []
     for part in parts:
         if not part.runs:
             continue
         grid, line = grid_of([part.crop]), part.one.line
         about = {"path_id": part.one.path.path_id, "engine": ENGINE}
-        for band, q in (("chance", "mean"), ("chance_q05", "q05"), ("chance_q95", "q95")):
-            for period in PERIODS:
-                inside = part.bands[band] >= 1.0 / period
-                told = {**about, "return_period_years": period, "quantile": q}
-                reached += areas(grid, inside, line, told)
+        for period in reversed(PERIODS):
+            told = {**about, "return_period_years": period, "period": f"{period:g} years"}
+            reached += areas(grid, part.bands["chance"] >= 1.0 / period, line, told)
+            for q in ("q95", "q05"):
+                inside = part.bands[f"chance_{q}"] >= 1.0 / period
+                band += areas(grid, inside, line, {**told, "quantile": q})
         taken = np.zeros(grid.shape, np.bool_)
         for zone in limits.zones:
             inside = np.zeros(grid.shape, np.bool_)
@@ -247,6 +248,7 @@ def _write_areas(file: FilePath, parts: Sequence[MapPart], limits: ZoneSystem) -
     layers = [
         *layers_by_system("zone_areas", "Polygon", zones),
         *layers_by_system("return_periods", "Polygon", reached),
+        *layers_by_system("return_periods_band", "Polygon", band),
         *hazard_layers([part.one for part in parts], (), ()),
     ]
     day = np.datetime64(now(), "ms")

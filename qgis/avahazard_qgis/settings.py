@@ -1,0 +1,3 @@
+"""The setting of the provider."""
+
+COMMAND = "AVAHAZARD_COMMAND"
