@@ -15,7 +15,7 @@ from avahazard.effects.effect import Definition, Effect, Facts
 from avahazard.effects.site import Site
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Values, resistance_of
-from avahazard.inference.model.choices import DEFAULT_METHOD, METHODS, MethodName
+from avahazard.inference.model.choices import BLOCK, DEFAULT_METHOD, METHODS, MethodName
 from avahazard.inference.model.friction_model import FrictionModel
 from avahazard.inference.model.layout import Layout
 from avahazard.inference.model.observations import Observations
@@ -182,9 +182,10 @@ class FittedModel:
 
     @property
     def ignores_volume(self) -> bool:
-        """Whether every volume has the same runout."""
+        """Whether every volume has the same runout, as it never has by a flow model."""
         return (
-            not self.layout.law.uses_volume
+            self.specification.forward == BLOCK
+            and not self.layout.law.uses_volume
             and self.specification.scatter == "constant"
             and not any(entry.uses_volume for entry in self.definitions)
         )

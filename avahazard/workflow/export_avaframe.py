@@ -106,8 +106,8 @@ def export_avaframe(
         for k, path in enumerate(paths):
             report("Writing AvaFrame projects", k, len(paths))
             path_id = path.path_id
-            rate = frequencies.rate_alone(path_id) if model.ignores_volume else None
-            volumes = rate or frequencies.of(path_id).volumes()
+            # Volume matters to the flow even where friction does not change with it.
+            volumes = frequencies.of(path_id).volumes()
             found = path_hazard(model, records, path_id, volumes, seed=request.seed).avalanches
             drag = drags.get((path_id, path.digest), 0.0) if flows else None
             rng = generator(request.seed, "avaframe", path_id)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 import sys
 from pathlib import Path
 
@@ -94,3 +95,14 @@ def write_slope(folder: Path, n_events: int = 40) -> Path:
             x = stop_m(friction, volume) + 15.0 * rng.standard_normal()
             rows.writerow([f"e{k}", "P01", f"{1970 + k}-02-01", round(x, 1), 15, round(volume)])
     return folder
+
+
+def real_avaframe() -> str:
+    """The Python of the real AvaFrame; the test is skipped where there is none."""
+    named = os.environ.get("AVAHAZARD_REAL_AVAFRAME") or ".avaframe-venv/bin/python"
+    if not Path(named).exists():
+        # The program in AvaFrame's place imports this file, and starts often.
+        from tests.conftest import missing  # noqa: PLC0415
+
+        missing("AvaFrame is not there: make avaframe")
+    return str(Path(named).absolute())

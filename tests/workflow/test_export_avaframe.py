@@ -17,8 +17,8 @@ import shapely
 
 from avahazard.store.session import reading
 from avahazard.store.simulations import load_simulations
-from tests.conftest import command_line, missing
-from tests.engines.slope import NORTH, WEST, stop_m
+from tests.conftest import command_line
+from tests.engines.slope import NORTH, WEST, real_avaframe, stop_m
 
 
 def _settings(file: Path) -> configparser.ConfigParser:
@@ -60,14 +60,18 @@ def test_each_draw_has_its_release_and_settings(flow_slope: Path) -> None:
     assert "projects is there already" in again.stderr
 
 
-def test_the_rates_of_draws_are_those_of_the_map(flow_slope: Path) -> None:
+@pytest.mark.parametrize("law", ["exponential", "constant"])
+def test_the_rates_of_draws_are_those_of_the_map(flow_slope: Path, law: str) -> None:
     run = command_line(flow_slope / "avahazard.db")
     for words in (
-        ("map", "flow", "-o", str(flow_slope / "chances.tif")),
-        ("export", "flow", "--avaframe", str(flow_slope / "many"), "--draws", "999"),
+        ("calibrate", law, "--law", law, "--forward", "com1dfa", "--draws", "100"),
+        ("map", law, "-o", str(flow_slope / "chances.tif")),
+        ("export", law, "--avaframe", str(flow_slope / "many"), "--draws", "999"),
     ):
-        assert run(*words).exit_code == 0
+        found = run(*words)
+        assert found.exit_code == 0, found.output
     draws = _draws(flow_slope / "many" / "P01")
+    assert len({one["volume_m3"] for one in draws}) > 5
     stops = np.array([stop_m(one["friction"], one["volume_m3"]) for one in draws])
     per_year = np.array([one["per_year"] for one in draws])
     x = np.array([900.0, 1200.0, 1400.0, 1500.0, 1600.0])
@@ -99,10 +103,7 @@ def test_bad_usage_is_told(flow_slope: Path) -> None:
 def test_the_real_avaframe_runs_a_project_as_simulate_does(
     flow_slope: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    named = os.environ.get("AVAHAZARD_REAL_AVAFRAME") or ".avaframe-venv/bin/python"
-    if not Path(named).exists():
-        missing("AvaFrame is not there: make avaframe")
-    python = str(Path(named).absolute())
+    python = real_avaframe()
     run = command_line(flow_slope / "avahazard.db")
     folder = flow_slope / "projects"
     assert run("export", "flow", "--avaframe", str(folder), "--draws", "2").exit_code == 0

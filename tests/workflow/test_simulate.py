@@ -9,6 +9,7 @@ import sqlite3
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from contextlib import closing
 from itertools import pairwise
 from pathlib import Path
@@ -17,12 +18,14 @@ import numpy as np
 import pyogrio
 import pytest
 import rasterio
+from scipy.stats import norm
+from typer.testing import Result
 
 from avahazard.engines.com1dfa import PLACE
 from avahazard.store.session import reading
 from avahazard.store.simulations import load_simulations
-from tests.conftest import command_line, missing
-from tests.engines.slope import LAW, stop_m
+from tests.conftest import command_line
+from tests.engines.slope import LAW, real_avaframe, stop_m, write_slope
 from tests.workflow.slope import TABLE
 
 
@@ -174,14 +177,42 @@ def test_paths_without_runs_are_drawn_along_the_line(flow_slope: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_real_com1dfa(flow_slope: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    named = os.environ.get("AVAHAZARD_REAL_AVAFRAME") or ".avaframe-venv/bin/python"
-    if not Path(named).exists():
-        missing("AvaFrame is not there: make avaframe")
-    monkeypatch.setenv(PLACE, str(Path(named).absolute()))
-    run = command_line(flow_slope / "avahazard.db")
-    found = run("simulate", "-V", "10000", "--friction", "0.3", "--friction", "0.4")
-    assert found.exit_code == 0, found.output
-    with reading(str(flow_slope / "avahazard.db")) as session:
-        near, far = (r for r in load_simulations(session) if r.volume_m3 == 10000.0)
-    assert near.stop_x_m > far.stop_x_m > 500.0
+def test_the_friction_of_the_real_com1dfa_is_recovered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Records are stops of com1DFA itself, of runs that the calibration does not have."""
+    monkeypatch.setenv(PLACE, real_avaframe())
+    write_slope(tmp_path, 0)
+    run, truth = (command_line(tmp_path / name) for name in ("mine.db", "truth.db"))
+
+    def asked(of: Callable[..., Result], *words: str) -> str:
+        found = of(*words)
+        assert found.exit_code == 0, found.output
+        return found.stdout
+
+    for of in (run, truth):
+        asked(of, "init")
+        asked(of, "import", str(tmp_path / "line.gpkg"), "--dem", str(tmp_path / "dem.tif"))
+    table = [f"--friction={mu:.2f}" for mu in (0.28, 0.32, 0.36, 0.4, 0.44, 0.5)]
+    asked(run, "simulate", "-V", "3000", "-V", "30000", *table)
+    median, scatter, n = 0.38, 0.08, 10
+    rng = np.random.default_rng(3)
+    # Quantiles of the normal: the scatter of so few draws would be that of the draw.
+    z = rng.permutation(norm.ppf((np.arange(n) + 0.5) / n))
+    lines = []
+    for k in range(n):
+        volume = round(float(np.exp(rng.uniform(np.log(3e3), np.log(3e4)))))
+        friction = round(median * float(np.exp(scatter * z[k])), 4)
+        asked(truth, "simulate", "-V", str(volume), "--friction", str(friction))
+        with reading(str(tmp_path / "truth.db")) as session:
+            (one,) = (r for r in load_simulations(session) if r.volume_m3 == volume)
+        assert not one.left_profile
+        lines.append(f"e{k},P01,{1970 + k}-02-01,{one.stop_x_m:.1f},12,{volume},0.05\n")
+    head = "event_id,path_id,date,runout_x_m,runout_sigma_m,volume_m3,volume_rel_sigma\n"
+    (tmp_path / "stops.csv").write_text(head + "".join(lines))
+    asked(run, "import", str(tmp_path / "stops.csv"))
+    words = ("calibrate", "m", "--law", "constant", "--forward", "com1dfa")
+    found = json.loads(asked(run, "--json", *words))["parameters"]
+    assert found["a"]["q05"] < median < found["a"]["q95"]
+    assert found["a"]["q95"] - found["a"]["q05"] < 0.1
+    assert found["sigma"]["q05"] < scatter < found["sigma"]["q95"]
