@@ -246,6 +246,7 @@ TERMINAL = {
     "why_measure": "{model} lacks one of {effects}: these records cannot tell which (expected gain "
     "{nats:.1f} nats).",
     "why_hazard": "{model} is the model to use; it has no design runouts yet.",
+    "why_map": "{model} is the model to use: draw its map.",
     "why_report": "{model} is the model to use, and its design runouts are stored.",
 }
 """Those that no report shows, and no language has."""

@@ -9,7 +9,7 @@ from typing import Any
 
 from avahazard.effects.catalogue import definition
 from avahazard.effects.settings import CENTRIFUGAL
-from avahazard.inference.model.choices import METHODS
+from avahazard.inference.model.choices import BLOCK, METHODS
 from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
 from avahazard.results.calibration import Calibration
@@ -27,7 +27,7 @@ from avahazard.store.session import Session, reading
 from avahazard.workflow.by_path import Survey, fingerprint_of, survey
 
 OPTIONS = {"law": "exponential", "scatter": "constant", "distribution": "lognormal"}
-OPTIONS |= {"tails": "normal", "method": "marginal", "forward": "block"}
+OPTIONS |= {"tails": "normal", "method": "marginal", "forward": BLOCK}
 """Options of `calibrate` that a new calibration repeats where they are not these."""
 
 
@@ -144,6 +144,9 @@ class StoredModels:
 
     def _answer(self, name: str) -> Note | None:
         """The answers by a model that is good enough, first those that are not there yet."""
+        if self.models[name].specification["specification"].get("forward", BLOCK) != BLOCK:
+            words = ("map", name, "-o", f"{name}.tif")
+            return self._with_files(words, Note("why_map", model=name))
         stored = latest_run(self.session, BOUNDS, name) is not None
         if self.survey.with_profile and not (stored or "hazard" in self.done):
             return self._with_files(("hazard", name), Note("why_hazard", model=name))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -66,7 +67,7 @@ def write_program(folder: Path, version: str = "2.1") -> Path:
     return file
 
 
-def write_slope(folder: Path, n_events: int = 40) -> Path:
+def write_slope(folder: Path, n_events: int = 40, names: Sequence[str] = ("P01",)) -> Path:
     """Write the terrain, the line with a width, and records of known friction."""
     x, y = (np.arange(n) * CELL_M + CELL_M / 2 for n in (220, 60))
     height = 1200.0 + 800.0 * np.exp(-x / 500.0) + 0.0015 * (y[:, None] - 300.0) ** 2
@@ -78,8 +79,8 @@ def write_slope(folder: Path, n_events: int = 40) -> Path:
     line = shapely.LineString([(WEST + 100.0 + d, NORTH - 300.0) for d in range(0, 1881, 20)])
     pyogrio.raw.write(
         folder / "line.gpkg",
-        shapely.to_wkb(np.array([line])),
-        [np.array(["P01"], dtype=object), np.array([80.0])],
+        shapely.to_wkb(np.array([line] * len(names))),
+        [np.array(names, dtype=object), np.full(len(names), 80.0)],
         ["path_id", "width_m"],
         geometry_type="LineString",
         crs="EPSG:31287",

@@ -15,6 +15,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pyogrio
 import pytest
 import rasterio
@@ -25,7 +26,7 @@ from avahazard.engines.com1dfa import PLACE
 from avahazard.store.session import reading
 from avahazard.store.simulations import load_simulations
 from tests.conftest import command_line
-from tests.engines.slope import LAW, real_avaframe, stop_m, write_slope
+from tests.engines.slope import LAW, real_avaframe, stop_m, write_program, write_slope
 from tests.workflow.slope import TABLE
 
 
@@ -117,6 +118,8 @@ def test_a_model_on_the_runs_finds_the_friction_and_beats_the_block(flow_slope: 
         told = json.loads(run("--json", "compare", name).stdout)
         errors[name] = told["held_out"]["runout"]["crps_m"]
     assert errors["flow"] < errors["block"]
+    assert run("diagnose", "flow").exit_code == 0
+    assert "map flow -o flow.tif" in run("ladder").stdout
     refused = run("hazard", "flow")
     assert refused.exit_code == 1
     assert "avahazard map flow" in refused.stderr
@@ -216,3 +219,37 @@ def test_the_friction_of_the_real_com1dfa_is_recovered(
     assert found["a"]["q05"] < median < found["a"]["q95"]
     assert found["a"]["q95"] - found["a"]["q05"] < 0.1
     assert found["sigma"]["q05"] < scatter < found["sigma"]["q95"]
+
+
+@pytest.mark.slow
+def test_twenty_paths_by_dask_with_a_killed_worker(tmp_path: Path) -> None:
+    write_slope(tmp_path, names=[f"P{k:02d}" for k in range(20)])
+    program, database = write_program(tmp_path), tmp_path / "many.db"
+    run = command_line(database)
+    for words in (
+        ["init"],
+        ["import", str(tmp_path / "line.gpkg"), "--dem", str(tmp_path / "dem.tif")],
+    ):
+        assert run(*words).exit_code == 0
+    words = [sys.executable, "-c", "from avahazard.cli.main import main; main()"]
+    words += ["--db", str(database), "simulate", "-V", "9000", "--friction", "0.3"]
+    words += ["--friction", "0.4", "--engine", "dask", "--workers", "2"]
+    environment = {**os.environ, PLACE: str(program)}
+    child = subprocess.Popen(words, env=environment, stderr=subprocess.PIPE, stdout=subprocess.PIPE)
+
+    def stored() -> int:
+        with reading(str(database)) as session:
+            return len(load_simulations(session))
+
+    ends = time.monotonic() + 120.0
+    while stored() < 5 and time.monotonic() < ends:
+        time.sleep(0.2)
+    whole = psutil.Process(child.pid)
+    running = [p for p in whole.children(recursive=True) if str(program) in p.cmdline()]
+    worker = running[0].parent()
+    assert worker is not None
+    assert worker.pid != child.pid
+    worker.kill()
+    _, told = child.communicate(timeout=300)
+    assert child.returncode == 0, told
+    assert stored() == 40
