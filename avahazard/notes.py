@@ -197,6 +197,8 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
     "marginal to diagnose.",
     "not_diagnosed": "The model was not diagnosed for missing effects. Do it: avahazard diagnose "
     "{model}",
+    "map_instead": "The model runs on the terrain, not along lines: its result is a map. Draw it: "
+    "avahazard map {model} -o {model}.tif",
     "no_zones": "Pressures and zones were not computed. Make them: avahazard zones {model}",
     "too_many_models": "more than {n} models",
     "effects_not_given": "its own effects were not given",

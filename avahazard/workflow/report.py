@@ -15,6 +15,7 @@ from avahazard.effects.columns import EventColumns
 from avahazard.effects.site import release_place, stop_place
 from avahazard.hazard.future_events import classes_of
 from avahazard.inference.fitted_model import FittedModel
+from avahazard.inference.model.choices import BLOCK
 from avahazard.inference.model.friction_model import LEAST_LOG_SCATTER
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE
 from avahazard.inference.paper.calibration import recorded_elevation
@@ -213,6 +214,8 @@ def _lacking(
     lacking = {}
     if not profiles:
         lacking["paths"] = lacking["rows"] = Note("no_profiles")
+    elif stored.specification.forward != BLOCK:
+        lacking["rows"] = lacking["zones"] = Note("map_instead", model=name)
     elif not rows:
         lacking["rows"] = Note("no_bounds", model=name)
     if stored.sigma_m is not None:
@@ -223,7 +226,7 @@ def _lacking(
         lacking["diagnosis"] = Note("cannot_diagnose", method=stored.method)
     elif not diagnosis:
         lacking["diagnosis"] = Note("not_diagnosed", model=name)
-    if profiles and not zones:
+    if profiles and not zones and "zones" not in lacking:
         lacking["zones"] = Note("no_zones", model=name)
     return lacking
 
