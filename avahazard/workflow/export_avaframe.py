@@ -58,7 +58,7 @@ if __name__ == "__main__":
 '''
 
 
-class Drawn(NamedTuple):
+class Futures(NamedTuple):
     """Future avalanches, `[n]` each: their volumes (m3), frictions and drags (1/m).
 
     Each stands for `per_year` avalanches a year: the sum over those that come to a place is its
@@ -127,7 +127,7 @@ def export_avaframe(
     return Export(name, str(folder), layers, tuple(told))
 
 
-def _drawn(avalanches: Avalanches, n: int, drag: float | None, rng: np.random.Generator) -> Drawn:
+def _drawn(avalanches: Avalanches, n: int, drag: float | None, rng: np.random.Generator) -> Futures:
     """Future avalanches, whose volumes are spread as evenly as so many can be."""
     draw = np.linspace(0, avalanches.n_parameters - 1, n).astype(np.int64)
     level = rng.permutation((np.arange(n) + rng.uniform()) / n)
@@ -141,12 +141,12 @@ def _drawn(avalanches: Avalanches, n: int, drag: float | None, rng: np.random.Ge
     )
     volume = np.exp(avalanches.volumes.log_volume[node % len(avalanches.volumes.log_volume)])
     per_year = avalanches.volumes.rate[draw] / n
-    return Drawn(
+    return Futures(
         volume, np.maximum(friction, LEAST_FRICTION), _drags(avalanches, draw, drag), per_year
     )
 
 
-def _middle(avalanches: Avalanches, drag: float | None) -> Drawn:
+def _middle(avalanches: Avalanches, drag: float | None) -> Futures:
     """The one avalanche of median volume, and of the median friction at it."""
     n_volumes = len(avalanches.volumes.log_volume)
     share = np.mean(avalanches.volumes.share, axis=0)
@@ -157,7 +157,7 @@ def _middle(avalanches: Avalanches, drag: float | None) -> Drawn:
     volume = np.exp(avalanches.volumes.log_volume[[node]])
     slowed = float(np.median(_drags(avalanches, every, drag)))
     rate = float(np.mean(avalanches.volumes.rate))
-    return Drawn(volume, np.array([friction]), np.array([slowed]), np.array([rate]))
+    return Futures(volume, np.array([friction]), np.array([slowed]), np.array([rate]))
 
 
 def _drags(avalanches: Avalanches, draw: Ints, drag: float | None) -> Floats:
@@ -168,7 +168,7 @@ def _drags(avalanches: Avalanches, draw: Ints, drag: float | None) -> Floats:
     return np.asarray(of_group[avalanches.group[draw]])
 
 
-def _write(folder: FilePath, path: RunPath, middle: Drawn, drawn: Drawn) -> None:
+def _write(folder: FilePath, path: RunPath, middle: Futures, drawn: Futures) -> None:
     """Write the project of a path."""
     from avahazard.gis.avaframe_project import (  # noqa: PLC0415 (may be missing)
         thickness_of,
