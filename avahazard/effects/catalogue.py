@@ -8,7 +8,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 
 import avahazard.effects as folder
-from avahazard.effects import change, covariate, interaction, scatter_by
+from avahazard.effects import change, covariate
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Definition
 from avahazard.effects.site import Site
@@ -16,9 +16,9 @@ from avahazard.records.errors import AvahazardError
 
 MADE: Mapping[str, Callable[[str], Definition]] = {
     covariate.PREFIX: covariate.covariate,
-    interaction.PREFIX: interaction.interaction,
+    covariate.INTERACTION: covariate.interaction,
     change.PREFIX: change.change,
-    scatter_by.PREFIX: scatter_by.scatter_by,
+    covariate.SCATTER: covariate.scatter_by,
 }
 """Effects that are made for what a file has, by the beginning of their key."""
 

@@ -1,4 +1,4 @@
-"""Friction varies with a column of numbers: in a shape the data choose, by height or season."""
+"""Friction varies with columns: a smooth of one, one by another, its scatter; height, season."""
 
 from __future__ import annotations
 
@@ -8,8 +8,23 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Curve, Definition, Facts, FrictionEffect, Parameter, Sites
-from avahazard.effects.levels import level_effect, level_facts, level_lacking
+from avahazard.effects.effect import (
+    MIN_LEVEL,
+    Curve,
+    Definition,
+    Facts,
+    FrictionEffect,
+    Parameter,
+    ScatterEffect,
+    Sites,
+)
+from avahazard.effects.levels import (
+    LEAST_SD,
+    level_columns,
+    level_effect,
+    level_facts,
+    level_lacking,
+)
 
 PREFIX = "covariate:"
 VOLUME = "volume_m3"
@@ -40,10 +55,7 @@ def covariate(column: str) -> Definition:
 
 
 def _lacking(column: str, columns: EventColumns, _sites: Sites) -> str | None:
-    values = number_column(columns, column)
-    if values is None:
-        return level_lacking(column, columns)
-    known = values[np.isfinite(values)]
+    known = _known(columns, column)
     if len(known) >= MIN_EVENTS and len(np.unique(known)) >= 3:
         return None
     return level_lacking(column, columns)
@@ -61,14 +73,32 @@ def number_column(columns: EventColumns, name: str) -> Floats | None:
     return known[name] if name in known else columns.numbers.get(name, columns.made.get(name))
 
 
+def _known(columns: EventColumns, name: str) -> Floats:
+    """The numbers that a column has, none where it has texts or is not there."""
+    values = number_column(columns, name)
+    return np.empty(0) if values is None else values[np.isfinite(values)]
+
+
+def _line_facts(known: Floats) -> Facts:
+    return {"centre": float(np.mean(known)), "scale": float(np.std(known))}
+
+
+def _part(name: str, facts: Facts, columns: EventColumns) -> Floats:
+    """Columns `[n_events, n]` of a column: a line of a number, or its levels."""
+    if "levels" in facts:
+        return level_columns(columns, name, facts["levels"])
+    numbers = number_column(columns, name)
+    if numbers is None:
+        return np.zeros((len(columns), 1))
+    return np.asarray(np.nan_to_num((numbers - facts["centre"]) / facts["scale"])[:, None])
+
+
 def _facts(column: str, columns: EventColumns, _sites: Sites) -> Facts:
-    values = number_column(columns, column)
-    if values is None or len(np.unique(values[np.isfinite(values)])) < 3:
+    known = _known(columns, column)
+    if len(np.unique(known)) < 3:
         return level_facts(column, columns)
-    known = values[np.isfinite(values)]
     knots = np.unique(np.quantile(known, np.linspace(0.05, 0.95, N_KNOTS)))
-    centre, scale = float(np.mean(known)), float(np.std(known))
-    return {"knots": [float(k) for k in knots], "centre": centre, "scale": scale}
+    return {"knots": [float(k) for k in knots], **_line_facts(known)}
 
 
 def _build(column: str, facts: Facts) -> FrictionEffect:
@@ -128,6 +158,116 @@ def spline_columns(values: Floats, knots: Floats, centre: float, scale: float) -
 
     bends = [8.0 * span / scale * (d(k) - d(n - 2)) for k in range(n - 2)]
     return np.column_stack([line, *bends])
+
+
+INTERACTION = "interaction:"
+MOST_LEVELS = 4
+"""Levels of a column that are told apart beside another."""
+
+
+def interaction(pair: str) -> Definition:
+    """The effect of `A*B`, two columns, the second perhaps `volume_m3`."""
+    one, _, other = pair.partition("*")
+    return Definition(
+        key=INTERACTION + pair,
+        meaning=f"What {one} does to friction depends on {other}: it matters for some avalanches "
+        "and not for others. Both columns and their product are fitted.",
+        needs=f"columns {one} and {other}",
+        build=partial(_build_pair, one, other),
+        lacking=partial(_lacking_pair, one, other),
+        facts=partial(_facts_pair, one, other),
+        event_columns=True,
+        uses_volume=VOLUME in (one, other),
+        beyond=2,
+    )
+
+
+def _lacking_pair(one: str, other: str, columns: EventColumns, sites: Sites) -> str | None:
+    facts = _facts_pair(one, other, columns, sites)
+    for name in (one, other):
+        if name not in facts:
+            return f"{name} has no two values with at least {MIN_LEVEL} events each"
+    first, second = (_part(name, facts[name], columns) for name in (one, other))
+    both = _products(first, second)
+    alone = np.column_stack([np.ones(len(columns)), first, second])
+    both -= alone @ np.linalg.lstsq(alone, both, rcond=None)[0]
+    if np.sum(np.any(np.abs(both) > 1e-6, axis=1)) < 4 * MIN_LEVEL:
+        return f"{one} and {other} do not vary apart from each other"
+    return None
+
+
+def _facts_pair(one: str, other: str, columns: EventColumns, _sites: Sites) -> Facts:
+    """Of each column its levels, or centre and spread; left out where it tells nothing."""
+    found: Facts = {}
+    for name in (one, other):
+        known = _known(columns, name)
+        if len(np.unique(known)) > 2:
+            found[name] = _line_facts(known)
+        elif level_lacking(name, columns) is None:
+            found[name] = {"levels": level_facts(name, columns)["levels"][:MOST_LEVELS]}
+    return found
+
+
+def _products(first: Floats, second: Floats) -> Floats:
+    return np.asarray((first[:, :, None] * second[:, None, :]).reshape(len(first), -1))
+
+
+def _build_pair(one: str, other: str, facts: Facts) -> FrictionEffect:
+    names = {name: facts[name].get("levels", [""]) for name in (one, other)}
+    alone = [name for name in (one, other) if name != VOLUME]
+
+    def design(columns: EventColumns) -> Floats:
+        parts = {name: _part(name, facts[name], columns) for name in names}
+        products = _products(parts[one], parts[other])
+        return np.column_stack([*(parts[name] for name in alone), products])
+
+    def label(name: str, level: object) -> str:
+        return f"{name}={level}" if level != "" else name
+
+    labels = [(label(n, x), "levels" in facts[n]) for n in alone for x in names[n]]
+    labels += [
+        (f"{label(one, a)}*{label(other, b)}", "levels" in facts[one] or "levels" in facts[other])
+        for a in names[one]
+        for b in names[other]
+    ]
+    parameters = tuple(
+        Parameter(text, "log friction", 0.0, 0.0, LEAST_SD if level else LINEAR_SD)
+        for text, level in labels
+    )
+    return FrictionEffect(f"{INTERACTION}{one}*{other}", parameters, design=design)
+
+
+SCATTER = "scatter:"
+SCATTER_SD = 0.5
+"""Prior standard deviation of the log of the scatter, of a level or over one spread of a number."""
+
+
+def scatter_by(column: str) -> Definition:
+    """The effect of one column on the scatter."""
+    return Definition(
+        key=SCATTER + column,
+        meaning=f"Avalanches differ more from each other for some values of {column} than for "
+        "others. The mean stays, the intervals change.",
+        needs=f"column {column}",
+        build=partial(_build_scatter, column),
+        lacking=partial(_lacking, column),
+        facts=partial(_scatter_facts, column),
+        event_columns=True,
+        beyond=1,
+    )
+
+
+def _scatter_facts(column: str, columns: EventColumns, _sites: Sites) -> Facts:
+    known = _known(columns, column)
+    if len(np.unique(known)) < 3:
+        return {"levels": level_facts(column, columns)["levels"]}
+    return _line_facts(known)
+
+
+def _build_scatter(column: str, facts: Facts) -> ScatterEffect:
+    names = [str(level) for level in facts.get("levels", ["slope"])]
+    parameters = tuple(Parameter(n, "log of the scatter", 0.0, 0.0, SCATTER_SD) for n in names)
+    return ScatterEffect(SCATTER + column, parameters, partial(_part, column, facts))
 
 
 MIDDLE_DAY, HALF_WIDTH = 90.0, 60.0

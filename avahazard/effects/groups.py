@@ -1,6 +1,7 @@
 """Groups of events that share an offset of log friction: those of a path, a winter, a storm.
 
-Each effect has one parameter, the spread of these offsets.
+Each effect has one parameter, the spread of these offsets. And two kinds of avalanche that nobody
+recorded: friction scatters about two places.
 """
 
 from __future__ import annotations
@@ -12,7 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.effect import Definition, Facts, GroupEffect, Groups, Parameter, Sites
+from avahazard.effects.effect import (
+    Definition,
+    Facts,
+    GroupEffect,
+    Groups,
+    KindsEffect,
+    Parameter,
+    Sites,
+)
 
 SPREAD = 0.2
 """Scale of the half-normal prior, on log friction. The seven paths of Ancey (2005), whose log a
@@ -157,4 +166,35 @@ STORM_EFFECT = Definition(
     facts=_storms,
     nuisance=_few_storms,
     order=134,
+)
+
+
+FEWEST_OF_KINDS = 30
+"""Fewest events that can tell two kinds from one."""
+RAREST = 0.15
+"""Share of the rarer kind, at least: what is rarer passes for heavy tails or wrong records."""
+KINDS_LEVEL = 0.005
+"""Level at which the diagnosis tests two kinds."""
+SHIFT_SD = 0.3
+"""Prior standard deviation of the shift, that of the friction of wet snow against dry."""
+OF_KINDS = (
+    Parameter("share", "of the avalanches", 0.5, 0.5, 0.3, RAREST, 1.0 - RAREST),
+    Parameter("shift", "log friction", 0.0, 0.0, SHIFT_SD, -1.5, 0.0),
+)
+
+
+def _few_events(columns: EventColumns, _sites: Sites) -> str | None:
+    return None if len(columns) >= FEWEST_OF_KINDS else f"fewer than {FEWEST_OF_KINDS} events"
+
+
+TWO_KINDS = Definition(
+    key="two-kinds",
+    meaning="Avalanches are of two kinds that no column records. Friction is a mixture: the log "
+    "friction of a share of them lies lower than that of the others, and the mean of both follows "
+    "the law.",
+    needs=f"{FEWEST_OF_KINDS} events",
+    build=lambda _: KindsEffect("two-kinds", OF_KINDS),
+    lacking=_few_events,
+    level_alone=KINDS_LEVEL,
+    order=142,
 )

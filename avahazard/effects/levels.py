@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -29,6 +30,14 @@ def text_column(columns: EventColumns, name: str) -> NDArray[np.str_] | None:
     if numbers is not None:
         return np.array(["" if np.isnan(v) else f"{v:g}" for v in numbers])
     return columns.texts.get(name)
+
+
+def level_columns(columns: EventColumns, name: str, levels: Sequence[object]) -> Floats:
+    """1 where the column has a level, `[n_events, n_levels]`; 0 everywhere without the column."""
+    values = text_column(columns, name)
+    if values is None:
+        return np.zeros((len(columns), len(levels)))
+    return np.column_stack([values == level for level in levels]).astype(np.float64)
 
 
 def level_counts(values: NDArray[np.str_]) -> dict[str, int]:
@@ -103,16 +112,9 @@ def level_effect(key: str, name: str, facts: Facts) -> FrictionEffect:
     # Models stored before the width was taken from the data have none.
     sd = float(facts.get("prior_sd", LEAST_SD))
 
-    def design(columns: EventColumns) -> Floats:
-        values = text_column(columns, name)
-        if values is None:
-            return np.zeros((len(columns), len(levels)))
-        return np.column_stack([values == k for k in levels]).astype(np.float64)
-
-    parameters = tuple(
-        Parameter(k, f"log friction against {facts['reference']}", 0.0, 0.0, sd) for k in levels
-    )
-    return FrictionEffect(key, parameters, design=design)
+    unit = f"log friction against {facts['reference']}"
+    parameters = tuple(Parameter(level, unit, 0.0, 0.0, sd) for level in levels)
+    return FrictionEffect(key, parameters, lambda columns: level_columns(columns, name, levels))
 
 
 def _by_level(key: str, column: str, meaning: str, order: int, *, of_event: bool) -> Definition:

@@ -1,4 +1,4 @@
-"""Effects on the motion: drag, friction that falls with speed, cohesion, snow taken up."""
+"""Effects on the motion: drag, friction that falls with speed, cohesion, snow taken up, forest."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from avahazard.effects.effect import (
     needs_profile,
 )
 from avahazard.effects.site import Site
+from avahazard.notes import Note
 from avahazard.physics.cells import SPEEDS, Resistance
 
 EDGE_M = 40.0
@@ -115,4 +116,43 @@ ENTRAINMENT = Definition(
     lacking=needs_profile,
     facts=_heights,
     order=50,
+)
+
+
+FOREST = "forest"
+
+
+def _in_forest(site: Site, resistance: Resistance, values: Floats) -> Resistance:
+    inside = site.cover(site.terrain_for(resistance)) == FOREST
+    return replace(resistance, drag=resistance.drag + values[0] * inside)
+
+
+def _no_forest(columns: EventColumns, sites: Sites) -> str | None:
+    forested = any(s.land_cover is not None and FOREST in s.land_cover for s in sites)
+    return needs_profile(columns, sites) or (
+        None if forested else "no profile has land_cover `forest` anywhere"
+    )
+
+
+def _seen_in(columns: EventColumns, sites: Sites) -> Note | None:
+    """The paths with forest, by name."""
+    wooded = [s.path.path_id for s in sites if s.land_cover is not None and FOREST in s.land_cover]
+    if not wooded:
+        return None
+    events = int(np.isin(np.array([*columns.paths, ""])[columns.path_index], wooded).sum())
+    return Note("forested", paths=wooded, n=len(wooded), events=events, total=len(columns))
+
+
+BY_TREES = Parameter("drag", "1/m", 0.0, 0.0, 0.02, 0.0, 0.1)
+FOREST_DRAG = Definition(
+    key="forest-drag",
+    meaning="Trees brake the flow while it runs through forest (Feistl and others 2014: snow is "
+    "left behind stems). Only the forested part of a path is slowed, so stops gather in or just "
+    "below the forest.",
+    needs="land_cover",
+    build=lambda _: MotionEffect("forest-drag", (BY_TREES,), _in_forest),
+    lacking=_no_forest,
+    seen_in=_seen_in,
+    trees=True,
+    order=60,
 )

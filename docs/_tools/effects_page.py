@@ -6,10 +6,8 @@ from math import isfinite
 
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.change import change
-from avahazard.effects.covariate import covariate
+from avahazard.effects.covariate import covariate, interaction, scatter_by
 from avahazard.effects.effect import Definition, Parameter
-from avahazard.effects.interaction import interaction
-from avahazard.effects.scatter_by import scatter_by
 
 HEAD = """# Effects
 

@@ -52,7 +52,7 @@ CONSTANTS = [
     ("criticism", "0.3 % for paths", "criticism.diagnosis.full_fits", "PERSISTENT_LEVEL", 0.003),
     ("criticism", "0.1 % each", "criticism.diagnosis.full_fits", "TRANSIENT_LEVEL", 0.001),
     ("criticism", "itself, at 0.3 %", "effects.record", "DETECTION_LEVEL", 0.003),
-    ("criticism", "themselves, at 0.5 %", "effects.two_kinds", "LEVEL", 0.005),
+    ("criticism", "themselves, at 0.5 %", "effects.groups", "KINDS_LEVEL", 0.005),
     ("criticism", "its own, 0.5 %", "criticism.screening.screen", "PAIR_LEVEL", 0.005),
     ("criticism", "the 300 that go together most", "criticism.screening.screen", "MOST_PAIRS", 300),
     ("criticism", "At most 7 candidates", "criticism.diagnosis.full_fits", "FITTED", 7),

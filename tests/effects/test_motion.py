@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from avahazard.effects import forest_drag, motion
+from avahazard.effects import motion
 from avahazard.effects.effect import Definition, MotionEffect
 from avahazard.effects.site import Site
 from avahazard.physics.cells import SPEEDS, Resistance, no_resistance
@@ -49,7 +49,7 @@ def test_cohesion_is_a_constant() -> None:
 
 
 def test_forest_brakes_in_its_cells_only() -> None:
-    after = _added(forest_drag.DEFINITION, 0.02)
+    after = _added(motion.FOREST_DRAG, 0.02)
     middle = site().terrain.middle_x
     forest = (middle > 800.0) & (middle < 1400.0)
     assert forest.any()
@@ -91,7 +91,7 @@ def test_two_effects_on_speed_multiply() -> None:
     [
         (motion.TURBULENT_DRAG, [0.004]),
         (motion.COHESION, [0.6]),
-        (forest_drag.DEFINITION, [0.02]),
+        (motion.FOREST_DRAG, [0.02]),
         (motion.ENTRAINMENT, [0.004, 500.0]),
     ],
 )

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from avahazard.effects import forest_drag
+from avahazard.effects import motion
 from avahazard.effects.columns import EventColumns, build_columns
 from avahazard.effects.levels import PATH_SECTION
 from avahazard.effects.site import Site, path_site
@@ -30,9 +30,9 @@ def columns(paths: dict[str, str | None]) -> EventColumns:
 def test_paths_with_forest_are_named() -> None:
     table = columns({"P01": None, "P02": None, "P06": None})
     sites = [wooded("P01", forest=True), wooded("P02", forest=False), wooded("P06", forest=True)]
-    seen = forest_drag.DEFINITION.seen_in(table, sites)
+    seen = motion.FOREST_DRAG.seen_in(table, sites)
     assert seen == "P01 and P06 have forest (6 of 9 events)."
-    assert forest_drag.DEFINITION.seen_in(table, sites[1:2]) is None
+    assert motion.FOREST_DRAG.seen_in(table, sites[1:2]) is None
 
 
 def test_paths_are_named_by_their_section() -> None:

@@ -7,10 +7,8 @@ from itertools import combinations
 
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.change import ALL, change
-from avahazard.effects.covariate import VOLUME, covariate
+from avahazard.effects.covariate import VOLUME, covariate, interaction, scatter_by
 from avahazard.effects.effect import Definition
-from avahazard.effects.interaction import interaction
-from avahazard.effects.scatter_by import scatter_by
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 
