@@ -50,7 +50,6 @@ from avahazard.criticism.scoring.scores import crps
 from avahazard.criticism.screening.candidates import candidate_definitions, not_asked
 from avahazard.criticism.screening.screen import LEVEL, Screened, Screening, screen
 from avahazard.effects.effect import Definition, Facts
-from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.seeds import generator
@@ -129,43 +128,37 @@ def diagnose(
     Candidates `expected` were declared beforehand, and are tested first.
     """
     plain = with_tails_granted(observations, specification, facts, own)
-    base, granted, too_many = with_nuisances_granted(observations, plain, own)
+    base, granted, too_many = with_nuisances_granted(plain)
     entries = candidate_definitions(observations, plain.specification, own)
     alone = [entry for entry in entries if entry.level_alone is not None]
-    groups = group_tests(observations, own, base)
+    groups = group_tests(base)
     progress(0.2)
     screened = screen(base.posterior, base.mode.u, entries, seed=seed)
     left, known = None, dict[str, Refit]()
-    if plain_groups := plainly_different(observations, own, groups, granted):
-        without = refit_without(observations, own, base, plain_groups[0].key)
+    if plain_groups := plainly_different(base, groups, granted):
+        without = refit_without(base, plain_groups[0].key)
         by_others = screen(without.posterior, without.mode.u, entries, seed=seed)
-        known = explained_otherwise(observations, own, without, by_others, plain_groups[0])
+        known = explained_otherwise(without, by_others, plain_groups[0])
         if known:
             left, base, screened = plain_groups[0], without, by_others
             granted = tuple(key for key in granted if key != left.key)
-            groups = (*group_tests(observations, own, base), left)
-    fits, screening = fitted_in_full(
-        observations,
-        own,
-        base,
-        screened,
-        alone,
-        expected,
-        known,
-        lambda share: progress(0.3 + 0.5 * share),
-    )
+            groups = (*group_tests(base), left)
+
+    def of_fits(share: float) -> None:
+        progress(0.3 + 0.5 * share)
+
+    fits, screening = fitted_in_full(base, screened, alone, expected, known, of_fits)
     survivors = [c for c in screening.candidates if c.key in fits and c.p_family <= LEVEL]
     evidence = {c.key: evidence_gain(c, fits, base, screening) for c in survivors}
     ranked = sorted(survivors, key=lambda c: -evidence[c.key])
     fits = {c.key: fits[c.key] for c in ranked}
     naming = name_effects(ranked, evidence, fits, base, expected)
     progress(0.85)
-    question = Question(observations, own, base, fits, screening)
+    question = Question(base, fits, screening)
     verdict, missing, together = verdict_on(question, naming, groups, granted)
     if left and (not missing or (left.lasting and not leads(missing[0], left, evidence))):
-        named = [find_definition(key, own) for key in (*missing, left.key)]
-        verdict, missing = verdict_of(named)
-    smooth = leading_smooth(missing, fits, own)
+        verdict, missing = verdict_of(map(base.definition, (*missing, left.key)))
+    smooth = leading_smooth(missing, fits)
     found = Findings(
         verdict=verdict,
         missing=missing,
@@ -181,7 +174,7 @@ def diagnose(
         screening=screening,
         groups=groups,
         error_before_m=error_of(base),
-        still_needed=still_needed(observations, own, plain),
+        still_needed=still_needed(plain),
         not_granted=too_many,
         not_asked=not_asked(observations, plain.specification, own),
         heavy_tails=plain.specification.tails != specification.tails,
@@ -189,7 +182,7 @@ def diagnose(
         suspects=suspects(base),
         together=together,
         impossible_stops=impossible_stops(base),
-        laws=found_laws(observations, own, base, fits[smooth], smooth) if smooth else (),
+        laws=found_laws(base, fits[smooth], smooth) if smooth else (),
     )
     progress(1.0)
     return found
@@ -200,12 +193,10 @@ def leads(key: str, group: TriedGroup, evidence: Mapping[str, float]) -> bool:
     return key in evidence and evidence[key] - group.evidence >= MARGIN
 
 
-def leading_smooth(
-    missing: Sequence[str], fits: Mapping[str, Refit], own: Sequence[Definition] = ()
-) -> str | None:
+def leading_smooth(missing: Sequence[str], fits: Mapping[str, Refit]) -> str | None:
     """The first of what is missing, where it is a smooth curve; laws are asked of it alone."""
     for key in missing[:1]:
-        if key in fits and find_definition(key, own).curve(fits[key].facts.get(key, {})):
+        if key in fits and fits[key].definition(key).curve(fits[key].facts.get(key, {})):
             return key
     return None
 
@@ -219,7 +210,7 @@ def verdict_on(
     only together, groups that differ; last, what is needed beside what is named. `granted` are
     the nuisances that the base was given, by key.
     """
-    own, fits = question.own, question.fits
+    definition, fits = question.base.definition, question.fits
     verdict, missing = naming.verdict, naming.missing
     together: tuple[Together, ...] = ()
     if missing and missing[0] in fits:
@@ -227,22 +218,22 @@ def verdict_on(
         if more := tuple(key for key in faults if key not in missing):
             verdict, missing = "ambiguous", (*missing, *more)
     rivals = tuple(fits.values()) if missing else ()
-    simple = [k for k in missing if k not in fits or find_definition(k, own).beyond < 2]
+    simple = [k for k in missing if k not in fits or definition(k).beyond < 2]
     pair = None if simple else masked_pair(question)
     if pair and missing and fits[missing[0]].evidence - pair.fit.evidence > MARGIN:
         pair = None
     if pair:
         # Of two effects that hide each other the cause of more evidence is named.
-        entries = [find_definition(key, own) for key in pair.effects]
+        entries = [definition(key) for key in pair.effects]
         verdict, missing = verdict_of([e for e in entries if e.names_cause][:1] or entries)
         together, rivals = (pair,), (pair.fit,)
     if group := named_group(question, rivals, groups, granted):
-        return *verdict_of([find_definition(key, own) for key in group]), ()
+        return *verdict_of(map(definition, group)), ()
     if missing and missing[0] in fits:
         together = needed_beside(question, missing[0])
         if any(set(missing) <= set(more.effects) for more in together):
             # Each is needed beside the others: that tells them apart.
-            verdict, missing = verdict_of([find_definition(missing[0], own)])
+            verdict, missing = verdict_of([definition(missing[0])])
     return verdict, missing, together
 
 
@@ -257,10 +248,10 @@ def named_group(
     Winters and storms, which do not come again, predict nothing: any cause comes before them.
     Beside the groups stand the errors of volumes, where these may make them up.
     """
-    for test in plainly_different(question.observations, question.own, groups, granted):
+    for test in plainly_different(question.base, groups, granted):
         if rivals and not test.lasting:
             continue
-        if all(group_comes_first(question, rival, test.key) for rival in rivals):
+        if all(group_comes_first(question.base, rival, test.key) for rival in rivals):
             errors = groups_by_misstated_volumes(question, test.key)
             return (test.key, errors) if errors else (test.key,)
     return ()

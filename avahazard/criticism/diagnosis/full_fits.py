@@ -27,7 +27,6 @@ from avahazard.criticism.diagnosis.refits import (
 from avahazard.criticism.diagnosis.two_kinds import CHANCE_GAIN, gain_of_wrong_records
 from avahazard.criticism.screening.screen import EXPECTED_SHARE, LEVEL, Screened, Screening
 from avahazard.effects.effect import Definition, FrictionEffect, LimitEffect
-from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations
 
 FITTED, OF_A_FAMILY = 7, 2
@@ -68,8 +67,6 @@ class TriedGroup:
 
 
 def fitted_in_full(
-    observations: Observations,
-    own: Sequence[Definition],
     base: Refit,
     screening: Screening,
     alone: Sequence[Definition],
@@ -84,8 +81,9 @@ def fitted_in_full(
     with two thirds of the level; the others have the rest of it, and all of it once every expected
     one is significant (the fallback procedure, Wiens 2003).
     """
+    observations = base.observations
     likely = likely_values(screening.candidates, observations)
-    strong = [_strong(c, likely, observations, own, base) for c in screening.candidates]
+    strong = [_strong(c, likely, base) for c in screening.candidates]
     likely = likely_values(strong, observations)
     screening = replace(screening, candidates=tuple(sorted(strong, key=lambda c: -c.surprise)))
     worth: list[str] = []
@@ -98,10 +96,8 @@ def fitted_in_full(
             worth.append(c.key)
     by_path = [c.key for c in screening.candidates if _by_path(c.definition, observations)]
     keys = list(dict.fromkeys([*expected, *(d.key for d in alone), *worth, *by_path[:BY_PATH]]))
-    fits = dict(known)
-    fits |= refit_each(
-        observations, [key for key in keys if key not in known], own, base, progress, likely
-    )
+    asked = [key for key in keys if key not in known]
+    fits = {**known, **refit_each(base, asked, progress, likely)}
     gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in fits.items()}
     tested = [_fitted(c, gains.get(c.key)) for c in screening.candidates]
     tested += [_alone(d, fits[d.key], gains[d.key]) for d in alone]
@@ -121,22 +117,16 @@ def fitted_in_full(
     return fits, replace(screening, candidates=found)
 
 
-def _strong(
-    candidate: Screened,
-    likely: Likely,
-    observations: Observations,
-    own: Sequence[Definition],
-    base: Refit,
-) -> Screened:
+def _strong(candidate: Screened, likely: Likely, base: Refit) -> Screened:
     """The candidate with the gain of a short climb and its values, where it shapes the tables.
 
     What gains much is far from neutral, where the tables are no longer linear in it: with speeds
     even the sign of its score may mislead there.
     """
-    known = bool(observations.speeds) and not candidate.definition.beyond
+    known = bool(base.observations.speeds) and not candidate.definition.beyond
     if (candidate.surprise <= WORTH_A_FIT and not known) or candidate.key not in likely:
         return candidate
-    gain, values = short_climb(observations, own, base, candidate.key, likely[candidate.key])
+    gain, values = short_climb(base, candidate.key, likely[candidate.key])
     return _fitted(replace(candidate, likely=values), gain)
 
 
@@ -169,7 +159,7 @@ def _alone(entry: Definition, fit: Refit, gain: float) -> Screened:
     lies below the highest has the distribution of the largest of n, so by an exponential's one nat
     a path, whatever n is.
     """
-    observations = fit.posterior.observations
+    observations = fit.observations
     effect = next(e for e in fit.posterior.effects if e.key == entry.key)
     shape, scale = 1.0, CHANCE_GAIN
     if isinstance(effect, LimitEffect):
@@ -181,14 +171,12 @@ def _alone(entry: Definition, fit: Refit, gain: float) -> Screened:
     return replace(found, surprise=found.surprise_of(gain))
 
 
-def group_tests(
-    observations: Observations, own: Sequence[Definition], base: Refit
-) -> tuple[TriedGroup, ...]:
+def group_tests(base: Refit) -> tuple[TriedGroup, ...]:
     """Each of the granted groups beside the others; a spread that is 0 lies at its bound."""
     plan, found = base.posterior.plan, []
     spreads = base.posterior.layout.spread_values(base.mode.u)
     for key, lasts, spread in zip(plan.keys, plan.lasting, spreads, strict=True):
-        without = refit_without(observations, own, base, key)
+        without = refit_without(base, key)
         gain = max(base.log_likelihood - without.log_likelihood, 0.0)
         found.append(
             TriedGroup(
@@ -204,33 +192,26 @@ def group_tests(
 
 
 def plainly_different(
-    observations: Observations,
-    own: Sequence[Definition],
-    groups: Sequence[TriedGroup],
-    granted: Sequence[str],
+    base: Refit, groups: Sequence[TriedGroup], granted: Sequence[str]
 ) -> list[TriedGroup]:
     """The granted groups with the evidence of any cause, the plainest first.
 
     Groups that are too few to estimate their spread are never among them.
     """
-    data = observations.columns, observations.sites
+    data = base.observations.columns, base.observations.sites
     plain = [
         test
         for test in groups
         if test.key in granted
         and test.evidence > MARGIN
         and test.p_value <= test.level
-        and find_definition(test.key, own).lacking(*data) is None
+        and base.definition(test.key).lacking(*data) is None
     ]
     return sorted(plain, key=lambda test: -test.gain)
 
 
 def explained_otherwise(
-    observations: Observations,
-    own: Sequence[Definition],
-    without: Refit,
-    screening: Screening,
-    group: TriedGroup,
+    without: Refit, screening: Screening, group: TriedGroup
 ) -> dict[str, Refit]:
     """Candidates fitted in place of groups that differ, if one has their evidence less `MARGIN`.
 
@@ -245,8 +226,8 @@ def explained_otherwise(
         if c.p_family <= LEVEL and c.gain > WORTH_INSTEAD * group.evidence
     ]
     worth = sorted(worth, key=lambda c: -c.gain)[:OF_A_FAMILY]
-    likely = likely_values(worth, observations)
-    fits = refit_each(observations, [c.key for c in worth], own, without, likely=likely)
+    likely = likely_values(worth, without.observations)
+    fits = refit_each(without, [c.key for c in worth], likely=likely)
     found = any(
         evidence_gain(c, fits, without, screening) > group.evidence - MARGIN
         and np.sum(fits[c.key].held_out - without.held_out) > 0.0
@@ -270,8 +251,8 @@ def evidence_gain(
     if entry.beyond and entry.names_cause:
         price = np.log(sum(c.definition.family == entry.family for c in screening.candidates))
         if entry.alternatives is not None:
-            observations = base.posterior.observations
-            price += np.log(len(entry.alternatives(observations.columns, observations.sites)))
+            data = base.observations.columns, base.observations.sites
+            price += np.log(len(entry.alternatives(*data)))
     fit = fits[candidate.key]
     gain = fit.log_likelihood - base.log_likelihood
     if fit.posterior.layout.kinds is not None and base.posterior.layout.kinds is None:

@@ -9,7 +9,6 @@ ranks them.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -24,8 +23,6 @@ from avahazard.effects.effect import Curve, Definition
 from avahazard.effects.law_forms import LawForm, forms_of, free_curve
 from avahazard.effects.own_file import definition_from
 from avahazard.engine import spread_map
-from avahazard.inference.likelihood.assemble import find_definition
-from avahazard.inference.model.observations import Observations
 from avahazard.inference.seeds import generator
 
 LEVELS = (0.05, 0.5, 0.95)
@@ -84,14 +81,12 @@ class Match:
     spread_out: float
 
 
-def found_laws(
-    observations: Observations, own: Sequence[Definition], base: Refit, fit: Refit, key: str
-) -> tuple[FoundLaw, ...]:
+def found_laws(base: Refit, fit: Refit, key: str) -> tuple[FoundLaw, ...]:
     """The laws that smooth `key` of `fit`, the model `base` with it, may be; the best first.
 
     Those within `MARGIN` of the best.
     """
-    entry = find_definition(key, own)
+    entry = base.definition(key)
     curve = entry.curve(fit.facts.get(key, {}))
     if curve is None:
         return ()
@@ -103,7 +98,7 @@ def found_laws(
     best = max(m.evidence for m in matches)
     least = best - max(NEAR, NEAR_SHARE * (fit.log_likelihood - base.log_likelihood))
     near = sorted((m for m in matches if m.evidence > least), key=lambda m: -m.evidence)
-    shared = (observations, tuple(own), base, fit, entry.meaning)
+    shared = (base, fit, entry.meaning)
     near = near[:FITTED]
     if curve.form != "friction":
         # The mode costs a third of a fit: what falls short by far is not fitted.
@@ -156,15 +151,14 @@ def match(form: LawForm, places: Floats, precision: Floats, pull: Floats) -> Mat
     return Match(form, total, shapes, np.exp(whole - total), begin, total - float(gain[top]))
 
 
-Shared = tuple[Observations, tuple[Definition, ...], Refit, Refit, str]
+Shared = tuple[Refit, Refit, str]
+"""The model without the smooth, with it, and what it means."""
 
 
 def _climbed(shared: Shared, found: Match) -> tuple[float, Floats]:
     """The log density that a form climbs to, and its parameters there."""
-    observations, own, base, smooth, meaning = shared
-    entry = _entry(found, meaning)
-    inside = _inside(found)
-    return peak_with(observations, (*own, entry), base, smooth, entry.key, inside)
+    base, smooth, meaning = shared
+    return peak_with(base, _entry(found, meaning), smooth, _inside(found))
 
 
 def _fitted(shared: Shared, found: Match) -> FoundLaw:
@@ -173,16 +167,16 @@ def _fitted(shared: Shared, found: Match) -> FoundLaw:
     Where the effect file fixes the shape, it has the likeliest one, and the evidence is that of
     all of them by the curve's likelihood.
     """
-    observations, own, base, smooth, meaning = shared
+    base, smooth, meaning = shared
     form = found.form
     entry, inside = _entry(found, meaning), _inside(found)
     fixed = form.curve.form == "friction"
     fit = refit(
-        observations,
+        base.observations,
         base.specification,
         base.facts,
         (form.key,),
-        (*own, entry),
+        (*base.own, entry),
         start=smooth,
         begin={form.key: [inside[:1] if fixed else inside]},
     )

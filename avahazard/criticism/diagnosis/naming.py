@@ -6,13 +6,13 @@ measured force as its witness where there is one.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from avahazard.criticism.diagnosis.force_witness import ForceWitness, force_witness
-from avahazard.criticism.diagnosis.refits import Question, Refit
+from avahazard.criticism.diagnosis.refits import Refit, refit_without
 from avahazard.criticism.scoring.speed_misfit import matched_speeds, speed_misfit
 from avahazard.criticism.screening.screen import Screened
 from avahazard.effects.effect import Definition
@@ -98,8 +98,9 @@ def worst_speeds(base: Refit) -> str:
     return f"speed:{max(spread, key=lambda axis: spread[axis])}"
 
 
-def verdict_of(named: Sequence[Definition]) -> tuple[str, tuple[str, ...]]:
+def verdict_of(named: Iterable[Definition]) -> tuple[str, tuple[str, ...]]:
     """What the leading candidates amount to: the verdict, and their keys."""
+    named = tuple(named)
     keys = tuple(entry.key for entry in named)
     if not named:
         return "adequate", keys
@@ -117,19 +118,19 @@ def least_evidence(entry: Definition) -> float:
     return MARGIN if entry.names_cause else 0.0
 
 
-def group_comes_first(question: Question, rival: Refit, key: str) -> bool:
+def group_comes_first(base: Refit, rival: Refit, key: str) -> bool:
     """Whether groups that differ (`key`) explain more, given a rival, than it given them.
 
     A rival that differs by path alone, as the section, may explain all that paths differ by.
     """
-    by_group = rival.log_likelihood - question.refit_without(rival, key).log_likelihood
-    return by_group > rival.log_likelihood - question.base.log_likelihood
+    by_group = rival.log_likelihood - refit_without(rival, key).log_likelihood
+    return by_group > rival.log_likelihood - base.log_likelihood
 
 
-def groups_earn_their_name(question: Question, fit: Refit, key: str) -> bool:
+def groups_earn_their_name(fit: Refit, key: str) -> bool:
     """Whether groups that differ (`key`, which `fit` has) have `MARGIN` of evidence.
 
     Several kinds of groups are tested, each by itself, beside all candidates: their p-values alone
     would name one too often.
     """
-    return fit.evidence - question.refit_without(fit, key).evidence > MARGIN
+    return fit.evidence - refit_without(fit, key).evidence > MARGIN

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from avahazard.arrays import Floats
-from avahazard.criticism.diagnosis.refits import Refit, refit, refit_each
+from avahazard.criticism.diagnosis.refits import Refit, refit, refit_each, refit_with
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.effect import Definition, Effect, Facts
 from avahazard.inference.fitted_model import FittedModel
@@ -69,31 +69,28 @@ class Nuisances(NamedTuple):
     too_many: tuple[str, ...]
 
 
-def with_nuisances_granted(
-    observations: Observations, plain: Refit, own: Sequence[Definition]
-) -> Nuisances:
+def with_nuisances_granted(plain: Refit) -> Nuisances:
     """The nuisances that come before physics, granted.
 
     Paths may always differ; of winters and storms, that which gains most comes first, and the
     other if it then still gains.
     """
+    data = plain.observations.columns, plain.observations.sites
     left = [
         entry
         for entry in catalogue().values()
         if entry.nuisance is not None
         and not plain.specification.has(entry)
-        and entry.nuisance(observations.columns, observations.sites) is None
+        and entry.nuisance(*data) is None
     ]
     granted = [entry.key for entry in left if entry.granted_unasked]
-    base = plain
-    if granted:
-        base = refit(observations, plain.specification, plain.facts, granted, own, plain)
+    base = refit_with(plain, *granted) if granted else plain
     asked = [entry.key for entry in left if not entry.granted_unasked]
     too_many: list[str] = []
     while asked:
-        too_many += [k for k in asked if _n_crossed(observations, base, k, own) > MOST_CROSSED]
+        too_many += [k for k in asked if _n_crossed(base, k) > MOST_CROSSED]
         asked = [k for k in asked if k not in too_many]
-        tried = refit_each(observations, asked, own, base)
+        tried = refit_each(base, asked)
         gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in tried.items()}
         asked = [key for key, gain in gains.items() if gain > ASKED_FOR]
         if asked:
@@ -104,11 +101,11 @@ def with_nuisances_granted(
     return Nuisances(base, tuple(granted), tuple(too_many))
 
 
-def _n_crossed(observations: Observations, base: Refit, key: str, own: Sequence[Definition]) -> int:
+def _n_crossed(base: Refit, key: str) -> int:
     """Offsets besides those of the largest grouping, were these groups granted too."""
-    wider, more = with_effects(observations, base.specification, (key,), own, granted=True)
-    effects = build_effects(wider, {**base.facts, **more}, own)
-    return offset_plan(effects, observations.columns).n_crossed
+    wider, more = with_effects(base.observations, base.specification, (key,), granted=True)
+    effects = build_effects(wider, {**base.facts, **more}, base.own)
+    return offset_plan(effects, base.observations.columns).n_crossed
 
 
 def heavier_tails(model: FittedModel) -> float | None:

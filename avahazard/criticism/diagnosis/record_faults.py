@@ -14,12 +14,11 @@ from scipy.stats import pearsonr
 
 from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.naming import MARGIN, groups_earn_their_name, least_evidence
-from avahazard.criticism.diagnosis.refits import Question, Refit, refit_side_by_side
+from avahazard.criticism.diagnosis.refits import Question, Refit, refit_side_by_side, refit_with
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.covariate import VOLUME, number_column
 from avahazard.effects.effect import Definition, MotionEffect, VolumeErrorEffect, of_kind
 from avahazard.inference.fitting.mode import likely_friction
-from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import ELEVATION, PLACE, Observations
 from avahazard.inference.model.volumes import VolumeNodes, bounded, told_by, within_paths
 from avahazard.records.doubts import dwarfing
@@ -49,16 +48,17 @@ def by_misstated_volumes(question: Question, leader: str) -> str | None:
     the smooth of a column that of a cause, as there is a cause that it would stand for.
     None where it does, or is another kind.
     """
-    definition = find_definition(leader, question.own)
+    definition = question.base.definition(leader)
     key = _errors_of_volumes(question)
     if key is None or key in question.base.specification.effects:
         return None
     if definition.changes is not None and definition.changes.field in OF_THE_VOLUME:
         return None if _gain_of_volume(question, leader, key) > MARGIN else key
-    stand_in = stand_in_for_volume(question.observations.columns, definition)
+    observations = question.base.observations
+    stand_in = stand_in_for_volume(observations.columns, definition)
     if stand_in is None:
         return None
-    volumes = told_by(question.observations.volumes, stand_in)
+    volumes = told_by(observations.volumes, stand_in)
     beside, without = _evidence_with(question, leader, key, volumes)
     return None if beside - without > MARGIN else key
 
@@ -71,15 +71,16 @@ def _gain_of_volume(question: Question, leader: str, key: str) -> float:
     as in a law with a limit. So the evidence of either is the mean over some such volumes, where
     it is over `MARGIN` without.
     """
-    alone = question.fits.get(key) or question.refit_with(question.base, key)
-    both = question.refit_with(question.fits[leader], key)
+    alone = question.fits.get(key) or refit_with(question.base, key)
+    both = refit_with(question.fits[leader], key)
     if both.evidence - alone.evidence <= MARGIN:
         return both.evidence - alone.evidence
-    recorded = question.observations.columns.log_volume
+    observations = question.base.observations
+    recorded = observations.columns.log_volume
     pairs = [(both.evidence, alone.evidence)]
     for share in OVERSTATED:
         largest = float(np.exp(np.nanquantile(recorded, 1.0 - share)))
-        volumes = bounded(question.observations.volumes, largest)
+        volumes = bounded(observations.volumes, largest)
         pairs.append(_evidence_with(question, leader, key, volumes))
     beside, without = zip(*pairs, strict=True)
     return float(logsumexp(beside) - logsumexp(without))
@@ -89,9 +90,9 @@ def _evidence_with(
     question: Question, leader: str, key: str, volumes: VolumeNodes
 ) -> tuple[float, float]:
     """Evidence with effect `key` on other volumes: of the leader's model, and of the base."""
-    asked = replace(question, observations=replace(question.observations, volumes=volumes))
-    without = asked.refit_with(question.base, key).evidence
-    return asked.refit_with(question.fits[leader], key).evidence, without
+    on = replace(question.base.observations, volumes=volumes)
+    without = refit_with(question.base, key, on=on).evidence
+    return refit_with(question.fits[leader], key, on=on).evidence, without
 
 
 def stand_in_for_volume(columns: EventColumns, definition: Definition) -> Floats | None:
@@ -125,14 +126,14 @@ def groups_by_misstated_volumes(question: Question, groups: str) -> str | None:
     key = _errors_of_volumes(question)
     if key is None:
         return None
-    wider = question.refit_with(question.base, key)
-    return None if groups_earn_their_name(question, wider, groups) else key
+    wider = refit_with(question.base, key)
+    return None if groups_earn_their_name(wider, groups) else key
 
 
 def _errors_of_volumes(question: Question) -> str | None:
     """The candidate that scales the errors of the volumes, if there is one."""
     for candidate in question.screening.candidates:
-        if _on_volumes(candidate.definition, question.observations):
+        if _on_volumes(candidate.definition, question.base.observations):
             return candidate.key
     return None
 
@@ -161,13 +162,12 @@ def by_undetected_stops(question: Question, leader: str) -> str | None:
     key = limits[0].key
     if key in base.specification.effects:
         return None
-    needed = least_evidence(find_definition(leader, question.own))
+    needed = least_evidence(base.definition(leader))
     gained = fits[leader].evidence - base.evidence
     if gained - max(limits[0].gain, 0.0) > needed + SURE:
         return None
     asked = [(1, key)] if key in fits else [(1, key), (0, key)]
-    starts = [base, fits[leader]]
-    both, *found = refit_side_by_side(question.observations, question.own, starts, asked)
+    both, *found = refit_side_by_side([base, fits[leader]], asked)
     (alone,) = found or [fits[key]]
     return None if both.evidence - alone.evidence > needed else key
 

@@ -38,7 +38,8 @@ class Refit:
     """A model at its mode.
 
     `evidence` is the log marginal likelihood (nats), in which needless parameters cost;
-    `log_likelihood` is that of the mode. `sample` `[n, n_slots]` are draws of the posterior.
+    `log_likelihood` is that of the mode. `sample` `[n, n_slots]` are draws of the posterior; `own`
+    are the user's definitions.
     """
 
     specification: Specification
@@ -48,11 +49,21 @@ class Refit:
     log_likelihood: float
     evidence: float
     sample: Floats
+    own: Sequence[Definition] = ()
+
+    @property
+    def observations(self) -> Observations:
+        """The events that it was fitted on."""
+        return self.posterior.observations
+
+    def definition(self, key: str) -> Definition:
+        """The definition of an effect, the user's own first."""
+        return find_definition(key, self.own)
 
     @cached_property
     def held_out(self) -> Floats:
         """Log density of each group of events given the others, `[n_groups]`."""
-        groups = choose_groups(self.posterior.observations).fits
+        groups = choose_groups(self.observations).fits
         found = held_out_together(self.posterior, groups, self.mode)
         self.posterior.nodes.forget_runs()
         return found
@@ -94,9 +105,7 @@ def refit(
     (`search_mode`); with `begin` the mode is sought from such values alone.
     What they need of the data is not asked for: candidates have been asked already.
     """
-    wider, more = with_effects(observations, specification, effects, own, granted=True)
-    facts = {**facts, **more}
-    posterior = assemble(observations, wider, facts, own)
+    wider, facts, posterior = _wider(observations, specification, facts, effects, own)
     at = None if start is None else _carried(start, posterior)
     if at is None:
         posterior, mode = search_mode(posterior)
@@ -110,7 +119,20 @@ def refit(
     posterior.nodes.forget_runs()
     # None where no draw lies within the star: nothing then speaks for the model.
     value = float(np.nan_to_num(evidence.value, nan=-np.inf))
-    return Refit(wider, facts, posterior, mode, log_likelihood, value, evidence.sample)
+    return Refit(wider, facts, posterior, mode, log_likelihood, value, evidence.sample, own)
+
+
+def _wider(
+    observations: Observations,
+    specification: Specification,
+    facts: dict[str, Facts],
+    effects: Sequence[str],
+    own: Sequence[Definition],
+) -> tuple[Specification, dict[str, Facts], Posterior]:
+    """The specification with effects added, what these take from the data, and its posterior."""
+    wider, more = with_effects(observations, specification, effects, own, granted=True)
+    facts = {**facts, **more}
+    return wider, facts, assemble(observations, wider, facts, own)
 
 
 def put(u: Floats, posterior: Posterior, begin: Likely) -> Floats:
@@ -122,63 +144,46 @@ def put(u: Floats, posterior: Posterior, begin: Likely) -> Floats:
     return u
 
 
-def peak_with(
-    observations: Observations,
-    own: Sequence[Definition],
-    base: Refit,
-    start: Refit,
-    key: str,
-    values: Floats,
-) -> tuple[float, Floats]:
+def peak_with(base: Refit, entry: Definition, start: Refit, values: Floats) -> tuple[float, Floats]:
     """The log density, and the effect's values there, to which `base` with an effect climbs.
 
     From these values, and all else as it is in `start`: what a full fit begins with.
     """
-    wider, more = with_effects(observations, base.specification, (key,), own, granted=True)
-    posterior = assemble(observations, wider, {**base.facts, **more}, own)
-    peak = gauss_newton(posterior, put(_carried(start, posterior), posterior, {key: [values]}))
+    own = (*base.own, entry)
+    *_, posterior = _wider(base.observations, base.specification, base.facts, (entry.key,), own)
+    begin = {entry.key: [values]}
+    peak = gauss_newton(posterior, put(_carried(start, posterior), posterior, begin))
     posterior.nodes.forget_runs()
-    return peak.log_density, posterior.layout.effect_values(peak.u)[key]
+    return peak.log_density, posterior.layout.effect_values(peak.u)[entry.key]
 
 
 def refit_with(
-    observations: Observations,
-    own: Sequence[Definition],
-    start: Refit,
-    *keys: str,
-    likely: Likely | None = None,
+    start: Refit, *keys: str, likely: Likely | None = None, on: Observations | None = None
 ) -> Refit:
-    """The model of `start` with these effects added."""
-    return refit(observations, start.specification, start.facts, keys, own, start, likely)
+    """The model of `start` with these effects added, perhaps `on` other observations."""
+    given = start.observations if on is None else on
+    return refit(given, start.specification, start.facts, keys, start.own, start, likely)
 
 
-def refit_without(
-    observations: Observations, own: Sequence[Definition], start: Refit, key: str
-) -> Refit:
+def refit_without(start: Refit, key: str) -> Refit:
     """The model of `start` less one effect."""
     keys = tuple(k for k in start.specification.effects if k != key)
     bare = replace(start.specification, effects=keys)
-    return refit(observations, bare, start.facts, (), own, start)
+    return refit(start.observations, bare, start.facts, (), start.own, start)
 
 
-def short_climb(
-    observations: Observations,
-    own: Sequence[Definition],
-    start: Refit,
-    key: str,
-    likely: Sequence[Floats],
-) -> tuple[float, Floats]:
+def short_climb(start: Refit, key: str, likely: Sequence[Floats]) -> tuple[float, Floats]:
     """The best short climb with an effect that shapes the tables, from `likely` values of it.
 
     And from plausible ones of an effect of the catalogue. Its gain (nats of log density), and the
     values there.
     """
-    wider, more = with_effects(observations, start.specification, (key,), own, granted=True)
-    posterior = assemble(observations, wider, {**start.facts, **more}, own)
+    given = start.observations, start.specification, start.facts
+    *_, posterior = _wider(*given, (key,), start.own)
     u = _carried(start, posterior)
     effect = next(e for e in posterior.effects if e.key == key)
     climbs = short_climbs(posterior, u, effect, likely)
-    if not find_definition(key, own).beyond:
+    if not start.definition(key).beyond:
         climbs += short_climbs(posterior, u, effect)
     reached, at = max(climbs, key=lambda climb: climb[0])
     posterior.nodes.forget_runs()
@@ -210,37 +215,23 @@ def likely_values(screened: Iterable[Screened], observations: Observations) -> L
 class Question:
     """What every step to the verdict asks of.
 
-    The data, the user's own effects, a model, its full refits with each candidate that stood out
-    by itself, and the screening.
+    A model, its full refits with each candidate that stood out by itself, and the screening.
     """
 
-    observations: Observations
-    own: Sequence[Definition]
     base: Refit
     fits: Mapping[str, Refit]
     screening: Screening
 
-    def refit_with(self, start: Refit, *keys: str) -> Refit:
-        """The model of `start` with these effects added."""
-        return refit_with(self.observations, self.own, start, *keys)
-
-    def refit_without(self, start: Refit, key: str) -> Refit:
-        """The model of `start` less one effect."""
-        return refit_without(self.observations, self.own, start, key)
-
 
 def refit_each(
-    observations: Observations,
-    effects: Sequence[str],
-    own: Sequence[Definition],
     base: Refit,
+    effects: Sequence[str],
     progress: Callable[[float], None] = lambda _share: None,
     likely: Likely | None = None,
 ) -> dict[str, Refit]:
     """The base model with each effect by itself, fitted in full."""
-    asked = [(0, key) for key in effects]
     fits: dict[str, Refit] = {}
-    found = refit_side_by_side(observations, own, [base], asked, likely)
+    found = refit_side_by_side([base], [(0, key) for key in effects], likely)
     for key, fit in zip(effects, found, strict=True):
         fits[key] = fit
         progress(len(fits) / len(effects))
@@ -248,27 +239,15 @@ def refit_each(
 
 
 def refit_side_by_side(
-    observations: Observations,
-    own: Sequence[Definition],
-    starts: Sequence[Refit],
-    asked: Sequence[tuple[int, str]],
-    likely: Likely | None = None,
+    starts: Sequence[Refit], asked: Sequence[tuple[int, str]], likely: Likely | None = None
 ) -> Iterator[Refit]:
     """Of each (start, effect) asked for, that start's model with the effect, fitted in full."""
-    return spread_map(_refit_with, (observations, own, starts, likely), asked)
+    return spread_map(_refit_with, (starts, likely), asked)
 
 
-def _refit_with(
-    shared: tuple[
-        Observations,
-        Sequence[Definition],
-        Sequence[Refit],
-        Likely | None,
-    ],
-    asked: tuple[int, str],
-) -> Refit:
-    observations, own, starts, likely = shared
-    return refit_with(observations, own, starts[asked[0]], asked[1], likely=likely)
+def _refit_with(shared: tuple[Sequence[Refit], Likely | None], asked: tuple[int, str]) -> Refit:
+    starts, likely = shared
+    return refit_with(starts[asked[0]], asked[1], likely=likely)
 
 
 def _carried(start: Refit, posterior: Posterior) -> Floats:
@@ -287,12 +266,10 @@ def _carried(start: Refit, posterior: Posterior) -> Floats:
     return u
 
 
-def still_needed(
-    observations: Observations, own: Sequence[Definition], whole: Refit
-) -> dict[str, float]:
+def still_needed(whole: Refit) -> dict[str, float]:
     """Evidence (nats) that the model would lose without each of its effects."""
     return {
-        entry.key: whole.evidence - refit_without(observations, own, whole, entry.key).evidence
-        for entry in definitions_of(whole.specification, own)
+        entry.key: whole.evidence - refit_without(whole, entry.key).evidence
+        for entry in definitions_of(whole.specification, whole.own)
         if entry.changes is None
     }

@@ -10,11 +10,15 @@ import numpy as np
 from avahazard.criticism.diagnosis.force_witness import force_witness
 from avahazard.criticism.diagnosis.naming import MARGIN, least_evidence
 from avahazard.criticism.diagnosis.record_faults import explained_by_record_faults
-from avahazard.criticism.diagnosis.refits import Question, Refit, likely_values, refit_each
+from avahazard.criticism.diagnosis.refits import (
+    Question,
+    Refit,
+    likely_values,
+    refit_each,
+    refit_with,
+)
 from avahazard.criticism.screening.candidates import candidate_definitions
 from avahazard.criticism.screening.screen import LEVEL, PAIR_LEVEL, screen
-from avahazard.effects.effect import Definition
-from avahazard.inference.likelihood.assemble import find_definition
 
 MOST = 3
 """Effects that are named together at most."""
@@ -46,27 +50,27 @@ def needed_beside(question: Question, first: str) -> tuple[Together, ...]:
     evidence over that without, gains on held-out records, and is not better without any of the
     others. One that faults of the records explain as well is not needed.
     """
-    observations, own = question.observations, question.own
+    base, observations = question.base, question.base.observations
     singles = dict(question.fits)
     fit = singles[first]
     chosen: tuple[str, ...] = (first,)
     found: list[Together] = []
     while len(chosen) < MOST:
-        entries = candidate_definitions(observations, fit.specification, own)
+        entries = candidate_definitions(observations, fit.specification, base.own)
         beside = screen(fit.posterior, fit.mode.u, entries).candidates
         p_values = {c.key: c.p_family for c in beside}
         tried = [c.key for c in beside if c.p_family <= LEVEL][:TRIED]
         likely = likely_values((c for c in beside if c.key in tried), observations)
-        wider = refit_each(observations, tried, own, fit, likely=likely)
+        wider = refit_each(fit, tried, likely=likely)
         best = _best_needed(replace(question, base=fit, fits=wider))
         if best is None:
             break
         if best not in singles:
-            singles[best] = question.refit_with(question.base, best)
+            singles[best] = refit_with(base, best)
         if wider[best].evidence - singles[best].evidence <= MARGIN:
             break  # the new one does it alone
         fit, chosen = wider[best], (*chosen, best)
-        found.append(_together(chosen, fit, question.base, singles, p_values[best]))
+        found.append(_together(chosen, fit, base, singles, p_values[best]))
     return tuple(found)
 
 
@@ -74,7 +78,7 @@ def _best_needed(question: Question) -> str | None:
     """The candidate of most evidence beside the base that nothing else explains, if needed."""
     wider = question.fits
     for key in sorted(wider, key=lambda k: -wider[k].evidence):
-        if not _is_needed(question.own, question.base, wider[key], (key,)):
+        if not _is_needed(question.base, wider[key], (key,)):
             return None
         if not explained_by_record_faults(question, key):
             return key
@@ -86,10 +90,10 @@ def masked_pair(question: Question) -> Together | None:
     test, base = question.screening.pair, question.base
     if test is None or test.p_value > PAIR_LEVEL:
         return None
-    singles = refit_each(question.observations, test.keys, question.own, base)
-    both = question.refit_with(base, *test.keys)
+    singles = refit_each(base, test.keys)
+    both = refit_with(base, *test.keys)
     alone = max((base, *singles.values()), key=lambda fit: fit.evidence)
-    if not _is_needed(question.own, alone, both, test.keys):
+    if not _is_needed(alone, both, test.keys):
         return None
     order = tuple(sorted(test.keys, key=lambda k: -singles[k].evidence))
     return _together(order, both, base, singles, test.p_value)
@@ -103,9 +107,9 @@ def _together(
     return Together(keys, fit, gain, fit.log_likelihood - best, p_value)
 
 
-def _is_needed(own: Sequence[Definition], fit: Refit, wider: Refit, more: Sequence[str]) -> bool:
+def _is_needed(fit: Refit, wider: Refit, more: Sequence[str]) -> bool:
     """Whether a wider model is worth it: by evidence, by held-out records, by the force."""
-    least = max(least_evidence(find_definition(k, own)) for k in more)
+    least = max(least_evidence(wider.definition(k)) for k in more)
     if wider.evidence - fit.evidence <= least:
         return False
     witnesses = [force_witness(wider.posterior, wider.mode, k) for k in more]

@@ -41,7 +41,7 @@ def test_a_alone_gains_by_chance_what_its_law_says() -> None:
     given = observations(speeds=False)
     effect = LIMIT.build(LIMIT.facts(given.columns, given.sites))
     posterior = SimpleNamespace(observations=given, effects=(effect,))
-    fit: Any = SimpleNamespace(posterior=posterior)
+    fit: Any = SimpleNamespace(posterior=posterior, observations=given)
     found = _alone(LIMIT, fit, 10.0)
     n_paths = round(found.shape - 0.5)
     # All paths but that whose limit is declared.
@@ -57,7 +57,11 @@ def test_a_alone_gains_by_chance_what_its_law_says() -> None:
 def fit(gain: float, evidence: float) -> Any:
     posterior = SimpleNamespace(layout=SimpleNamespace(kinds=None))
     return SimpleNamespace(
-        log_likelihood=20.0 + gain, evidence=10.0 + evidence, posterior=posterior
+        log_likelihood=20.0 + gain,
+        evidence=10.0 + evidence,
+        posterior=posterior,
+        observations=observations(),
+        definition=definition,
     )
 
 
@@ -84,7 +88,7 @@ def after_fits(
     """Season and snow type, each of this surprise, fitted in full or not."""
     asked: list[str] = []
 
-    def each(_observations: Any, keys: list[str], *_: Any) -> dict[str, Any]:
+    def each(_base: Any, keys: list[str], *_: Any) -> dict[str, Any]:
         asked.extend(keys)
         return {key: fit(10.0, 5.0) for key in keys}
 
@@ -92,7 +96,7 @@ def after_fits(
     largest = np.linspace(0.0, 9.99, 999)
     candidates = (screened("season", surprise), screened("snow-type", surprise, 9.0))
     given = Screening(candidates, largest, None)
-    _, found = fitted_in_full(observations(), (), fit(0.0, 0.0), given, [], expected)
+    _, found = fitted_in_full(fit(0.0, 0.0), given, [], expected)
     return asked, found
 
 
@@ -133,7 +137,7 @@ def test_declared_ones_have_two_thirds_of_the_level(monkeypatch: pytest.MonkeyPa
 def test_groups_yield_to_a_candidate_with_their_evidence(
     monkeypatch: pytest.MonkeyPatch, evidence: float, held_out: float, expected: bool
 ) -> None:
-    def each(_observations: Any, keys: list[str], *_: Any, **__: Any) -> dict[str, Any]:
+    def each(_base: Any, keys: list[str], **_: Any) -> dict[str, Any]:
         assert keys == ["season"]  # what gains far less is not fitted
         found = fit(30.0, evidence)
         found.held_out = np.array([held_out])
@@ -147,18 +151,17 @@ def test_groups_yield_to_a_candidate_with_their_evidence(
     without.held_out = np.zeros(1)
     group = TriedGroup("winter-effect", 24.0, 1e-9, False, 20.0, 0.1)
     screening = Screening((strong, weak), np.zeros(9), None)
-    given: Any = None
-    assert bool(explained_otherwise(given, (), without, screening, group)) is expected
+    assert bool(explained_otherwise(without, screening, group)) is expected
 
 
 def test_groups_differ_plainly_by_evidence_and_level() -> None:
-    given = observations(speeds=False)
+    given = fit(0.0, 0.0)
     plain = TriedGroup("path-effect", 20.0, 0.002, True, 18.0, 0.1)
-    assert plainly_different(given, (), [plain], ["path-effect"]) == [plain]
-    assert plainly_different(given, (), [plain], []) == []
-    assert plainly_different(given, (), [replace(plain, evidence=2.0)], ["path-effect"]) == []
+    assert plainly_different(given, [plain], ["path-effect"]) == [plain]
+    assert plainly_different(given, [plain], []) == []
+    assert plainly_different(given, [replace(plain, evidence=2.0)], ["path-effect"]) == []
     # A winter must be rarer by chance than a path.
-    assert plainly_different(given, (), [replace(plain, p_value=0.004)], ["path-effect"]) == []
+    assert plainly_different(given, [replace(plain, p_value=0.004)], ["path-effect"]) == []
     assert replace(plain, lasting=False).level < plain.p_value
 
 

@@ -23,7 +23,7 @@ def observations(shared_data: Path) -> Observations:
 def test_one_effect_more_is_never_worse(observations: Observations) -> None:
     """Its star is long and bent: the mode on it once lay where no exact table has one."""
     base = refit(observations, Specification(), {})
-    wider = refit_with(observations, (), base, "force:distance")
+    wider = refit_with(base, "force:distance")
     assert wider.log_likelihood > base.log_likelihood + 30.0
 
 

@@ -35,7 +35,7 @@ def fits() -> tuple[Observations, Refit, Refit]:
     records = shifted(lengths(150, seed=5), {"column_1": x}, 0.4 * (x > 0.5))
     observations = build_observations(records)
     base = refit(observations, Specification(law="power"), {})
-    return observations, base, refit_with(observations, (), base, KEY)
+    return observations, base, refit_with(base, KEY)
 
 
 def test_the_band_is_that_of_what_the_effect_does() -> None:
@@ -91,7 +91,7 @@ def test_a_form_is_matched_as_by_integration() -> None:
 
 def test_the_law_of_a_step_is_among_the_laws() -> None:
     observations, base, fit = fits()
-    laws = found_laws(observations, (), base, fit, KEY)
+    laws = found_laws(base, fit, KEY)
     by_name = {law.form.name: law for law in laws}
     assert "step" in by_name
     assert "linear" not in by_name

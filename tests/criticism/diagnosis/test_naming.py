@@ -19,7 +19,7 @@ from avahazard.criticism.diagnosis.naming import (
     verdict_of,
 )
 from avahazard.criticism.diagnosis.record_faults import impossible_stops
-from avahazard.criticism.diagnosis.refits import Question, Refit, refit
+from avahazard.criticism.diagnosis.refits import Refit, refit
 from avahazard.criticism.screening.screen import Screened
 from avahazard.effects.catalogue import definition
 from avahazard.inference.model.observations import build_observations
@@ -155,13 +155,11 @@ def test_winters_need_evidence_for_a_name() -> None:
     winters = np.arange(48) // 6
     dates = [f"{1950 + w}-02-01" for w in winters]
     named = []
-    nothing: Any = None
     for spread in (0.0, 0.3):
         shift = spread * np.random.default_rng(7).standard_normal(8)[winters]
         moved = shifted(records, {}, shift)
         events = tuple(replace(e, date=d) for e, d in zip(moved.events, dates, strict=True))
         observations = build_observations(replace(moved, events=events))
         base = refit(observations, Specification(law="power"), {}, ("winter-effect",))
-        question = Question(observations, (), base, {}, nothing)
-        named.append(groups_earn_their_name(question, base, "winter-effect"))
+        named.append(groups_earn_their_name(base, "winter-effect"))
     assert named == [False, True]

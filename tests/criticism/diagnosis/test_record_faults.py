@@ -38,8 +38,15 @@ STATED = 0.3
 NOTHING: Any = None
 
 
-def fit(evidence: float) -> Any:
-    return SimpleNamespace(evidence=evidence, specification=Specification(), facts={})
+def fit(evidence: float, observations: Observations | None = None) -> Any:
+    return SimpleNamespace(
+        evidence=evidence,
+        specification=Specification(),
+        facts={},
+        observations=observations,
+        own=(),
+        definition=definition,
+    )
 
 
 @pytest.mark.parametrize(
@@ -77,14 +84,14 @@ def test_what_is_of_the_volume_must_earn_its_evidence_beside_its_errors(
             SimpleNamespace(key=k, definition=find_definition(k, ())) for k in (leader, ERROR)
         ]
     )
-    base, first = fit(0.0), fit(30.0)
+    base, first = fit(0.0, observations), fit(30.0, observations)
 
     def refitted(*told: Any) -> Any:
         return fit(beside if any(each is first for each in told) else overstated)
 
     monkeypatch.setattr(refits, "refit", refitted)
     fits = {leader: first, ERROR: fit(20.0)}
-    question = Question(observations, (), base, fits, screening)
+    question = Question(base, fits, screening)
     assert by_misstated_volumes(question, leader) == expected
     stated: Any = SimpleNamespace(candidates=[])
     assert by_misstated_volumes(replace(question, screening=stated), leader) is None
@@ -97,22 +104,24 @@ def test_groups_must_earn_their_evidence_beside_errors_of_volumes(
     monkeypatch: pytest.MonkeyPatch, left: float, expected: str | None
 ) -> None:
     """`left` is the evidence of the groups where the errors may be misstated too."""
-    observations: Any = None
     candidates = [SimpleNamespace(key=k, definition=definition(k)) for k in (SEASON, ERROR)]
     monkeypatch.setattr(record_faults, "_on_volumes", lambda entry, _: entry.key == ERROR)
     evidence = {("path-effect", ERROR): 30.0 + left, (ERROR,): 30.0}
 
     def refitted(_observations: Any, specification: Any, *told: Any) -> Any:
         keys = (*specification.effects, *told[1])
-        return SimpleNamespace(
-            specification=Specification(effects=keys), facts={}, evidence=evidence[keys]
-        )
+        return model(keys, evidence[keys])
+
+    def model(keys: tuple[str, ...], evidence: float = 0.0) -> Any:
+        found = fit(evidence)
+        found.specification = Specification(effects=keys)
+        return found
 
     monkeypatch.setattr(refits, "refit", refitted)
-    base: Any = SimpleNamespace(specification=Specification(effects=("path-effect",)), facts={})
+    base = model(("path-effect",))
     for tried, told in ((candidates, expected), (candidates[:1], None)):
         screening: Any = SimpleNamespace(candidates=tried)
-        question = Question(observations, (), base, {}, screening)
+        question = Question(base, {}, screening)
         assert groups_by_misstated_volumes(question, "path-effect") == told
 
 
@@ -171,8 +180,8 @@ def test_a_force_must_earn_its_evidence_beside_a_detection_limit(
 ) -> None:
     monkeypatch.setattr(record_faults, "refit_side_by_side", lambda *_: iter([fit(beside)]))
     fits = {leader: fit_with(10.0, leader), LIMIT: fit(20.0)}
-    base: Any = SimpleNamespace(specification=Specification(), evidence=0.0)
-    question = Question(NOTHING, (), base, fits, screened(8.0))
+    base = fit(0.0)
+    question = Question(base, fits, screened(8.0))
     assert by_undetected_stops(question, leader) == expected
     known: Any = SimpleNamespace(candidates=[])
     assert by_undetected_stops(replace(question, screening=known), leader) is None
@@ -190,8 +199,8 @@ def test_a_limit_that_gains_too_little_to_take_the_evidence_is_not_fitted(
         return iter([fit(20.0), fit(20.0)])
 
     monkeypatch.setattr(record_faults, "refit_side_by_side", side_by_side)
-    base: Any = SimpleNamespace(specification=Specification(), evidence=-100.0)
-    question = Question(NOTHING, (), base, {DRAG: fit_with(-40.0, DRAG)}, screened(5.0))
+    base = fit(-100.0)
+    question = Question(base, {DRAG: fit_with(-40.0, DRAG)}, screened(5.0))
     assert by_undetected_stops(question, DRAG) is None
     assert not asked
     assert by_undetected_stops(replace(question, screening=screened(40.0)), DRAG) == LIMIT
@@ -201,7 +210,7 @@ def test_a_limit_that_gains_too_little_to_take_the_evidence_is_not_fitted(
 def test_all_faults_that_explain_it_are_returned(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(record_faults, "by_undetected_stops", lambda *_: LIMIT)
     monkeypatch.setattr(record_faults, "by_misstated_volumes", lambda *_: None)
-    question = Question(NOTHING, (), NOTHING, {}, NOTHING)
+    question = Question(NOTHING, {}, NOTHING)
     assert explained_by_record_faults(question, "cohesion") == (LIMIT,)
     monkeypatch.setattr(record_faults, "by_misstated_volumes", lambda *_: ERROR)
     assert explained_by_record_faults(question, "cohesion") == (LIMIT, ERROR)
@@ -263,7 +272,7 @@ def _asked(observations: Observations) -> tuple[float, str | None]:
     fits: dict[str, Refit] = {LAW: other}
     errors = SimpleNamespace(key=ERROR, definition=definition(ERROR))
     screening: Any = SimpleNamespace(candidates=[errors])
-    question = Question(observations, (), base, fits, screening)
+    question = Question(base, fits, screening)
     return other.evidence - base.evidence, by_misstated_volumes(question, LAW)
 
 

@@ -48,7 +48,7 @@ def test_another_law_starts_at_the_data() -> None:
 def test_an_effect_is_taken_away_and_the_others_stay() -> None:
     observations = studies.observations(speeds=False)
     fit = refit(observations, Specification(), {}, (PATH_EFFECT, "snow-type"))
-    bare = refit_without(observations, (), fit, PATH_EFFECT)
+    bare = refit_without(fit, PATH_EFFECT)
     assert not bare.posterior.plan
     assert [e.key for e in bare.posterior.effects] == ["snow-type"]
     fresh = refit(observations, Specification(), {}, ("snow-type",))
@@ -64,7 +64,8 @@ def test_a_loss_is_what_the_others_alone_lack(monkeypatch: pytest.MonkeyPatch) -
 
     monkeypatch.setattr(refits, "refit", refitted)
     specification = Specification(effects=("snow-type", "season"))
-    whole: Any = SimpleNamespace(evidence=-10.0, specification=specification, facts={})
-    observations: Any = None
-    lost = still_needed(observations, (), whole)
+    whole: Any = SimpleNamespace(
+        evidence=-10.0, specification=specification, facts={}, observations=None, own=()
+    )
+    lost = still_needed(whole)
     assert lost == {"snow-type": 2.0, "season": -1.0}

@@ -102,6 +102,8 @@ def fitted(*keys: str) -> Any:
         log_likelihood=0.0,
         specification=None,
         posterior=None,
+        observations=None,
+        own=(),
         mode=SimpleNamespace(u=None),
     )
 
@@ -125,11 +127,11 @@ def test_one_that_errors_may_explain_is_not_needed(
     monkeypatch.setattr(
         together,
         "refit_each",
-        lambda _o, keys, _own, fit, **_: {k: fitted(*fit.keys, k) for k in keys},
+        lambda fit, keys, **_: {k: fitted(*fit.keys, k) for k in keys},
     )
-    monkeypatch.setattr(Question, "refit_with", lambda _question, _base, *keys: fitted(*keys))
+    monkeypatch.setattr(together, "refit_with", lambda _base, *keys: fitted(*keys))
     monkeypatch.setattr(
-        together, "_is_needed", lambda _own, fit, wider, _more: wider.evidence > fit.evidence + 3.0
+        together, "_is_needed", lambda fit, wider, _more: wider.evidence > fit.evidence + 3.0
     )
     monkeypatch.setattr(
         together,
@@ -138,6 +140,6 @@ def test_one_that_errors_may_explain_is_not_needed(
     )
     nothing: Any = None
     fits = {"snow-type": fitted("snow-type")}
-    question = Question(nothing, (), fitted(), fits, nothing)
+    question = Question(fitted(), fits, nothing)
     found = needed_beside(question, "snow-type")
     assert [more.effects for more in found] == ([("snow-type", expected)] if expected else [])

@@ -145,11 +145,10 @@ def test_rows_by_chance_have_the_covariance_of_the_rows(speeds: bool) -> None:
 @pytest.mark.parametrize("slope", [0.0, 0.04, 0.08])
 def test_first_order_gains_are_those_of_full_fits(slope: float) -> None:
     base = refit(build_observations(lengths(90, slope)), Specification(law="power"), {})
-    observations = base.posterior.observations
     keys = ["covariate:column_1", "covariate:column_2", "covariate:rock", "scatter:rock"]
     screened = screen(base.posterior, base.mode.u, [find_definition(k) for k in keys], 10)
     for c in screened.candidates:
-        whole = refit_with(observations, (), base, c.key)
+        whole = refit_with(base, c.key)
         gain = whole.mode.log_density - base.mode.log_density
         prior = whole.posterior.layout.log_prior(np.append(base.mode.u, np.zeros(len(c.likely))))
         gain -= float(prior - base.posterior.layout.log_prior(base.mode.u))
@@ -162,7 +161,7 @@ def test_a_force_is_seen_where_speeds_are_measured() -> None:
     base = refit(observations, Specification(), {}, (PATH_EFFECT,))
     drag = find_definition("turbulent-drag")
     (found,) = screen(base.posterior, base.mode.u, [drag], 10).candidates
-    whole = refit_with(observations, (), base, drag.key)
+    whole = refit_with(base, drag.key)
     gain = whole.log_likelihood - base.log_likelihood
     assert found.one_sided
     assert gain > 5.0
