@@ -540,6 +540,21 @@ class Region:
 
         return volumes(self.database, request)
 
+    @taking(HazardRequest)
+    def hazard(self, names: Sequence[str], request: HazardRequest) -> Hazard:
+        """Design runouts by several models, averaged; lengths in m.
+
+        Each weighs as their mixture predicts left-out records best. Raises `AvahazardError` as
+        `Model.hazard`, and where the models were calibrated on different records.
+
+        >>> region.hazard(["base"], return_periods=100).rows[0].return_period_years
+        100.0
+        """
+        from avahazard.workflow.hazard import hazard  # noqa: PLC0415
+
+        with show_progress() as report:
+            return hazard(self.database, names, request, report)
+
     def alpha_beta(
         self, path_id: str | None = None, by: str | Sequence[str] = ()
     ) -> Rows[TerrainRunout]:

@@ -42,6 +42,8 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
     "other_speeds": "{model} was calibrated with the error of speeds of an earlier version "
     "(speed_sigma). Calibrate a new model: until then friction along its tracks scatters as the "
     "prior of track_sigma says.",
+    "weights": "the models have these weights, by which their mixture predicts left-out records "
+    "best (stacking): {weights}.",
     "any_volume": "this model's friction is the same for every volume.",
     "largest_volume": "{model} takes no true volume to be larger than {largest:,.0f} m3, as its "
     "records together indicate: a larger record counts as an error.",
@@ -150,6 +152,7 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
     "of_parameters": "uncertainty of the calibrated parameters",
     "of_unknown_path": "the unknown friction of a path without records",
     "of_volume_error": "error of the volume of the return period",
+    "of_model": "not knowing which model is right",
     "of_rate_error": "error of the rate",
     "of_all_volumes": "all volumes",
     "of_frequency_error": "error of the frequency of volumes",
@@ -247,6 +250,9 @@ TERMINAL = {
     "why_unexplained": "{model} fails along {along:and}, which no effect explains: write one.",
     "why_measure": "{model} lacks one of {effects}: these records cannot tell which (expected gain "
     "{nats:.1f} nats).",
+    "why_each": "{model} lacks one of {effects}: these records cannot tell which. Add each, then "
+    "average.",
+    "why_average": "{model} lacks one of {effects}: these records cannot tell which. Average them.",
     "why_hazard": "{model} is the model to use; it has no design runouts yet.",
     "why_map": "{model} is the model to use: draw its map.",
     "why_report": "{model} is the model to use, and its design runouts are stored.",

@@ -18,7 +18,7 @@ import numpy as np
 from avahazard.hazard.exceedance import Avalanches, exceeded_runout
 from avahazard.hazard.frequency import known_volumes, return_volume, volume_frequencies
 from avahazard.hazard.path_hazard import path_hazard
-from avahazard.hazard.rows import spread, volume_bounds
+from avahazard.hazard.rows import spread, volume_stops
 from avahazard.hazard.volume_source import VolumeSource
 from avahazard.inference.likelihood.assemble import with_effects
 from avahazard.inference.model.observations import build_observations
@@ -127,7 +127,9 @@ def judge(world: TrueWorld, families: Sequence[str] = tuple(FAMILIES)) -> Line:
             # On the whole profile, which the calibration may not have had.
             path = path_hazard(found, world.records, path_id, volumes, [at], seed=world.seed)
             b, rising = design(path.avalanches)
-            a = volume_bounds(path, at, 20_000, generator(world.seed, "coverage", path_id)).x
+            a = spread(
+                volume_stops(path, at, 20_000, generator(world.seed, "coverage", path_id))[0]
+            )
             line[family] = {
                 "volume_m3": [returned.q05_m3, at, returned.q95_m3],
                 "a": [a.q05, a.q50, a.q95],

@@ -17,6 +17,7 @@ from avahazard.report.language import TERMINAL
 from avahazard.report.tables import (
     apart_table,
     design_table,
+    models_table,
     period_volumes_table,
     points_table,
     speeds_table,
@@ -54,7 +55,14 @@ MOST_ROWS, MOST_NOTES = 500, 100
 
 
 def hazard(
-    name: CalibratedModel,
+    names: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="NAME…",
+            help="A calibrated model; several are averaged.",
+            show_default=False,
+        ),
+    ],
     *,
     request: HazardRequest,
     dry_run: Annotated[
@@ -66,6 +74,8 @@ def hazard(
     The design runout is exceeded once in the period, by avalanches of all volumes at the rate of
     the path. Below it stands where avalanches of the volume of that period stop.
 
+    Several models are averaged: each weighs as their mixture predicts left-out records best.
+
     Paths are stored as they are done: the same command goes on where it was interrupted. A path
     that fails is left out with its reason.
 
@@ -75,14 +85,15 @@ def hazard(
       avahazard hazard first -T 30 -T 300 --path P01
       avahazard hazard first -T 100 --frequency gpd
       avahazard hazard first -T 100 --volumes volumes.csv
+      avahazard hazard first with-drag
       avahazard hazard first --dry-run
       avahazard hazard first --engine processes --workers 8
       avahazard --json hazard first -V 20000 > bounds.json
     """
     if dry_run:
-        emit(ask("hazard.plan_hazard", name=name, request=request), show_plan)
+        emit(ask("hazard.plan_hazard", names=names, request=request), show_plan)
         return
-    found = ask("hazard.run_hazard", name=name, request=request)
+    found = ask("hazard.run_hazard", names=names, request=request)
     emit_rows(
         found.documents(),
         lambda console: show_bounds(console, list(islice(found.rows(), MOST_ROWS)), found.failed),
@@ -122,6 +133,8 @@ def show_bounds(
     given = [row for row in rows if row.return_period_years is None]
     if periods:
         show(console, design_table(periods, TERMINAL))
+    if rows and rows[0].by_model:
+        show(console, models_table(rows, TERMINAL))
     if verbose or given:
         show(console, volume_runout_table(rows if verbose else given, TERMINAL))
     if verbose:

@@ -344,14 +344,19 @@ def natural_runouts(avalanches: Avalanches) -> Floats:
     return passing(middle).exceeded(level * middle.volumes.rate)
 
 
-def reach(avalanches: Avalanches, n_places: int = N_PLACES) -> Reach:
+def reach(
+    avalanches: Avalanches,
+    n_places: int = N_PLACES,
+    rates: Callable[[Floats], Floats] | None = None,
+) -> Reach:
     """Annual chance that one or more avalanches pass each of `n_places` places below the release.
 
-    1 - exp(-λ P(X > x)), x evenly from the highest release to the end of the profile.
+    1 - exp(-λ P(X > x)), x evenly from the highest release to the end of the profile. `rates(x)`
+    `[n_places, n_parameters]` are those of these avalanches, or of an average over models.
     """
     x = np.linspace(*path_ends(avalanches), n_places)
-    rates = passing(avalanches).rates(x)
-    found = np.quantile(-np.expm1(-rates), QUANTILES, axis=1).T
+    often = (rates or passing(avalanches).rates)(x)
+    found = np.quantile(-np.expm1(-often), QUANTILES, axis=1).T
     return Reach(x, np.asarray(avalanches.site.smooth.height(x)), found)
 
 

@@ -19,6 +19,7 @@ from avahazard.hazard.exceedance import (
     exceeded_runout,
     middle_runout,
     natural_runouts,
+    passing,
     reach,
 )
 from avahazard.hazard.extremes import ANY_VOLUME_M3
@@ -42,6 +43,7 @@ from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.results.hazard import (
     Design,
     HazardRow,
+    ModelRunout,
     PlaceQuantiles,
     ReachChance,
     ReturnLevel,
@@ -288,6 +290,15 @@ def _unknown_path(path: PathHazard) -> list[Note]:
 
 
 @dataclass(frozen=True, slots=True)
+class Weighted:
+    """A path by one of several models, and the weight of that model."""
+
+    model: str
+    weight: float
+    path: PathHazard
+
+
+@dataclass(frozen=True, slots=True)
 class Scenario:
     """A row of `hazard` to come.
 
@@ -308,12 +319,13 @@ class Scenario:
         return ANY_VOLUME_M3 if self.volume_m3 is None else self.volume_m3
 
 
-def volume_bounds(
+def volume_stops(
     path: PathHazard, volume_m3: float, n_draws: int, rng: np.random.Generator
-) -> RunoutBounds:
-    """Bounds of the runout of one of the volumes of `path`, from `n_draws` over the posterior.
+) -> tuple[Floats, Floats, int]:
+    """Stops of avalanches of one of the volumes of `path`, from `n_draws` over the posterior.
 
-    Every draw takes one of the classes of avalanches to come.
+    Every draw takes one of the classes of avalanches to come. Returns x and elevation (m) as
+    `draw_stops`, and how many were not released.
     """
     draws, avalanches, here = path.draws, path.avalanches, path.at_volume[volume_m3]
     parameter = np.arange(n_draws) * len(draws.u) // n_draws
@@ -343,7 +355,7 @@ def volume_bounds(
         release_x = float(site.release_x[avalanches.release[0]])
         sigma = draws.sigma_m[parameter[order]]
         x, y, held = scattered_stops(site.smooth, release_x, y, sigma, rng)
-    return bounds_of_stops(x, y, held, n_draws)
+    return x, y, held
 
 
 @lru_cache(maxsize=4)
@@ -389,9 +401,14 @@ def runout_interval(avalanches: Avalanches, x: Floats, interval: Note) -> Runout
     return RunoutInterval(spread(x), spread(height), interval)
 
 
-def annual_reach(path: PathHazard) -> ReachChance:
+def annual_reach(models: Sequence[Weighted]) -> ReachChance:
     """The annual chance of reaching places on the path."""
-    found = reach(path.avalanches)
+    found = reach(
+        models[0].path.avalanches,
+        rates=lambda x: by_weight(
+            models, [passing(one.path.avalanches).rates(x) for one in models]
+        ),
+    )
     low, middle, high = (tuple(chances) for chances in found.chance.T.tolist())
     return ReachChance(
         x_m=tuple(found.x.tolist()),
@@ -400,19 +417,12 @@ def annual_reach(path: PathHazard) -> ReachChance:
     )
 
 
-def design(path: PathHazard, return_period_years: float) -> Design | None:
-    """The design runout of a return period over 1 year; None where the path's rate is not known.
+def design_of(path: PathHazard, x: Floats) -> Design:
+    """What is said of the runouts x (m) `[n_parameters]` of a return period, inf past the end.
 
     Every return period takes the same draws of the parameters, and in each draw the runout rises
-    with it (`avalanches.exceeded`): so do all quantiles, whatever friction does with volume.
+    with it (`exceeded_runout`): so do all quantiles, whatever friction does with volume.
     """
-    if not path.rate_known:
-        return None
-    return design_of(path, exceeded_runout(path.avalanches, return_period_years))
-
-
-def design_of(path: PathHazard, x: Floats) -> Design:
-    """The same of the runouts x (m) `[n_parameters]` of a return period, inf past the end."""
     places = place_quantiles(x)
     middle, recorded = places.q50, path.recorded
     return Design(
@@ -492,29 +502,73 @@ UNKNOWN = Spread(None, None, None, None)
 
 
 def path_rows(
-    path: PathHazard, scenarios: Sequence[Scenario], n_draws: int, seed: int
+    models: Sequence[Weighted], scenarios: Sequence[Scenario], n_draws: int, seed: int
 ) -> list[HazardRow]:
     """A row for each scenario of a path (`workflow.hazard`), each from `n_draws` draws.
 
-    The first has `reach`, the annual chance along the path, where the rate is known. A row hangs
-    on the seed, its path and its scenario, not on the other rows.
+    By one model, or by several, each with its weight among the draws: intervals then hold too that
+    it is not known which is right, and natural variability and uncertainty of parameters are not
+    told apart. The first row has `reach`, the annual chance along the path, where the rate is
+    known. A row hangs on the seed, its path and its scenario, not on the other rows.
     """
-    rows = [_row(path, scenario, n_draws, seed) for scenario in scenarios]
-    if path.rate_known:
-        rows[0] = replace(rows[0], reach=annual_reach(path))
+    rows = [_row(models, scenario, n_draws, seed) for scenario in scenarios]
+    if models[0].path.rate_known:
+        rows[0] = replace(rows[0], reach=annual_reach(models))
     return rows
 
 
-def _row(path: PathHazard, scenario: Scenario, n_draws: int, seed: int) -> HazardRow:
-    period = scenario.return_period
+def parts(models: Sequence[Weighted], n: int) -> list[int]:
+    """How many of `n` draws each model has."""
+    ends = np.round(np.cumsum([0.0, *(one.weight for one in models)]) * n)
+    return [int(k) for k in np.diff(ends)]
+
+
+REPEATED = 10
+"""Times that draws of several models are taken, about, so that all of them stand by weight."""
+
+
+def by_weight(models: Sequence[Weighted], values: Sequence[Floats]) -> Floats:
+    """Values `[n_models][…, n_draws]` of all models together, each by its weight."""
+    if len(models) == 1:
+        return values[0]
+    n = REPEATED * max(each.shape[-1] for each in values)
+    counts = zip(values, parts(models, n), strict=True)
+    taken = [each[..., np.arange(k) * each.shape[-1] // max(k, 1)] for each, k in counts]
+    return np.concatenate(taken, axis=-1)
+
+
+def _row(models: Sequence[Weighted], scenario: Scenario, n_draws: int, seed: int) -> HazardRow:
+    path, period = models[0].path, scenario.return_period
     keys = (seed, "hazard", path.path_id, repr(scenario.volume_m3), repr(period))
-    bounds = volume_bounds(path, scenario.any_volume_m3, n_draws, generator(*keys))
+    drawn = [
+        volume_stops(one.path, scenario.any_volume_m3, n, generator(*keys))
+        for one, n in zip(models, parts(models, n_draws), strict=True)
+    ]
+    x = [stops[0] for stops in drawn]
+    y = np.concatenate([stops[1] for stops in drawn])
+    bounds = bounds_of_stops(np.concatenate(x), y, sum(stops[2] for stops in drawn), n_draws)
     held = bounds.p_not_released > HELD_TOO_MANY
     if held:
         bounds = replace(bounds, x=UNKNOWN, elevation=UNKNOWN)
     row = hazard_row(scenario, bounds, row_interval(path, return_period=period is not None))
     if not held:
-        of_period = None if period is None else design(path, period)
-        natural, parameters = uncertainties(path, scenario)
-        row = replace(row, design=of_period, natural=natural, parameters=parameters)
+        if period is not None and path.rate_known:
+            x = [exceeded_runout(one.path.avalanches, period) for one in models]
+            row = replace(row, design=design_of(path, by_weight(models, x)))
+        if len(models) == 1:
+            natural, parameters = uncertainties(path, scenario)
+            row = replace(row, natural=natural, parameters=parameters)
+        else:
+            told = zip(models, x, strict=True)
+            of = (ModelRunout(m.model, m.weight, place_quantiles(v)) for m, v in told if len(v))
+            row = replace(row, by_model=tuple(of), interval=_of_model(row.interval))
+            if row.design is not None:
+                told_of = _of_model(row.design.interval)
+                row = replace(row, design=replace(row.design, interval=told_of))
     return replace(row, notes=row_notes(path, row))
+
+
+def _of_model(interval: Note) -> Note:
+    """The interval of an average: it holds too that it is not known which model is right."""
+    parts = [*interval.values["parts"], Note("of_model")]
+    return Note(interval.key, **{**interval.values, "parts": parts})

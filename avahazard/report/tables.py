@@ -196,6 +196,23 @@ def design_table(
     return made("design", title, columns, found, language, legend, cards=True)
 
 
+def models_table(rows: HazardRows, language: Language = ENGLISH, names: Names = NO_NAMES) -> Table:
+    """What each of the averaged models says of a row."""
+    say = language.say
+    each = [(row, one) for row in rows for one in row.by_model or ()]
+    columns = (
+        _path(names, language, itemgetter(0)),
+        _years(language, itemgetter(0)),
+        (">V, m³", lambda r: cubic(r[0].volume_m3, language)),
+        (say("model"), lambda r: r[1].model),
+        (">" + say("weight"), lambda r: language.number(f"{r[1].weight:.2f}")),
+        (">x, m", lambda r: place(r[1].runout_x_m.q50, language)),
+        (">5–95 %", lambda r: span(r[1].runout_x_m, language)),
+    )
+    title = say("By model: what is averaged")
+    return made("models", title, columns, each, language, cards=True)
+
+
 def points_table(
     rows: HazardRows, language: Language = ENGLISH, names: Names = NO_NAMES
 ) -> Table | None:

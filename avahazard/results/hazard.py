@@ -114,6 +114,15 @@ class ReachChance(Result):
 
 
 @dataclass(frozen=True, slots=True)
+class ModelRunout(Result):
+    """What one of several models says, and its weight: its design runout, or that of the volume."""
+
+    model: str
+    weight: float
+    runout_x_m: PlaceQuantiles
+
+
+@dataclass(frozen=True, slots=True)
 class HazardRow(Result):
     """What is expected on one path for a return period, or of a volume; lengths in m.
 
@@ -121,7 +130,8 @@ class HazardRow(Result):
     runout of avalanches of one volume, that of the period or a given one: `natural` holds all
     parameters at their middle, `parameters` is the posterior of the median runout. `reach`
     stands in the first row of a path with a rate. Where the volume of a return period comes from
-    is None for a volume that was given.
+    is None for a volume that was given. An average over models has each of them in `by_model`, and
+    no `natural` or `parameters`.
     """
 
     path_id: str
@@ -150,6 +160,7 @@ class HazardRow(Result):
     natural: RunoutInterval | None = field(default=None, metadata=ABSENT)
     parameters: RunoutInterval | None = field(default=None, metadata=ABSENT)
     reach: ReachChance | None = field(default=None, metadata=ABSENT)
+    by_model: tuple[ModelRunout, ...] | None = field(default=None, metadata=ABSENT)
     notes: tuple[Note, ...] = ()
 
 

@@ -265,9 +265,11 @@ Kind = type[ResultTable]
 COMPARISON: Kind = ComparisonTable
 DIAGNOSIS: Kind = DiagnosisTable
 
-RunKind = Literal["hazard", "zones"]
+RunKind = Literal["hazard", "zones", "average"]
 BOUNDS: RunKind = "hazard"
 ZONES: RunKind = "zones"
+AVERAGE: RunKind = "average"
+"""Of several models; kept with the first."""
 READ_AHEAD = 50
 """Paths that are read at a time."""
 

@@ -22,7 +22,7 @@ from avahazard.engine import chosen
 from avahazard.hazard.extremes import EventVolumes
 from avahazard.hazard.frequency import Frequencies, return_volume, volume_frequencies
 from avahazard.hazard.path_hazard import path_hazard
-from avahazard.hazard.rows import Scenario, path_rows
+from avahazard.hazard.rows import Scenario, Weighted, path_rows
 from avahazard.hazard.volume_source import VolumeSource
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.prediction import extrapolation
@@ -30,7 +30,7 @@ from avahazard.notes import Note, placed
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.hazard import Hazard, HazardPlan, HazardRow, failed_document
-from avahazard.store.results import BOUNDS, interrupted_run, read_run
+from avahazard.store.results import AVERAGE, BOUNDS, interrupted_run, read_run
 from avahazard.store.session import database_file, reading
 from avahazard.workers import n_workers
 from avahazard.workflow.by_path import (
@@ -45,7 +45,12 @@ from avahazard.workflow.by_path import (
     went_on,
 )
 from avahazard.workflow.requests import HazardRequest
-from avahazard.workflow.stored import hazard_notes, load_for_paths
+from avahazard.workflow.stored import (
+    hazard_notes,
+    load_for_paths,
+    load_stored,
+    require_unchanged,
+)
 
 DEFAULT_RETURN_PERIOD = 100.0
 
@@ -76,24 +81,27 @@ class HazardRun:
                     yield failed_document(found.path_id, found.failed)
 
 
-def hazard(database: str, name: str, request: HazardRequest, report: Report = silent) -> Hazard:
+def hazard(
+    database: str, names: str | Sequence[str], request: HazardRequest, report: Report = silent
+) -> Hazard:
     """Compute and store the runout of paths; all rows at once (see `run_hazard`)."""
-    run = run_hazard(database, name, request, report)
+    run = run_hazard(database, names, request, report)
     return Hazard(Rows(run.rows()), run.notes)
 
 
 def run_hazard(
-    database: str, name: str, request: HazardRequest, report: Report = silent
+    database: str, names: str | Sequence[str], request: HazardRequest, report: Report = silent
 ) -> HazardRun:
-    """Compute and store the runout of paths.
+    """Compute and store the runout of paths by one model, or by several averaged.
 
     One row for each path and each return period, with its design runout, or volume, sorted by path;
     paths without what a return period needs are left out with their reason. Rows are stored as they
     come; the same call goes on where it was interrupted. Raises `AvahazardError` where there is no
     such model or path, `effect_files` are not those that the model was made with, a file of
-    `source` cannot be read, or no path has what a return period needs.
+    `source` cannot be read, no path has what a return period needs, or models stand on other
+    records.
     """
-    work, of_model = hazard_work(database, name, request)
+    work, of_model = hazard_work(database, names, request)
     run = run_paths(database, work, report)
     beyond: list[Note] = []
     failed: dict[str, str] = {}
@@ -116,39 +124,80 @@ def run_hazard(
 
 
 def hazard_work(
-    database: str, name: str, request: HazardRequest
+    database: str, names: str | Sequence[str], request: HazardRequest
 ) -> tuple[PathWork, tuple[Note, ...]]:
-    """What is done on each path, and the notes on the model. Raises as `run_hazard`."""
+    """What is done on each path, and the notes on the models. Raises as `run_hazard`."""
     periods, sizes = tuple(request.return_periods), tuple(request.volumes)
     if not periods and not sizes:
         periods = (DEFAULT_RETURN_PERIOD,)
     n_draws, seed, source = request.draws, request.seed, request.source
-    model, survey = load_for_paths(database, name, request.effect_files)
-    path_ids = survey.paths_to_run(request.paths)
-    notes = hazard_notes(model)
-    answer = partial(
-        hazard_of_path,
-        model,
-        volume_frequencies(survey.volumes, seed, source) if periods else None,
-        periods,
-        sizes,
-        notes,
-        n_draws=n_draws,
-        seed=seed,
-    )
-    settings = {
+    asked = tuple(dict.fromkeys([names] if isinstance(names, str) else names))
+    loaded = [load_for_paths(database, name, request.effect_files) for name in asked]
+    models, survey = [model for model, _ in loaded], loaded[0][1]
+    weights, kind = [1.0], BOUNDS
+    notes = dict.fromkeys(note for model in models for note in hazard_notes(model))
+    settings: dict[str, Any] = {
         "return_periods": list(periods),
         "volumes": list(sizes),
         "n_draws": n_draws,
         "seed": seed,
         "source": source_settings(source),
     }
-    work = PathWork(BOUNDS, "Runout", answer, model.calibration, survey, path_ids, settings)
-    return work, notes
+    if len(models) > 1:
+        weights, kind = model_weights(database, asked, request.effect_files), AVERAGE
+        settings["weights"] = dict(zip(asked, weights, strict=True))
+        told = ", ".join(f"{name} {weight:.2f}" for name, weight in settings["weights"].items())
+        notes = {Note("weights", weights=told): None, **notes}
+    answer = partial(
+        hazard_of_path,
+        tuple(zip(models, weights, strict=True)),
+        volume_frequencies(survey.volumes, seed, source) if periods else None,
+        periods,
+        sizes,
+        tuple(notes),
+        n_draws=n_draws,
+        seed=seed,
+    )
+    others = next((found.others for _, found in loaded if found.others), ())
+    survey = replace(survey, others=others)
+    path_ids = survey.paths_to_run(request.paths)
+    work = PathWork(kind, "Runout", answer, models[0].calibration, survey, path_ids, settings)
+    return work, tuple(notes)
+
+
+def model_weights(
+    database: str, names: Sequence[str], effect_files: Sequence[Path] = ()
+) -> list[float]:
+    """Weights of models by stacking: how well their mixture predicts records that are left out.
+
+    Raises `AvahazardError` where they stand on other records, or one has no density of them.
+    """
+    # Slow to load, and of no use to one model.
+    from avahazard.criticism.scoring.loo import (  # noqa: PLC0415
+        leave_one_out,
+        stacking_weights,
+    )
+    from avahazard.workflow.compare import require_comparable  # noqa: PLC0415
+
+    density, records = [], []
+    for name in names:
+        model, _ = load_stored(database, name, effect_files)
+        require_comparable(model)
+        require_unchanged(model)
+        records.append((model.calibration.data_fingerprint, model.n_events))
+        if records[-1] != records[0]:
+            raise AvahazardError(
+                f"{name} was calibrated on other records than {names[0]}: left-out records cannot "
+                "weigh them.",
+                "Average models that were calibrated on the same paths and events.",
+            )
+        density.append(leave_one_out(model).by_event)
+    weights: list[float] = stacking_weights(np.column_stack(density)).tolist()
+    return weights
 
 
 def hazard_of_path(
-    model: FittedModel,
+    models: Sequence[tuple[FittedModel, float]],
     frequencies: Frequencies | None,
     return_periods: Sequence[float],
     volumes: Sequence[float],
@@ -160,9 +209,10 @@ def hazard_of_path(
 ) -> PathDocuments:
     """The rows of a path, for return periods (years) and volumes (m3); `notes` go with each.
 
-    Raises `AvahazardError` where it lacks what a return period needs.
+    By one model, or by several averaged with their weights. Raises `AvahazardError` where it lacks
+    what a return period needs.
     """
-    path_id, needs_volume = task.path_id, not model.ignores_volume
+    path_id, needs_volume = task.path_id, not all(m.ignores_volume for m, _ in models)
     if frequencies is not None:
         # Fits of other paths are not kept.
         frequencies = replace(frequencies, fitted={})
@@ -172,10 +222,14 @@ def hazard_of_path(
         raise refused[0]
     rate = _rate(scenarios, frequencies, needs_volume)
     at = [scenario.any_volume_m3 for scenario in scenarios]
-    path = path_hazard(model, task.records, path_id, rate, at, seed=seed)
+    each = [
+        Weighted(m.name, weight, path_hazard(m, task.records, path_id, rate, at, seed=seed))
+        for m, weight in models
+    ]
     beyond: dict[float | None, list[Note]] = {}
     if needs_volume:
         asked = {s.volume_m3 for s in scenarios if s.volume_m3 is not None}
+        model = next(m for m, _ in models if not m.ignores_volume)
         beyond = {v: extrapolation(model, path_id, v).notes() for v in asked}
     rows = [
         replace(
@@ -187,7 +241,7 @@ def hazard_of_path(
                 *notes,
             ),
         )
-        for row in path_rows(path, scenarios, n_draws, seed)
+        for row in path_rows(each, scenarios, n_draws, seed)
     ]
     return PathDocuments(rows, tuple(Note("left_out", reason=error.message) for error in refused))
 
@@ -238,16 +292,16 @@ MEASURED = 4
 """Paths that are measured, evenly over all; one more is run first, unmeasured."""
 
 
-def plan_hazard(database: str, name: str, request: HazardRequest) -> HazardPlan:
+def plan_hazard(database: str, names: str | Sequence[str], request: HazardRequest) -> HazardPlan:
     """Say what `run_hazard` will take with the same arguments; nothing is stored.
 
     Raises `AvahazardError` as that does, and where memory or disk will not do.
     """
-    work, _ = hazard_work(database, name, request)
+    work, _ = hazard_work(database, names, request)
     path_ids = work.path_ids
     with reading(database) as session:
         key = run_key(work)
-        _, done = interrupted_run(session, work.kind, name, key) or (0, set[str]())
+        _, done = interrupted_run(session, work.kind, work.model.model, key) or (0, set[str]())
     places = np.unique(np.linspace(0, len(path_ids) - 1, MEASURED).astype(int))
     tasks = list(path_tasks(database, work.survey, [path_ids[k] for k in places]))
     before = peak_bytes()

@@ -15,6 +15,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.results.calibration import Calibration
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.store.results import (
+    AVERAGE,
     BOUNDS,
     COMPARISON,
     DIAGNOSIS,
@@ -95,7 +96,7 @@ class StoredModels:
         if found.parent and self.worse(name) and (instead := self.step(found.parent)):
             why = Note("why_worse", model=name, parent=found.parent, why=instead.values["why"])
             return Note("next", command=str(instead), why=why)
-        return self._open(found) or self._answer(name)
+        return self._open(found) or self._beside(found) or self._answer(name)
 
     def _open(self, found: Calibration) -> Note | None:
         """What is not known yet of a model, or what its diagnosis asks for."""
@@ -136,11 +137,36 @@ class StoredModels:
                     words += ("--effect-file", written)
                 return _step(words, why)
             return None if self.worse(tried) else self.step(tried)
-        if found.verdict == "ambiguous" and found.measure_next:
+        return self._either(found) if found.verdict == "ambiguous" else None
+
+    def _either(self, found: Diagnosis) -> Note | None:
+        """Where one of several effects is missing: measure, else add each and average them."""
+        name, told = found.model, list(found.missing)
+        children = {key: self._child(name, (key,)) for key in told if _is_effect(key)}
+        if found.measure_next and not any(children.values()):
             best = found.measure_next[0]
-            why = Note("why_measure", model=name, effects=list(missing), nats=best.expected_gain)
+            why = Note("why_measure", model=name, effects=told, nats=best.expected_gain)
             return Note("next", command=f"measure {best.measurement}", why=why)
-        return None
+        for key, child in children.items():
+            if child is None:
+                words = ["add", name, key, "--as", self._free(f"{name}+{key}")]
+                why = Note("why_each", model=name, effects=told)
+                return _step([*words, *self._own_files(name)], why)
+        names = [child for child in children.values() if child is not None]
+        done = "hazard" in self.done or not self.survey.with_profile or len(names) < 2
+        if done or latest_run(self.session, AVERAGE, names[0]) is not None:
+            return None
+        words = ["hazard", *names, *self._own_files(name)]
+        return _step(words, Note("why_average", model=name, effects=told))
+
+    def _beside(self, found: Calibration) -> Note | None:
+        """What to do with a model that has one of several effects, one of which is missing."""
+        document = self._latest(DIAGNOSIS, found.parent) if found.parent in self.found else None
+        before = None if document is None else Diagnosis.from_dict(document)
+        if before is None or before.verdict != "ambiguous" or before.pairs:
+            return None
+        among = [self._child(before.model, (key,)) for key in before.missing]
+        return self._either(before) if found.model in among else None
 
     def _answer(self, name: str) -> Note | None:
         """The answers by a model that is good enough, first those that are not there yet."""

@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 
 from avahazard.effects.effect import Effect
+from avahazard.hazard import rows
 from avahazard.hazard.exceedance import Avalanches
 from avahazard.hazard.extremes import EventVolumes
 from avahazard.hazard.future_events import FutureEvents
 from avahazard.hazard.path_hazard import PathHazard, hazard_of_events
+from avahazard.hazard.rows import RunoutBounds, Scenario, Weighted, bounds_of_stops, volume_stops
 from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.choices import MethodName
@@ -23,6 +25,7 @@ from avahazard.physics.cells import build_cells, no_resistance
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
+from avahazard.results.hazard import HazardRow
 
 LAW = np.array([np.log(0.7), 2.0])  # log a, n in 1e-6/m3
 TOP_M = 2450.0
@@ -92,3 +95,17 @@ def stops(mu: np.ndarray, release_m: float) -> np.ndarray:
     found = run(cells, start, grid).x[0]
     inside = np.isfinite(found)
     return np.where(mu < grid[inside][0], np.inf, np.interp(mu, grid[inside], found[inside]))
+
+
+def volume_bounds(
+    given: PathHazard, volume_m3: float, n_draws: int, rng: np.random.Generator
+) -> RunoutBounds:
+    """The summary of stops that a row of a volume has."""
+    return bounds_of_stops(*volume_stops(given, volume_m3, n_draws, rng), n_draws)
+
+
+def path_rows(
+    given: PathHazard, scenarios: Sequence[Scenario], n_draws: int, seed: int
+) -> list[HazardRow]:
+    """The rows of a path by one model."""
+    return rows.path_rows([Weighted("", 1.0, given)], scenarios, n_draws, seed)

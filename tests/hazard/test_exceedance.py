@@ -34,11 +34,20 @@ from avahazard.hazard.extremes import (
     with_volumes,
 )
 from avahazard.hazard.passing_kernel import MAX_NODES, share_under, summed_share
-from avahazard.hazard.rows import runout_interval, spread, volume_bounds
+from avahazard.hazard.rows import runout_interval, spread
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.runout_curve import MU
 from tests.hazard.naive import naive_passing_rate, rate_below
-from tests.hazard.parabola import LAW, TOP_M, avalanches_of, draws, path, stop, stops
+from tests.hazard.parabola import (
+    LAW,
+    TOP_M,
+    avalanches_of,
+    draws,
+    path,
+    stop,
+    stops,
+    volume_bounds,
+)
 
 VOLUME = 1e5
 MEDIAN = np.exp(LAW[0] - LAW[1] * VOLUME * 1e-6)

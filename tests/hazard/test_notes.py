@@ -14,7 +14,6 @@ from avahazard.hazard.rows import (
     design_interval,
     natural_interval,
     parameters_interval,
-    path_rows,
     row_interval,
     row_notes,
 )
@@ -26,7 +25,7 @@ from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 from tests.gis.results import DESIGN_RUNOUT
-from tests.hazard.parabola import draws, path
+from tests.hazard.parabola import draws, path, path_rows
 from tests.results.samples import HAZARD_ROW
 
 

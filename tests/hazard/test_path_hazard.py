@@ -19,7 +19,7 @@ from avahazard.hazard.path_hazard import (
     path_hazard,
     rising_friction,
 )
-from avahazard.hazard.rows import Scenario, path_rows
+from avahazard.hazard.rows import Scenario
 from avahazard.inference.fitted_model import FittedModel, fitted_model
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.friction_model import FrictionModel, friction_model
@@ -31,7 +31,7 @@ from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 from avahazard.results.hazard import MapPoint
-from tests.hazard.parabola import LAW, TOP_M, draws, future, observations
+from tests.hazard.parabola import LAW, TOP_M, draws, future, observations, path_rows
 
 DRAG = definition("turbulent-drag").build({})
 RELEASES = (TOP_M, 2350.0)

@@ -10,15 +10,15 @@ import pytest
 from avahazard.hazard.exceedance import exceeded_runout
 from avahazard.hazard.extremes import EventVolumes, Gev, GevDraws, one_volume
 from avahazard.hazard.frequency import VolumeFrequency, fit_volume_frequency
-from avahazard.hazard.path_hazard import RecordedStops
+from avahazard.hazard.path_hazard import PathHazard, RecordedStops
 from avahazard.hazard.rows import (
     RunoutBounds,
     Scenario,
+    Weighted,
     annual_reach,
-    design,
+    design_of,
     elevation_quantiles,
     hazard_row,
-    path_rows,
     place_quantiles,
     uncertainties,
 )
@@ -33,7 +33,7 @@ from avahazard.results.hazard import (
     ReturnLevel,
     Spread,
 )
-from tests.hazard.parabola import draws, path, stop
+from tests.hazard.parabola import draws, path, path_rows, stop
 
 BOUNDS = RunoutBounds(
     x=Spread(None, 1800.0, 1900.0, None),
@@ -91,10 +91,8 @@ def test_row_of_a_given_volume() -> None:
 PERIODS = (3.0, 10.0, 29.0, 30.0, 100.0, 300.0, 1000.0)
 
 
-def of(given: object, period: float) -> Design:
-    found = design(given, period)  # type: ignore[arg-type]
-    assert found is not None
-    return found
+def of(given: PathHazard, period: float) -> Design:
+    return design_of(given, exceeded_runout(given.avalanches, period))
 
 
 def random_world(seed: int) -> tuple[np.ndarray, EventVolumes, Specification]:
@@ -247,7 +245,7 @@ def test_a_volume_that_is_not_known_adds_to_the_parameters_alone() -> None:
 
 
 def test_the_chance_to_be_reached_falls_along_the_path() -> None:
-    found = annual_reach(path(draws(0.1, N), volumes()))
+    found = annual_reach([Weighted("m", 1.0, path(draws(0.1, N), volumes()))])
     low, middle, high = found.p_per_year.q05, found.p_per_year.q50, found.p_per_year.q95
     assert len(found.x_m) == len(found.elevation_m) == len(middle)
     assert np.all(np.diff(middle) <= 0.0)

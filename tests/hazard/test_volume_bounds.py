@@ -12,7 +12,7 @@ from avahazard.effects.catalogue import definition
 from avahazard.effects.effect import Effect
 from avahazard.hazard.future_events import FutureEvents
 from avahazard.hazard.path_hazard import PathHazard, hazard_of_events
-from avahazard.hazard.rows import RunoutBounds, volume_bounds
+from avahazard.hazard.rows import RunoutBounds
 from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import predict_records
@@ -25,6 +25,7 @@ from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
+from tests.hazard.parabola import volume_bounds
 
 VOLUME = 1e5
 LAW = np.array([np.log(0.7), 2.0])  # log a, n in 1e-6/m3

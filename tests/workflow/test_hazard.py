@@ -25,7 +25,7 @@ from avahazard.report.hazard_tables import write_hazard
 from avahazard.results.base import Rows
 from avahazard.results.hazard import HazardRow, Spread
 from avahazard.results.plain import plain
-from avahazard.store.results import BOUNDS, latest_documents
+from avahazard.store.results import AVERAGE, BOUNDS, latest_documents
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
@@ -282,3 +282,28 @@ def test_bounds_as_a_file_and_a_picture(mine: str, tmp_path: Path) -> None:
     assert found[1]["runout_x_q95_m"] == ""
     draw_hazard(tmp_path / "bounds.png", "twin", twin_records(), rows)
     assert (tmp_path / "bounds.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_several_models_are_averaged_by_their_weights(mine: str) -> None:
+    names, asked = ("gibbs", "constant"), HazardRequest(paths=["saint-clement"])
+    found = hazard(mine, names, asked)
+    (row,) = found.rows
+    weights = {one.model: one.weight for one in row.by_model}
+    assert tuple(weights) == names
+    assert sum(weights.values()) == pytest.approx(1.0)
+    alone = [hazard(mine, name, asked).rows[0].design.runout_x_m.q50 for name in names]
+    assert [one.runout_x_m.q50 for one in row.by_model] == alone
+    assert min(alone) <= row.design.runout_x_m.q50 <= max(alone)
+    assert f"gibbs {weights['gibbs']:.2f}, constant" in found.notes[0]
+    # Kept with the first, apart from its own.
+    with reading(mine) as session:
+        assert latest_documents(session, AVERAGE, "gibbs") == plain(found.rows, keyed=True)
+        assert latest_documents(session, BOUNDS, "gibbs")[0].get("by_model") is None
+
+
+def test_models_of_other_records_are_not_averaged(mine: str) -> None:
+    calibrate(mine, "few", CalibrateRequest(method="gibbs", draws=500, paths=["nants"]))
+    with pytest.raises(AvahazardError, match="few was calibrated on other records than gibbs"):
+        hazard(mine, ["gibbs", "few"], HazardRequest())
+    with pytest.raises(AvahazardError, match="metropolis"):
+        hazard(mine, ["gibbs", "metropolis"], HazardRequest())

@@ -75,10 +75,10 @@ def broken_at(
     """Let the rows of one path fail; call to mend it."""
     whole = hazard_module.path_rows
 
-    def rows(path: Any, *more: Any) -> Any:
-        if path.path_id == path_id:
+    def rows(models: Any, *more: Any) -> Any:
+        if models[0].path.path_id == path_id:
             raise error
-        return whole(path, *more)
+        return whole(models, *more)
 
     monkeypatch.setattr(hazard_module, "path_rows", rows)
     return lambda: monkeypatch.setattr(hazard_module, "path_rows", whole)

@@ -6,22 +6,28 @@ import shlex
 from dataclasses import replace
 from pathlib import Path as FilePath
 
+import numpy as np
 import pytest
 
 from avahazard.notes import Note
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.fingerprint import data_fingerprint
-from avahazard.records.path import Path
+from avahazard.records.path import Path, Profile
 from avahazard.results.base import Rows
 from avahazard.results.diagnosis import Diagnosis, Measurement, Pair
 from avahazard.results.plain import plain
 from avahazard.store.records import save_records
 from avahazard.store.results import (
+    AVERAGE,
     COMPARISON,
     DIAGNOSIS,
+    PathResult,
+    begin_run,
+    finish_run,
     save_calibration,
     save_model,
+    save_paths,
     save_result,
 )
 from avahazard.store.session import reading, writing
@@ -32,6 +38,7 @@ from tests.results.samples import COMPARISON as COMPARED
 from tests.results.samples import DIAGNOSIS as VERDICT
 
 RECORDS = Records((Path("p"),), (), (Event("e", path_id="p", runout_elevation_m=900.0),))
+PROFILE = Profile("p", np.array([0.0, 1000.0, 2000.0]), np.array([2000.0, 1200.0, 800.0]))
 ADEQUATE = replace(VERDICT, pairs=Rows())
 LACKS_SEASON = replace(ADEQUATE, verdict="missing-effect", missing=("season",))
 
@@ -129,8 +136,42 @@ def test_what_cannot_be_told_apart_is_measured_if_that_helps(database: str) -> N
     alike = replace(ADEQUATE, verdict="ambiguous", missing=("season", "snow-type"))
     put(database, "one", error=60.0, diagnosis=replace(alike, measure_next=Rows([useful])))
     assert next_step(database, "one") == "measure runouts of 50 more events on paths like these"
-    put(database, "two", error=60.0, diagnosis=alike)
-    assert words(database, "two")[0] == "report"
+
+
+def test_else_each_of_them_is_added_and_all_are_averaged(database: str) -> None:
+    with writing(database) as session:
+        save_records(session, Records((), (PROFILE,), ()))
+    now = data_fingerprint(replace(RECORDS, profiles=(PROFILE,)))
+    alike = replace(ADEQUATE, verdict="ambiguous", missing=("season", "snow-type"))
+    put(database, "two", error=60.0, diagnosis=alike, fingerprint=now)
+    assert words(database, "two") == ["add", "two", "season", "--as", "two+season"]
+    put(
+        *(database, "two+season"),
+        parent="two",
+        effects=("season",),
+        error=50.0,
+        diagnosis=replace(ADEQUATE, missing=()),
+        fingerprint=now,
+    )
+    for name in ("two", "two+season"):
+        assert words(database, name) == ["add", "two", "snow-type", "--as", "two+snow-type"]
+    put(
+        *(database, "two+snow-type"),
+        parent="two",
+        effects=("snow-type",),
+        error=51.0,
+        diagnosis=replace(ADEQUATE, missing=()),
+        fingerprint=now,
+    )
+    for name in ("two", "two+season", "two+snow-type"):
+        step = next_step(database, name)
+        assert step == "avahazard hazard two+season two+snow-type"
+        assert "cannot tell which. Average them." in step.values["why"]
+    with writing(database) as session:
+        run, _ = begin_run(session, AVERAGE, "two+season", "key", {})
+        save_paths(session, run, [PathResult(0, "p", ({"path_id": "p"},))])
+        finish_run(session, run)
+    assert words(database, "two+season")[0] == "hazard"
 
 
 def test_what_no_effect_explains(database: str) -> None:

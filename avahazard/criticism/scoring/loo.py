@@ -69,6 +69,27 @@ def leave_one_out(model: FittedModel) -> Loo:
     )
 
 
+STACKING_STEPS = 10_000
+STACKED = 1e-12
+"""Weights that change by less have converged."""
+
+
+def stacking_weights(log_density: Floats) -> Floats:
+    """Weights of models `[n_models]` whose mixture gives left-out records the highest density.
+
+    `log_density` `[n_events, n_models]` of each record given the others (Yao et al. 2018). The sum
+    of log Σ w p is concave in the weights, and expectation-maximisation climbs it.
+    """
+    density = np.exp(log_density - log_density.max(axis=1, keepdims=True))
+    weights = np.full(density.shape[1], 1.0 / density.shape[1])
+    for _ in range(STACKING_STEPS):
+        share = density * weights
+        before, weights = weights, np.mean(share / share.sum(axis=1, keepdims=True), axis=0)
+        if np.max(np.abs(weights - before)) < STACKED:
+            break
+    return np.asarray(weights)
+
+
 def smoothed_loo(log_likelihood: Floats) -> tuple[Floats, Floats]:
     """Left-out log density and Pareto k `[n_events]` of draws `[n_draws, n_events]`.
 

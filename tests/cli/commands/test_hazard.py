@@ -81,7 +81,7 @@ def test_normal_friction_reports_what_cannot_be(on_my_models: Run) -> None:
         ),
         (("base", "-T", "2"), 1, "no volume returns every 2 years"),
         (("base", "-V", "much"), 2, "--volume"),
-        ((), 2, "name"),
+        ((), 2, "NAME"),
     ],
 )
 def test_what_cannot_be_done(

@@ -9,10 +9,12 @@ import pytest
 
 from avahazard.criticism.scoring import loo
 from avahazard.criticism.scoring.held_out import left_out_log_density
-from avahazard.criticism.scoring.loo import leave_one_out, smoothed_loo
+from avahazard.criticism.scoring.loo import leave_one_out, smoothed_loo, stacking_weights
 from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.sampling import sample
 from tests.criticism.studies import draws_about, fitted, straight
+
+STEPS = np.linspace(0.0, 1.0, 101)
 
 
 def test_it_agrees_with_refits() -> None:
@@ -78,3 +80,22 @@ def test_events_in_parts_are_smoothed_as_together(monkeypatch: pytest.MonkeyPatc
 def test_one_event_has_no_standard_error() -> None:
     posterior, mode = fitted(straight(1))
     assert leave_one_out(fitted_model(posterior, draws_about(mode), {})).se is None
+
+
+def test_stacking_weights_are_those_of_the_best_mixture() -> None:
+    rng = np.random.default_rng(1)
+    log_density = rng.normal(-5.0, 1.0, (80, 3)) + np.array([0.0, 0.1, -0.5])
+    found = stacking_weights(log_density)
+    assert found.sum() == pytest.approx(1.0)
+
+    def score(weights: np.ndarray) -> float:
+        return float(np.sum(np.log(np.exp(log_density) @ weights)))
+
+    grid = [np.array([a, b, 1.0 - a - b]) for a in STEPS for b in STEPS if a + b <= 1.0]
+    assert score(found) >= max(map(score, grid)) - 1e-9
+    assert np.max(np.abs(found - max(grid, key=score))) < 0.02
+
+
+def test_a_model_that_is_never_better_has_no_weight() -> None:
+    log_density = np.array([[-3.0, -4.0], [-5.0, -5.5], [-4.0, -4.1]])
+    np.testing.assert_allclose(stacking_weights(log_density), [1.0, 0.0], atol=1e-6)
