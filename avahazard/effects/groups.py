@@ -6,11 +6,10 @@ recorded: friction scatters about two places.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import date
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import (
@@ -40,12 +39,6 @@ It is counted from the first, not from one to the next, or a busy winter would b
 def _spread(name: str) -> tuple[Parameter, ...]:
     """The spread τ between groups; `name` is its own among all spreads."""
     return (Parameter(name, "log friction", 0.0, 0.0, SPREAD, 0.0),)
-
-
-def _indices(labels: Sequence[str], names: Sequence[str]) -> NDArray[np.int64]:
-    """Place of each label among the names, -1 where it is not there."""
-    place = {name: k for k, name in enumerate(names)}
-    return np.array([place.get(label, -1) for label in labels], dtype=np.int64)
 
 
 def _by_path(columns: EventColumns) -> Groups:
@@ -95,13 +88,21 @@ def _few_winters(columns: EventColumns, sites: Sites) -> str | None:
     return f"fewer than {MIN_SHARED} winters have two events or more"
 
 
-def _winter_effect(facts: Facts) -> GroupEffect:
-    names = tuple(facts["winters"])
+def _passing(
+    key: str, tau: str, names: Sequence[str], labels: Callable[[EventColumns], list[str]]
+) -> GroupEffect:
+    """The effect of groups that do not come again; `labels` gives each event its name, or none."""
 
     def groups(columns: EventColumns) -> Groups:
-        return Groups(names, _indices(_winter_labels(columns), names), alone=True)
+        place = {name: k for k, name in enumerate(names)}
+        index = [place.get(label, -1) for label in labels(columns)]
+        return Groups(tuple(names), np.array(index, dtype=np.int64), alone=True)
 
-    return GroupEffect("winter-effect", _spread("tau_winter"), groups)
+    return GroupEffect(key, _spread(tau), groups)
+
+
+def _winter_effect(facts: Facts) -> GroupEffect:
+    return _passing("winter-effect", "tau_winter", facts["winters"], _winter_labels)
 
 
 WINTER_EFFECT = Definition(
@@ -143,17 +144,16 @@ def _storm_name(place: str, day: int) -> str:
 
 def _storm_effect(facts: Facts) -> GroupEffect:
     storms = [(str(place), int(day)) for place, day in facts["storms"]]
-    names = tuple(_storm_name(*storm) for storm in storms)
     known = {
         (place, day + k): _storm_name(place, day) for place, day in storms for k in range(DAYS + 1)
     }
 
-    def groups(columns: EventColumns) -> Groups:
+    def labels(columns: EventColumns) -> list[str]:
         places = zip(columns.location, np.nan_to_num(columns.day, nan=-1.0), strict=True)
-        labels = [known.get((str(place), int(day)), "") for place, day in places]
-        return Groups(names, _indices(labels, names), alone=True)
+        return [known.get((str(place), int(day)), "") for place, day in places]
 
-    return GroupEffect("storm-effect", _spread("tau_storm"), groups)
+    names = [_storm_name(*storm) for storm in storms]
+    return _passing("storm-effect", "tau_storm", names, labels)
 
 
 STORM_EFFECT = Definition(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import inspect
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -154,12 +155,8 @@ def definition_from(text: str, name: str) -> Definition:
 
 def _line_in(error: BaseException, name: str) -> int | None:
     """The line of the file at which it went wrong."""
-    line, trace = None, error.__traceback__
-    while trace is not None:
-        if trace.tb_frame.f_code.co_filename == name:
-            line = trace.tb_lineno
-        trace = trace.tb_next
-    return line
+    trace = traceback.extract_tb(error.__traceback__)
+    return next((frame.lineno for frame in reversed(trace) if frame.filename == name), None)
 
 
 def _text(module: dict[str, Any], what: str, name: str) -> str:
@@ -328,13 +325,10 @@ class _Call:
     def on_track(self, site: Site, resistance: Resistance, values: Floats) -> Resistance:
         terrain = site.terrain_for(resistance)
         given = self._array(self._result(track_of(site, terrain), values), terrain.n_cells)
-        if self.form == "drag":
-            return replace(resistance, drag=resistance.drag + given)
-        if self.form == "added_friction":
-            return replace(resistance, offset=resistance.offset + given)
-        if self.form == "resistance":
-            return replace(resistance, constant=resistance.constant + given)
-        return replace(resistance, factor=resistance.factor * given)
+        if self.form == "friction_factor":
+            return replace(resistance, factor=resistance.factor * given)
+        term = {"drag": "drag", "added_friction": "offset", "resistance": "constant"}[self.form]
+        return replace(resistance, **{term: getattr(resistance, term) + given})
 
     def on_speed(self, _site: Site, resistance: Resistance, values: Floats) -> Resistance:
         given = self._array(self._result(SPEEDS, values), len(SPEEDS))

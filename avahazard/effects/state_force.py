@@ -38,6 +38,8 @@ LEAST_APART, N_GRID = 0.1, 61
 MOST = 4.0
 """Prior standard deviations that a coefficient can be."""
 USUAL_FRICTION = 0.4
+SPEED = "speed"
+"""The state that is the block's own; the others are those of the ground."""
 
 
 def _angle(terrain: Terrain) -> Floats:
@@ -129,82 +131,60 @@ def _by_speed(facts: Facts, _site: Site, resistance: Resistance, values: Floats)
 
 
 def _curve(state: str, facts: Facts) -> Curve:
-    x = np.linspace(facts["knots"][0], facts["knots"][-1], N_GRID)
+    speed = state == SPEED
+    rest = 0.0 if speed else None
+    x = np.linspace(facts["knots"][0] if rest is None else rest, facts["knots"][-1], N_GRID)
     return Curve(
         of=state,
-        unit=STATES[state][1],
-        value="friction",
+        unit="m/s" if speed else STATES[state][1],
+        value="force per mass, m/s2" if speed else "friction",
         x=x,
-        columns=_basis(facts, x),
-        rests=False,
-        form="added_friction",
-        state=f"track.{state}",
+        columns=_basis(facts, x, rest),
+        rests=speed,
+        form="speed_resistance" if speed else "added_friction",
+        state="speeds" if speed else f"track.{state}",
         needs=("profile",),
-    )
-
-
-def _speed_curve(facts: Facts) -> Curve:
-    x = np.linspace(0.0, facts["knots"][-1], N_GRID)
-    return Curve(
-        of="speed",
-        unit="m/s",
-        value="force per mass, m/s2",
-        x=x,
-        columns=_basis(facts, x, rest=0.0),
-        rests=True,
-        form="speed_resistance",
-        state="speeds",
-        needs=("profile",),
-    )
-
-
-def _parameters(facts: Facts, unit: str, sd: float) -> tuple[Parameter, ...]:
-    names = ["slope", *(f"bend_{k + 1}" for k in range(len(facts["knots"]) - 2))]
-    sds = [sd, *[0.5 * sd] * (len(names) - 1)]
-    return tuple(
-        Parameter(name, unit, 0.0, 0.0, s, -MOST * s, MOST * s)
-        for name, s in zip(names, sds, strict=True)
     )
 
 
 def _build(state: str, facts: Facts) -> MotionEffect:
-    parameters = _parameters(facts, "friction, rms", FRICTION_SD)
-    return MotionEffect(f"force:{state}", parameters, partial(_by_ground, state, facts))
+    speed = state == SPEED
+    unit, sd = ("m/s2, rms", FORCE_SD) if speed else ("friction, rms", FRICTION_SD)
+    bends = [(f"bend_{k + 1}", 0.5 * sd) for k in range(len(facts["knots"]) - 2)]
+    parameters = tuple(
+        Parameter(name, unit, 0.0, 0.0, s, -MOST * s, MOST * s)
+        for name, s in [("slope", sd), *bends]
+    )
+    acts = partial(_by_speed, facts) if speed else partial(_by_ground, state, facts)
+    return MotionEffect(f"force:{state}", parameters, acts, speed_dependent=speed)
 
 
-def _build_speed(facts: Facts) -> MotionEffect:
-    parameters = _parameters(facts, "m/s2, rms", FORCE_SD)
-    return MotionEffect("force:speed", parameters, partial(_by_speed, facts), speed_dependent=True)
-
-
-BY_SPEED = Definition(
-    key="force:speed",
-    meaning="A force varies smoothly with the speed of the avalanche, in a shape that the data "
-    "choose: it is none at rest. Drag and speed-weakening are members of this family.",
-    needs="profile; speeds help",
-    build=_build_speed,
-    lacking=needs_profile,
-    facts=_speed_facts,
-    curve=_speed_curve,
-    beyond=1,
-    order=60,
-)
-
-
-def _of_ground(state: str, order: int) -> Definition:
+def _force_by(state: str, meaning: str, order: int) -> Definition:
     return Definition(
         key=f"force:{state}",
-        meaning=f"Friction varies smoothly with {STATES[state][0]}. The data choose the shape.",
+        meaning=meaning,
         needs="profile; speeds help",
         build=partial(_build, state),
         lacking=needs_profile,
-        facts=partial(_facts, state),
+        facts=_speed_facts if state == SPEED else partial(_facts, state),
         curve=partial(_curve, state),
         beyond=1,
         order=order,
     )
 
 
+def _of_ground(state: str, order: int) -> Definition:
+    what = STATES[state][0]
+    meaning = f"Friction varies smoothly with {what}. The data choose the shape."
+    return _force_by(state, meaning, order)
+
+
+BY_SPEED = _force_by(
+    SPEED,
+    "A force varies smoothly with the speed of the avalanche, in a shape that the data choose: it "
+    "is none at rest. Drag and speed-weakening are members of this family.",
+    60,
+)
 BY_SLOPE = _of_ground("slope", 61)
 BY_ELEVATION = _of_ground("elevation", 62)
 BY_CURVATURE = _of_ground("curvature", 63)

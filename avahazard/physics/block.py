@@ -186,28 +186,34 @@ def run(cells: Cells, starts: NDArray[np.int64], mu: Floats) -> Stops:
 
 @kernel
 def _run(cells, starts, mu):  # type: ignore[no-untyped-def]
-    n_starts, n_mu = len(starts), len(mu)
-    stop_x = np.full((n_starts, n_mu), np.nan)
-    stop_y = np.full((n_starts, n_mu), np.nan)
-    lift_off_x = np.full((n_starts, n_mu), np.nan)
-    status = np.full((n_starts, n_mu), LEFT_PROFILE, dtype=np.int8)
+    shape = len(starts), len(mu)
+    x, y, lift_off_x = np.empty(shape), np.empty(shape), np.empty(shape)
+    status = np.empty(shape, dtype=np.int8)
     batch = new_batch(2, 1)
-    for s in range(n_starts):
-        start = starts[s]
-        for first in range(0, n_mu, BATCH_SIZE):
-            n_moving = release(cells, start, mu, first, batch)
-            for j in range(min(BATCH_SIZE, n_mu - first)):
-                if np.isnan(batch.w[start & 1, j]):
-                    status[s, first + j] = NOT_RELEASED
-                    stop_x[s, first + j] = cells.x[start]
-                    stop_y[s, first + j] = cells.y[start]
-            march(cells, start, batch, n_moving)
-            for j in range(min(BATCH_SIZE, n_mu - first)):
-                lift_off_x[s, first + j] = batch.lost_x[j]
-                i = batch.stop_cell[j]
-                if i >= 0:
-                    t = batch.stop_t[j]
-                    status[s, first + j] = STOPPED
-                    stop_x[s, first + j] = cells.x[i] + t * (cells.x[i + 1] - cells.x[i])
-                    stop_y[s, first + j] = elevation_in_cell(cells, i, t)
-    return stop_x, stop_y, status, lift_off_x
+    for s in range(len(starts)):
+        for first in range(0, len(mu), BATCH_SIZE):
+            n = min(BATCH_SIZE, len(mu) - first)
+            some = slice(first, first + n)
+            fill_stops(cells, starts[s], mu[some], batch, x[s, some], y[s, some], status[s, some])
+            lift_off_x[s, some] = batch.lost_x[:n]
+    return x, y, status, lift_off_x
+
+
+@kernel
+def fill_stops(cells, start, mu, batch, x, y, status):  # type: ignore[no-untyped-def]
+    """Fill in where the blocks of a batch stop, `Stops` `[n]` of their frictions `mu` `[n]`."""
+    n_moving = release(cells, start, mu, 0, batch)
+    for j in range(len(mu)):
+        moves = not np.isnan(batch.w[start & 1, j])
+        x[j], y[j] = np.nan, np.nan
+        status[j] = LEFT_PROFILE if moves else NOT_RELEASED
+        if not moves:
+            x[j], y[j] = cells.x[start], cells.y[start]
+    march(cells, start, batch, n_moving)
+    for j in range(len(mu)):
+        i = batch.stop_cell[j]
+        if i >= 0:
+            t = batch.stop_t[j]
+            status[j] = STOPPED
+            x[j] = cells.x[i] + t * (cells.x[i + 1] - cells.x[i])
+            y[j] = elevation_in_cell(cells, i, t)

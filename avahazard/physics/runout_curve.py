@@ -28,16 +28,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Bools, Floats, Ints
 from avahazard.kernels import kernel
-from avahazard.physics.block import (
-    LEFT_PROFILE,
-    NOT_RELEASED,
-    STOPPED,
-    march,
-    new_batch,
-    release,
-    run,
-)
-from avahazard.physics.cell_motion import elevation_in_cell
+from avahazard.physics.block import LEFT_PROFILE, STOPPED, fill_stops, new_batch, run
 from avahazard.physics.cells import Cells
 
 MU_STEP = 0.0025
@@ -104,16 +95,9 @@ class RunoutCurve:
 
     def at(self, mu: Floats) -> tuple[Floats, Floats, NDArray[np.int8]]:
         """x, y and status at frictions `mu` `[(n_rows,) n]`; beyond the grid its end counts."""
-        return self.at_steps(steps_of(mu, self.mu))
-
-    def at_steps(self, steps: Floats) -> tuple[Floats, Floats, NDArray[np.int8]]:
-        """The same at frictions in steps of the grid, as `steps_of` gives them."""
-        cell, share = located(steps, self.broken)
-        return (
-            between(self.x, cell, share),
-            between(self.y, cell, share),
-            nearest(self.status, cell, share),
-        )
+        cell, share = located(steps_of(mu, self.mu), self.broken)
+        x, y = between(self.x, cell, share), between(self.y, cell, share)
+        return x, y, nearest(self.status, cell, share)
 
     def derivative(self) -> tuple[Floats, Floats]:
         """F'(μ) at the nodes: dx/dμ and dy/dμ (m), the mean of the straight cells beside each.
@@ -384,17 +368,16 @@ def _near(cells, starts, mu, low, high, middle, width, margin):  # type: ignore[
     firsts, ends = np.empty(n_starts, dtype=np.int64), np.empty(n_starts, dtype=np.int64)
     batch = new_batch(2, 1)
     for s in range(n_starts):
-        first = max(0, min(middle[s] - width // 2, n - width))
-        end = min(first + width, n)
-        _run(cells, starts[s], mu, first, end, batch, x[s], y[s], status[s])
+        # At the first guess, then on to either side.
+        first = end = max(0, min(middle[s] - width // 2, n - width))
+        while end == first or (end < n and not x[s, end - 1 - margin] < low[s]):
+            some = slice(end, min(n, end + width))
+            fill_stops(cells, starts[s], mu[some], batch, x[s, some], y[s, some], status[s, some])
+            end = some.stop
         while first > 0 and not _beyond(x[s], status[s], first + margin, high[s]):
-            more = max(0, first - width)
-            _run(cells, starts[s], mu, more, first, batch, x[s], y[s], status[s])
-            first = more
-        while end < n and not x[s, end - 1 - margin] < low[s]:
-            more = min(n, end + width)
-            _run(cells, starts[s], mu, end, more, batch, x[s], y[s], status[s])
-            end = more
+            some = slice(max(0, first - width), first)
+            fill_stops(cells, starts[s], mu[some], batch, x[s, some], y[s, some], status[s, some])
+            first = some.start
         # As if no more had been run than is needed, wherever it began.
         above, below = first, end - 1
         while above + 1 < end and _beyond(x[s], status[s], above + 1, high[s]):
@@ -413,24 +396,3 @@ def _near(cells, starts, mu, low, high, middle, width, margin):  # type: ignore[
 def _beyond(x, status, j, high):  # type: ignore[no-untyped-def]
     """Whether friction j brings the block past all that is asked for."""
     return np.isfinite(high) if status[j] == LEFT_PROFILE else x[j] > high
-
-
-@kernel
-def _run(cells, start, mu, first, end, batch, x, y, status):  # type: ignore[no-untyped-def]
-    """Fill in where blocks with frictions from `first` up to before `end` stop."""
-    n = end - first
-    n_moving = release(cells, start, mu[first:end], 0, batch)
-    for j in range(n):
-        moves = not np.isnan(batch.w[start & 1, j])
-        x[first + j], y[first + j] = np.nan, np.nan
-        status[first + j] = LEFT_PROFILE if moves else NOT_RELEASED
-        if not moves:
-            x[first + j], y[first + j] = cells.x[start], cells.y[start]
-    march(cells, start, batch, n_moving)
-    for j in range(n):
-        i = batch.stop_cell[j]
-        if i >= 0:
-            t = batch.stop_t[j]
-            status[first + j] = STOPPED
-            x[first + j] = cells.x[i] + t * (cells.x[i + 1] - cells.x[i])
-            y[first + j] = elevation_in_cell(cells, i, t)

@@ -50,7 +50,8 @@ class GroundPosterior:
 
     def ground(self) -> BSpline:
         """The most likely ground, as the block feels it."""
-        return self._felt(self.mean)
+        smooth = cho_solve_banded((self.felt, False), _times(self.gram, self.mean))
+        return BSpline(self.knots, smooth, 3)
 
     def sd(self, x: Floats) -> Floats:
         """Standard deviation (m) of the elevation at x `[n_x]` of the ground that is felt."""
@@ -61,10 +62,6 @@ class GroundPosterior:
         for k in range(4):
             lower[k, : len(self.mean) - k] = self.factor[3 - k, k:]
         return np.asarray(np.sqrt(np.sum(solve_banded((3, 0), lower, rows) ** 2, axis=0)))
-
-    def _felt(self, coefficients: Floats) -> BSpline:
-        smooth = cho_solve_banded((self.felt, False), _times(self.gram, coefficients))
-        return BSpline(self.knots, smooth, 3)
 
 
 def block_length(length: float) -> float:
@@ -270,7 +267,7 @@ def smooth_profile(
     """
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     error = point_error(x, y, sigma)
-    spline = _spline(x, y, error, block_length(float(x[-1] - x[0])))
+    spline = spline_profile(x, y, error, block_length(float(x[-1] - x[0])))
     if method == "spline" or (method == "auto" and not _may_be_polynomial(x, y, error.sigma)):
         return spline
     polynomial = legendre_profile(x, y)
@@ -321,17 +318,8 @@ def legendre_profile(
     )
 
 
-def spline_profile(
-    x: Floats, y: Floats, sigma: Floats | float | None = None, block_m: float | None = None
-) -> SmoothProfile:
-    """The smoothing spline of points with errors `sigma` (m), as a block of `block_m` feels it."""
-    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-    given = None if sigma is None else np.broadcast_to(np.asarray(sigma, dtype=float), x.shape)
-    length = block_length(float(x[-1] - x[0])) if block_m is None else block_m
-    return _spline(x, y, point_error(x, y, given), length)
-
-
-def _spline(x: Floats, y: Floats, error: PointError, block_m: float) -> SmoothProfile:
+def spline_profile(x: Floats, y: Floats, error: PointError, block_m: float) -> SmoothProfile:
+    """The smoothing spline of points with these errors, as a block of `block_m` (m) feels it."""
     points = GroundPoints(x, y, error.sigma, error.penalty, block_m)
     f = ground_posterior(*points).ground()
     deviation = f(x) - y
@@ -342,17 +330,13 @@ def _spline(x: Floats, y: Floats, error: PointError, block_m: float) -> SmoothPr
         max_deviation_m=float(np.max(np.abs(deviation))),
         x_min=float(x[0]),
         x_max=float(x[-1]),
-        knots=_inner_knots(f),
+        knots=np.asarray(f.t[4:-4]),
         derivatives=Derivatives(f),
         rms_m=_weighted_rms(deviation, error.sigma),
         sigma_m=_weighted_rms(error.sigma, error.sigma),
         sigma_source=error.source,
         points=points,
     )
-
-
-def _inner_knots(f: BSpline) -> Floats:
-    return np.asarray(f.t[4:-4])
 
 
 def _weighted_rms(deviation: Floats, sigma: Floats) -> float:

@@ -20,13 +20,9 @@ from avahazard.hazard.alpha_beta import (
     parabola,
     steps_of_points,
 )
-from avahazard.physics.smooth_profile import (
-    SmoothProfile,
-    legendre_profile,
-    smooth_profile,
-    spline_profile,
-)
+from avahazard.physics.smooth_profile import SmoothProfile, legendre_profile, smooth_profile
 from avahazard.records.reading import read_records
+from tests.physics.paths import spline_profile
 
 NORWAY, AUSTRIA = REGRESSIONS
 FALL, BEND = 1.0, 2.5e-4

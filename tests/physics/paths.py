@@ -10,12 +10,14 @@ import numpy as np
 import pandas as pd
 from scipy.linalg import solve_banded
 
+from avahazard.physics import smooth_profile
 from avahazard.physics.cells import Cells, Resistance, build_cells, no_resistance
+from avahazard.physics.point_error import point_error
 from avahazard.physics.smooth_profile import (
     Derivatives,
     SmoothProfile,
+    block_length,
     legendre_profile,
-    spline_profile,
 )
 from avahazard.physics.terrain import Terrain, build_terrain
 
@@ -32,6 +34,15 @@ def profile_of(function: Callable[[np.ndarray], np.ndarray], length: float) -> S
     """The polynomial of degree 8 through a function of x on [0, length]."""
     x = np.linspace(0.0, length, 400)
     return legendre_profile(x, function(x), penalty=1e-12)
+
+
+def spline_profile(
+    x: np.ndarray, y: np.ndarray, sigma: float | None = None, block_m: float | None = None
+) -> SmoothProfile:
+    """The smoothing spline of points that all have the error `sigma` (m), estimated where None."""
+    error = point_error(x, y, None if sigma is None else np.full(len(x), sigma))
+    length = block_length(float(x[-1] - x[0])) if block_m is None else block_m
+    return smooth_profile.spline_profile(x, y, error, length)
 
 
 def ski_jump() -> SmoothProfile:

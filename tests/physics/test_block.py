@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from avahazard.physics.block import LEFT_PROFILE, NOT_RELEASED, STOPPED, run
 from avahazard.physics.cells import SPEEDS, no_resistance
-from avahazard.physics.smooth_profile import spline_profile
 from tests.physics.naive import small_steps
 from tests.physics.paths import (
     RELEASE_M,
@@ -17,6 +16,7 @@ from tests.physics.paths import (
     cells_of,
     profile_of,
     ski_jump,
+    spline_profile,
     terrain_of,
 )
 

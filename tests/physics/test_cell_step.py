@@ -19,10 +19,9 @@ from avahazard.physics.cell_step import (
     step_with_contact,
 )
 from avahazard.physics.cells import SPEEDS
-from avahazard.physics.smooth_profile import spline_profile
 from avahazard.physics.terrain import build_terrain
 from tests.physics import naive
-from tests.physics.paths import bowl, cells_of, read_profiles, ski_jump
+from tests.physics.paths import bowl, cells_of, read_profiles, ski_jump, spline_profile
 
 TERRAIN = build_terrain(ski_jump())
 FRICTION = np.random.default_rng(2).uniform(0.1, 1.3, BATCH_SIZE)

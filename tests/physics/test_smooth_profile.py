@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,10 +20,9 @@ from avahazard.physics.smooth_profile import (
     least_misfit,
     legendre_profile,
     smooth_profile,
-    spline_profile,
 )
 from tests.physics import naive
-from tests.physics.paths import drawn_profile, read_profiles
+from tests.physics.paths import drawn_profile, read_profiles, spline_profile
 
 EVEN = np.linspace(0.0, 1000.0, 81)
 
@@ -92,7 +92,7 @@ def test_the_spread_is_that_of_the_normal_distribution() -> None:
     upper = np.triu(np.array([[found.factor[3 - (j - i), j] if 0 <= j - i < 4 else 0.0
                                for j in range(n)] for i in range(n)]))  # fmt: skip
     covariance = np.linalg.inv(upper.T @ upper)
-    feel = np.array([found._felt(row).c for row in np.eye(n)]).T
+    feel = np.array([replace(found, mean=row).ground().c for row in np.eye(n)]).T
     variance = np.einsum("ij,jk,ik->i", rows @ feel, covariance, rows @ feel)
     np.testing.assert_allclose(found.sd(at), np.sqrt(variance), rtol=1e-6)
 

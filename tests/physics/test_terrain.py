@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from avahazard.physics.smooth_profile import spline_profile
 from avahazard.physics.terrain import MAX_CELL_M, MAX_TURN, build_terrain
-from tests.physics.paths import bowl, read_profiles, ski_jump
+from tests.physics.paths import bowl, read_profiles, ski_jump, spline_profile
 
 
 @pytest.mark.parametrize("profile", [bowl(), ski_jump()], ids=["bowl", "jump"])
