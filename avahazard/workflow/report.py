@@ -46,15 +46,17 @@ from avahazard.results.terrain import TerrainRunout
 from avahazard.results.zones import ZonedPath
 from avahazard.store.records import load_terrain
 from avahazard.store.results import (
+    AVERAGE,
     BOUNDS,
     COMPARISON,
     DIAGNOSIS,
     ZONES,
     latest_documents,
     latest_result,
+    latest_run,
     list_models,
 )
-from avahazard.store.session import reading
+from avahazard.store.session import Session, reading
 from avahazard.whole_file import put_in_place
 from avahazard.workflow.alpha_beta import alpha_beta_paths
 from avahazard.workflow.compare import COORDINATES, RECORD_DRAWS, ladder_rows, stored_comparison
@@ -123,6 +125,17 @@ def write_report(
     )
 
 
+def averaged_rows(session: Session, models: Sequence[str], name: str) -> list[HazardRow]:
+    """The rows of the latest average that `name` is in; none without one."""
+    runs = [(latest_run(session, AVERAGE, model), model) for model in models]
+    among = [(run, model) for run, model in runs if run and name in run.settings["weights"]]
+    if not among:
+        return []
+    _, kept_with = max(among, key=lambda found: found[0].id)
+    documents = latest_documents(session, AVERAGE, kept_with) or ()
+    return [HazardRow.from_dict(document) for document in documents]
+
+
 def gather(
     database: str, name: str, request: ReportRequest, report: Report = silent
 ) -> ReportContent:
@@ -144,6 +157,7 @@ def gather(
             if (document := latest_result(session, DIAGNOSIS, model.name)) is not None
         }
         rows = [HazardRow.from_dict(d) for d in latest_documents(session, BOUNDS, name) or ()]
+        averages = averaged_rows(session, [model.name for model in models], name)
         zones = [ZonedPath.from_dict(d) for d in latest_documents(session, ZONES, name) or ()]
         grounds = {
             profile.path_id: ground
@@ -178,6 +192,7 @@ def gather(
         comparison=comparisons[name],
         diagnosis=diagnoses.get(name),
         rows=rows,
+        averages=averages,
         records_changed=stored.records_changed,
         of_model=notes_of_fit(stored),
         calibrated_paths=stored.paths,

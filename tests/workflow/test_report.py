@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from avahazard.records.errors import AvahazardError
+from avahazard.report.html.brief import path_cards
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.page import render
 from avahazard.results.hazard import HazardRow
@@ -82,6 +83,20 @@ def test_it_shows_what_is_stored(report_database: str, content: ReportContent) -
     assert paths["nants"].plan.crs is None
     assert paths["saugy"].plan is None
     assert {row.coefficients for row in paths["scey"].alpha_beta} == {"norway", "austria"}
+
+
+def test_the_brief_has_an_average_and_what_each_model_says(copied: str) -> None:
+    calibrate(copied, "other", CalibrateRequest(chains=2, draws=100))
+    for names in (["m", "other"], ["other", "m"]):
+        hazard(copied, names, HazardRequest(paths=["scey"], draws=200))
+    content = gather(copied, "m", ReportRequest())
+    (row,) = content.averages
+    # The latest.
+    assert [one.model for one in row.by_model] == ["other", "m"]
+    names = [line[0] for card in path_cards(content)[0] for line in card.lines]
+    k = names.index("100*, averaged")
+    assert [name.split(" (")[0] for name in names[k + 1 : k + 3]] == ["other", "m"]
+    assert "100*, averaged" in render(content)
 
 
 def test_predictions_hold_most_records_and_friction_its_median(content: ReportContent) -> None:

@@ -194,6 +194,7 @@ def path_cards(content: ReportContent) -> tuple[list[PathCard], list[str]]:
                 profile_picture(view, shown, language),
                 (
                     *(_line(row, design, language) for row, design in designs),
+                    *_average_lines(content, view),
                     *_zone_lines(view, view.smooth, language),
                 ),
                 None if shown is None else farthest_words(shown, language, metres),
@@ -214,6 +215,21 @@ def _line(row: HazardRow, design: Design, language: Language) -> tuple[str, str,
     x, z = design.runout_x_m, design.runout_elevation_m
     period = language.number(f"{row.return_period_years:g}") + ("*" if row.extrapolated else "")
     return period, place(x.q50, language), span(x, language), place(z.q50, language)
+
+
+def _average_lines(content: ReportContent, view: PathView) -> Iterable[tuple[str, str, str, str]]:
+    """The design runout averaged over models, and by each of them with its weight."""
+    language = content.language
+    for row in content.averages:
+        if row.path_id != view.path.path_id or row.design is None:
+            continue
+        period, x, interval, z = _line(row, row.design, language)
+        averaged = language.say("averaged")
+        yield f"{period}, {averaged}", x, interval, z
+        for one in row.by_model or ():
+            name = f"{one.model} ({language.number(f'{one.weight:.2f}')})"
+            own = one.runout_x_m
+            yield name, place(own.q50, language), span(own, language), ""
 
 
 def _zone_lines(

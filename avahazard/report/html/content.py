@@ -237,6 +237,7 @@ class ReportContent:
     comparison: Comparison | None
     diagnosis: Diagnosis | None
     rows: Sequence[HazardRow]
+    averages: Sequence[HazardRow]
     records_changed: bool
     of_model: tuple[Note, ...]
     calibrated_paths: Sequence[str]
