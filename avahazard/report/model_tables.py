@@ -21,6 +21,7 @@ from avahazard.report.words import (
     level_words,
     part_words,
     share,
+    some,
     unit_words,
 )
 from avahazard.results.base import RATIO, bare, unit_of
@@ -182,15 +183,14 @@ def budget_table(found: Comparison, language: Language = ENGLISH) -> Table | Non
          lambda p: language.number(bare(p.rms_m, found.coordinate))),
         (">" + say("share of squares"), lambda p: share(p.rms_m**2 / whole, language)),
     )  # fmt: skip
-    legend = []
-    if found.profile_m is not None:
-        legend.append(
-            say(
-                "Errors of the profiles' points move the predicted stops by {size} (rms): a part "
-                "of the scatter and of what is unexplained, not one beside them.",
-                size=amount(found.profile_m, found.coordinate, language=language),
-            )
+    legend = some(
+        found.profile_m is not None
+        and say(
+            "Errors of the profiles' points move the predicted stops by {size} (rms): a part "
+            "of the scatter and of what is unexplained, not one beside them.",
+            size=amount(found.profile_m, found.coordinate, language=language),
         )
+    )
     title = say("Where the error comes from")
     return made("budget", title, columns, found.budget, language, legend) if found.budget else None
 

@@ -18,6 +18,7 @@ from avahazard.report.words import (
     level_words,
     paths,
     share,
+    some,
 )
 from avahazard.results.base import bare
 from avahazard.results.calibration import Calibration, Kinds
@@ -33,7 +34,24 @@ def model_words(model: Calibration, n_paths: int, language: Language = ENGLISH) 
         "events": events(model.n_events, language),
         "method": say(METHODS[model.method].words),
     }
-    words = [
+    families = {
+        "lognormal": say("lognormal"),
+        "normal": say("normal"),
+        "lognormal student": say("lognormal, Student t"),
+        "normal student": say("normal, Student t"),
+    }
+    family = families[model.distribution + (" student" if model.tails == "student" else "")]
+    if METHODS[model.method].in_metres:
+        scatter = say("Stops scatter about that of the block by σ metres of elevation.")
+    elif model.scatter == "volume":
+        scatter = say(
+            "Friction scatters between avalanches ({family}), less or more by volume.",
+            family=family,
+        )
+    else:
+        scatter = say("Friction scatters between avalanches ({family}).", family=family)
+    named = language.listed([language.effect(key) for key in model.effects])
+    return some(
         say(
             "The avalanche is a block that slides down the path; its friction μ {law}.",
             law=say(law(model.law).words),
@@ -45,35 +63,12 @@ def model_words(model: Calibration, n_paths: int, language: Language = ENGLISH) 
         )
         if n_paths
         else say("The model was calibrated on {events}, without profiles, by {method}.", **values),
-    ]
-    families = {
-        "lognormal": say("lognormal"),
-        "normal": say("normal"),
-        "lognormal student": say("lognormal, Student t"),
-        "normal student": say("normal, Student t"),
-    }
-    family = families[model.distribution + (" student" if model.tails == "student" else "")]
-    if METHODS[model.method].in_metres:
-        words.append(say("Stops scatter about that of the block by σ metres of elevation."))
-    elif model.scatter == "volume":
-        words.append(
-            say(
-                "Friction scatters between avalanches ({family}), less or more by volume.",
-                family=family,
-            )
-        )
-    else:
-        words.append(say("Friction scatters between avalanches ({family}).", family=family))
-    if model.effects:
-        named = language.listed([language.effect(key) for key in model.effects])
-        words.append(say("Further effects in it: {effects}.", effects=named))
-    if model.kinds is not None:
-        words += kinds_words(model.kinds, language)
-    if not model.centrifugal:
-        words.append(say("The load of the path's curvature on the bed is left out."))
-    if model.parent:
-        words.append(say("It was made from the model “{model}”.", model=model.parent))
-    return words
+        scatter,
+        named and say("Further effects in it: {effects}.", effects=named),
+        *([] if model.kinds is None else kinds_words(model.kinds, language)),
+        not model.centrifugal and say("The load of the path's curvature on the bed is left out."),
+        model.parent and say("It was made from the model “{model}”.", model=model.parent),
+    )
 
 
 def kinds_words(kinds: Kinds, language: Language = ENGLISH) -> list[str]:

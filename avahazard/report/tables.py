@@ -10,7 +10,7 @@ from operator import itemgetter
 from typing import Any, TypeVar
 
 from avahazard.report.language import ENGLISH, Language
-from avahazard.report.words import beyond, cubic, integer, number, place, share, span
+from avahazard.report.words import beyond, cubic, integer, number, place, share, some, span
 from avahazard.results.hazard import Design, HazardRow, PathVolumes, Quantiles, VolumeInterval
 from avahazard.results.terrain import PathSummary, TerrainRunout
 from avahazard.results.zones import Place, Zone, ZonedPath
@@ -96,11 +96,15 @@ def _period(row: Any, language: Language) -> str | None:
     return language.number(f"{row.return_period_years:g}") + ("*" if row.extrapolated else "")
 
 
-def _far(extrapolated: bool, language: Language) -> list[str]:
-    words = language.say(
+def _far(language: Language) -> str:
+    return language.say(
         "*: an extrapolation, past twice the observed years or the table of volumes."
     )
-    return [words] if extrapolated else []
+
+
+def _intervals(rows: Iterable[Any], language: Language) -> Iterable[str]:
+    """What the intervals of the rows hold, each once."""
+    return dict.fromkeys(language.note(row.interval) + "." for row in rows)
 
 
 def _some(value: float, language: Language) -> str | None:
@@ -179,19 +183,18 @@ def design_table(
         (">" + say("records past it"), of(lambda d: past_words(d, language))),
         (say("farthest record, m"), of(lambda d: farthest_words(d, language))),
     )
-    legend = []
-    if designs:
-        legend.append(
-            say(
-                "x: horizontal distance along the path from its top; z: elevation there. Median "
-                "and 90 % credible interval of the place that avalanches pass once in T years (in "
-                "a year with chance 1/T)."
-            )
-        )
-        legend += dict.fromkeys(language.note(design.interval) + "." for design in designs)
-        if any(design.p_beyond for design in designs):
-            legend.append(say("beyond: probability that it lies past the end of the profile."))
-    legend += _far(any(answer.extrapolated for answer in found), language)
+    legend = some(
+        designs
+        and say(
+            "x: horizontal distance along the path from its top; z: elevation there. Median "
+            "and 90 % credible interval of the place that avalanches pass once in T years (in "
+            "a year with chance 1/T)."
+        ),
+        *_intervals(designs, language),
+        any(design.p_beyond for design in designs)
+        and say("beyond: probability that it lies past the end of the profile."),
+        any(answer.extrapolated for answer in found) and _far(language),
+    )
     title = say("Design runout: exceeded once in T years by avalanches of all volumes")
     return made("design", title, columns, found, language, legend, cards=True)
 
@@ -256,18 +259,18 @@ def volume_runout_table(
         (">5–95 %", of(lambda r: span(r.runout_elevation_m, language))),
         (">" + say("beyond"), lambda r: _some(r.p_left_profile, language)),
     )
-    legend = [say("Median, and 5 to 95 % of the runouts of avalanches of the volume V.")]
-    if any(row.return_period_years is not None for row in rows):
-        legend.append(
-            say(
-                "The median for the volume of T years is no design runout: it is passed more often "
-                "than once in T years, as smaller avalanches with little friction come as far."
-            )
-        )
-    legend += dict.fromkeys(language.note(row.interval) + "." for row in rows)
-    if any(row.p_left_profile for row in rows):
-        legend.append(say("beyond: share of them that run past the end of the profile."))
-    legend += _far(any(row.extrapolated for row in rows), language)
+    legend = some(
+        say("Median, and 5 to 95 % of the runouts of avalanches of the volume V."),
+        any(row.return_period_years is not None for row in rows)
+        and say(
+            "The median for the volume of T years is no design runout: it is passed more often "
+            "than once in T years, as smaller avalanches with little friction come as far."
+        ),
+        *_intervals(rows, language),
+        any(row.p_left_profile for row in rows)
+        and say("beyond: share of them that run past the end of the profile."),
+        any(row.extrapolated for row in rows) and _far(language),
+    )
     title = say("Runout of avalanches of one volume")
     return made("volume", title, columns, rows, language, legend, cards=True)
 
@@ -286,7 +289,7 @@ def apart_table(
         (">" + say("x, parameters"), lambda r: span(r.parameters.runout_x_m, language)),
     )
     parts = [part for row in found for part in (row.natural, row.parameters) if part is not None]
-    legend = list(dict.fromkeys(language.note(part.interval) + "." for part in parts))
+    legend = list(_intervals(parts, language))
     title = say("Runout of one volume: natural variability and parameters apart, 5–95 %")
     return made("apart", title, columns, found, language, legend) if found else None
 
@@ -317,9 +320,10 @@ def period_volumes_table(
         (">" + say("events a year"), rate),
         (say("spread from"), origin),
     )
-    legend = []
-    if any(row.pooled for row in found):
-        legend.append(say("all paths: few volumes on the path; their spread is that of all paths."))
+    legend = some(
+        any(row.pooled for row in found)
+        and say("all paths: few volumes on the path; their spread is that of all paths.")
+    )
     observed = {(str(r.years_from), r.path_id): None for r in found if r.years_from is not None}
     for source, of in groupby(sorted(observed), key=itemgetter(0)):
         few = language.few([names.get(path_id, path_id) for _, path_id in of])
@@ -341,8 +345,10 @@ def volumes_table(entries: Sequence[PathVolumes], language: Language = ENGLISH) 
         (">V, m³", lambda r: cubic(r[1].volume_m3, language)),
         (">5–95 %", lambda r: _volumes(VolumeInterval(r[1].q05_m3, r[1].q95_m3), language)),
     )
-    legend = [f"{entry.path_id}: {entry.method}." for entry in entries]
-    legend += _far(any(level.extrapolated for _, level in rows), language)
+    legend = some(
+        *(f"{entry.path_id}: {entry.method}." for entry in entries),
+        any(level.extrapolated for _, level in rows) and _far(language),
+    )
     title = "Volumes of the return periods, with the 90 % credible interval"
     return made("volumes", title, columns, rows, language, legend)
 
@@ -373,7 +379,7 @@ def zones_table(
         (">5–95 %", lambda r: span((r[1].to_x_q05_m, r[1].to_x_q95_m), language)),
     )
     density = entries[0].density_kg_m3
-    legend = [
+    legend = some(
         say("Limits: {limits}.", limits=say(entries[0].limits)),
         say(
             "Pressure is ρu² with a density of {mean} ± {sd} kg/m³. Speeds and pressures: "
@@ -382,8 +388,8 @@ def zones_table(
             sd=f"{density.sd:.0f}",
             interval=language.note(entries[0].interval),
         ),
-        *_far(any(zone.extrapolated for _, zone in rows), language),
-    ]
+        any(zone.extrapolated for _, zone in rows) and _far(language),
+    )
     return made("zones", say("Zones"), columns, rows, language, legend)
 
 
@@ -495,7 +501,6 @@ def paths_table(
         (say("years"), lambda r: None if r.first_year is None else f"{r.first_year}–{r.last_year}"),
         (">" + say("volumes, m³"), volumes),
     )
-    legend = []
-    if any(row.n_left_profile for row in rows):
-        legend.append(say("beyond: events that ran past the end of the profile."))
+    left = any(row.n_left_profile for row in rows)
+    legend = some(left and say("beyond: events that ran past the end of the profile."))
     return made("paths", say("Paths"), columns, rows, language, legend)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from avahazard.report.language import ENGLISH, Language
@@ -18,6 +18,11 @@ OPEN = "…"
 """An end of an interval beyond the profile, where a terminal has little room."""
 SIGNIFICANT = 0.05
 """A level of a comparison with a smaller p-value is one where the model fails."""
+
+
+def some(*sentences: object) -> list[str]:
+    """Those sentences that there are: of each that hangs on something, `something and say(…)`."""
+    return [words for words in sentences if isinstance(words, str) and words]
 
 
 def coordinate_words(coordinate: str, language: Language = ENGLISH) -> str:
@@ -208,11 +213,6 @@ def event_words(event: EventView, names: Mapping[str, str], language: Language =
     date = language.date(event.date) if event.date else say("undated")
     known = say("volume unknown") if event.volume_m3 is None else volume(event.volume_m3, language)
     return " · ".join((event.event_id, *path, date, known))
-
-
-def listed(names: Sequence[str], language: Language = ENGLISH) -> str:
-    """Names in a row, as a sentence has them."""
-    return language.listed(names)
 
 
 def part_words(source: str, language: Language = ENGLISH) -> str:

@@ -33,6 +33,7 @@ from avahazard.report.words import (
     paths,
     place,
     share,
+    some,
     span,
 )
 from avahazard.results.comparison import Comparison
@@ -116,35 +117,30 @@ def rests_on(content: ReportContent) -> list[str]:
     """The records behind the model."""
     language, say, events = content.language, content.language.say, content.events
     years = [event.year for event in events if event.year is not None]
-    words = []
-    if years:
-        words.append(
-            say(
-                "Records of {n} events, {first} to {last}: {volumes} with a volume, {left} beyond "
-                "the profile; {speeds} measured speeds.",
-                n=len(events),
-                first=str(min(years)),
-                last=str(max(years)),
-                volumes=sum(event.volume_m3 is not None for event in events),
-                left=sum(event.left_profile for event in events),
-                speeds=content.n_speeds,
-            )
-        )
-    if any(row.extrapolated for row in content.rows):
-        words.append(say("Return periods past twice the observed years are extrapolated."))
     bare = [view.name for view in content.paths if len(view.events) < FEW_EVENTS]
-    if bare and len(bare) < len(content.paths):
-        words.append(
-            language.plural(
-                "{paths} has fewer than {few} records: its design runout rests on the other paths.",
-                "{paths} have fewer than {few} records: their design runouts rest on the other "
-                "paths.",
-                len(bare),
-                paths=language.few(bare),
-                few=FEW_EVENTS,
-            )
-        )
-    return words
+    return some(
+        years
+        and say(
+            "Records of {n} events, {first} to {last}: {volumes} with a volume, {left} beyond "
+            "the profile; {speeds} measured speeds.",
+            n=len(events),
+            first=str(min(years)),
+            last=str(max(years)),
+            volumes=sum(event.volume_m3 is not None for event in events),
+            left=sum(event.left_profile for event in events),
+            speeds=content.n_speeds,
+        ),
+        any(row.extrapolated for row in content.rows)
+        and say("Return periods past twice the observed years are extrapolated."),
+        0 < len(bare) < len(content.paths)
+        and language.plural(
+            "{paths} has fewer than {few} records: its design runout rests on the other paths.",
+            "{paths} have fewer than {few} records: their design runouts rest on the other paths.",
+            len(bare),
+            paths=language.few(bare),
+            few=FEW_EVENTS,
+        ),
+    )
 
 
 def limits(content: ReportContent) -> list[str]:
@@ -531,43 +527,38 @@ def unknown_words(content: ReportContent) -> list[str]:
                "{n} of {total} events have no path, and so no profile: they are judged by H/L.",
                counts["path"], total=total),
     ]  # fmt: skip
-    words = [text for text, n in zip(words, counts.values(), strict=True) if n]
-    if not content.n_speeds:
-        words.append(say("No speeds were measured: what speed does to friction cannot be seen."))
-    words += [
-        say("“{name}” is not known for {n} of {total} events.", name=name, n=n, total=total)
-        for name, n in content.covariates.items()
-        if n
-    ]
-    return words
+    return some(
+        *(n and text for text, n in zip(words, counts.values(), strict=True)),
+        not content.n_speeds
+        and say("No speeds were measured: what speed does to friction cannot be seen."),
+        *(
+            n
+            and say("“{name}” is not known for {n} of {total} events.", name=name, n=n, total=total)
+            for name, n in content.covariates.items()
+        ),
+    )
 
 
 def assumptions(content: ReportContent) -> list[str]:
     """Assumptions of the model, its data and its bounds, beside the limits of every report."""
     say = content.language.say
-    words = [
+    speeds = any(view.speeds or view.zones for view in content.paths)
+    return some(
         say("Recorded volumes and runouts are taken with the errors that the records state."),
         say("The path is the smoothed profile."),
-    ]
-    if METHODS[content.model.method].in_metres:
-        words.append(
-            say(
-                "This model's scatter is in metres of elevation and holds all errors at once: "
-                "natural variability, errors of the records and of the model."
-            )
-        )
-    speeds = any(view.speeds or view.zones for view in content.paths)
-    if speeds and not content.speed_limited:
-        words.append(no_drag_words(content.language))
-    if any(view.alpha_beta for view in content.paths):
-        words.append(
-            say(
-                "The α-β runouts are regressions of other regions' extreme avalanches on the "
-                "shape of the ground; they know nothing of the records here. Where these are many, "
-                "they weigh more; where they are few, look at both."
-            )
-        )
-    return words
+        METHODS[content.model.method].in_metres
+        and say(
+            "This model's scatter is in metres of elevation and holds all errors at once: "
+            "natural variability, errors of the records and of the model."
+        ),
+        speeds and not content.speed_limited and no_drag_words(content.language),
+        any(view.alpha_beta for view in content.paths)
+        and say(
+            "The α-β runouts are regressions of other regions' extreme avalanches on the "
+            "shape of the ground; they know nothing of the records here. Where these are many, "
+            "they weigh more; where they are few, look at both."
+        ),
+    )
 
 
 def no_drag_words(language: Language) -> str:
@@ -582,46 +573,37 @@ def reading_words(content: ReportContent) -> list[str]:
     """How to read the figures of the paths: of what they hold, once for all."""
     say, views = content.language.say, content.paths
     rows = [row for view in views for row in view.rows]
-    words = []
-    if any(row.design for row in rows):
-        words.append(
-            say(
-                "Thick bars above the ground: 90 % credible interval of the design runout; the "
-                "tick is its median."
-            )
-        )
-    if rows:
-        words.append(
-            say(
-                "Thin lines: 90 % of avalanches of one volume, with their distribution. A bar that "
-                "ends at the edge goes on beyond the profile."
-            )
-        )
-    if content.loop.models:
-        words.append(
-            say(
-                "Under the profile every record has a line: the tick is where it stopped, the bar "
-                "holds 90 % of where the model shown expects it, the grey one that of its parent."
-            )
-        )
-    if any(view.alpha_beta for view in views):
-        words.append(say("Stars: α-β runout with one standard deviation."))
-    if any(view.zones for view in views):
-        words.append(
-            say(
-                "The strip at the foot shows the zones. Speeds are those that a year exceeds with "
-                "chance 1/T: the median full, 95 % dashed, 5 % dotted; hover for the pressure."
-            )
-        )
-    elif any(view.speeds for view in views):
-        words.append(say("Speeds are those of the block of median friction at that volume."))
-    if any(view.zones or view.speeds for view in views) and not content.speed_limited:
-        words.append(no_drag_words(content.language))
-    if any(row.reach for row in rows):
-        words.append(
-            say(
-                "The lowest panel: the chance that an avalanche comes as far in a year, with its "
-                "90 % credible interval."
-            )
-        )
-    return words
+    zones, speeds = any(view.zones for view in views), any(view.speeds for view in views)
+    return some(
+        any(row.design for row in rows)
+        and say(
+            "Thick bars above the ground: 90 % credible interval of the design runout; the "
+            "tick is its median."
+        ),
+        rows
+        and say(
+            "Thin lines: 90 % of avalanches of one volume, with their distribution. A bar that "
+            "ends at the edge goes on beyond the profile."
+        ),
+        content.loop.models
+        and say(
+            "Under the profile every record has a line: the tick is where it stopped, the bar "
+            "holds 90 % of where the model shown expects it, the grey one that of its parent."
+        ),
+        any(view.alpha_beta for view in views)
+        and say("Stars: α-β runout with one standard deviation."),
+        zones
+        and say(
+            "The strip at the foot shows the zones. Speeds are those that a year exceeds with "
+            "chance 1/T: the median full, 95 % dashed, 5 % dotted; hover for the pressure."
+        ),
+        speeds
+        and not zones
+        and say("Speeds are those of the block of median friction at that volume."),
+        (zones or speeds) and not content.speed_limited and no_drag_words(content.language),
+        any(row.reach for row in rows)
+        and say(
+            "The lowest panel: the chance that an avalanche comes as far in a year, with its "
+            "90 % credible interval."
+        ),
+    )

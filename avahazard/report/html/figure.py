@@ -13,6 +13,7 @@ from markupsafe import Markup
 
 from avahazard.report.html.content import EventView
 from avahazard.report.language import ENGLISH, Language
+from avahazard.report.words import some
 from avahazard.results.plain import plain
 
 # Okabe and Ito's colours, which people with any kind of colour vision can tell apart.
@@ -72,9 +73,9 @@ def error_bar(low: Any, middle: Any, high: Any, color: str, **more: Any) -> dict
             "arrayminus": middle - np.asarray(low), "color": color, **more}  # fmt: skip
 
 
-def joined(*sentences: str | int | None) -> str:
+def joined(*sentences: object) -> str:
     """Those sentences that there are, in a row."""
-    return " ".join(words for words in sentences if isinstance(words, str) and words)
+    return " ".join(some(*sentences))
 
 
 def rows_axis(names: Sequence[str] | None = None, **more: Any) -> dict[str, Any]:

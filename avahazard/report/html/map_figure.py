@@ -20,6 +20,7 @@ from avahazard.report.html.figure import (
     Figure,
     Trace,
     axis,
+    joined,
     label,
     layout,
     line,
@@ -247,7 +248,7 @@ def _at(plan: PlanView, x: Floats) -> tuple[Floats, Floats]:
 
 def _caption(plan: PlanView, language: Language) -> str:
     say = language.say
-    words = [
+    return joined(
         say("Coordinates are longitude and latitude.")
         if plan.crs is None
         else say("Coordinates are those of {crs}.", crs=plan.crs),
@@ -255,7 +256,5 @@ def _caption(plan: PlanView, language: Language) -> str:
             "The coloured line is the 90 % credible interval of the design runout, the diamond its "
             "median; for a given volume, 90 % of its avalanches."
         ),
-    ]
-    if plan.ground:
-        words.append(say("The shading is that of the terrain model of the import."))
-    return " ".join(words)
+        plan.ground and say("The shading is that of the terrain model of the import."),
+    )
