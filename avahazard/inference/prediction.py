@@ -97,18 +97,10 @@ def draw_friction(
 
     `shift` `[n_events]` is added to log friction (offsets of groups).
     """
-    return posterior.friction.draw(u, *law_at_drawn_volumes(posterior, u, shift, rng), rng)
-
-
-def law_at_drawn_volumes(
-    posterior: Posterior, u: Floats, shift: Floats, rng: np.random.Generator
-) -> tuple[Floats, Floats]:
-    """Location and scatter of friction `[n_events]`, each at a draw of its true volume."""
-    volumes = posterior.volumes(u)
+    volumes, friction = posterior.volumes(u), posterior.friction
     volume = np.exp(drawn_log_volumes(volumes, rng.standard_normal(len(volumes.mean))))
-    friction = posterior.friction
     location, scatter = friction.location_and_scatter(u, volume[:, None], posterior.of_events)
-    return friction.shifted(location[:, 0], shift), scatter[:, 0]
+    return friction.draw(u, friction.shifted(location[:, 0], shift), scatter[:, 0], rng)
 
 
 def group_shift(model: FittedModel, u: Floats, draw: int, rng: np.random.Generator) -> Floats:

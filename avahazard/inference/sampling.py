@@ -55,18 +55,6 @@ class State:
     generators: Sequence[np.random.Generator]
 
 
-class _Moves(NamedTuple):
-    """What chance decides of some pairs of steps, a jump and a random-walk step each.
-
-    `jump`, `step` `[n_chains, n_pairs, n_slots]` are where jumps lead to and how far steps go;
-    `log_uniform` `[n_chains, n_pairs, 2]` decides on both.
-    """
-
-    jump: Floats
-    step: Floats
-    log_uniform: Floats
-
-
 def dispersed_state(
     posterior: Posterior, mode: Mode, generators: Sequence[np.random.Generator]
 ) -> State:
@@ -112,20 +100,19 @@ def walk(
     n_pairs = n_draws * keep_every // 2
     for first in range(0, n_pairs, PIECE):
         size = min(PIECE, n_pairs - first)
-        moves = _moves(state.generators, centre, factor, size)
-        jump_value = posterior.log_densities(moves.jump.reshape(-1, n_slots))
-        jump_value = jump_value.reshape(n_chains, size)
-        jump_weight = _jump_log_density(moves.jump, centre, inverse)
+        jump, step, log_uniform = _moves(state.generators, centre, factor, size)
+        jump_value = posterior.log_densities(jump.reshape(-1, n_slots)).reshape(n_chains, size)
+        jump_weight = _jump_log_density(jump, centre, inverse)
         for j in range(size):
             weight = _jump_log_density(u[:, None], centre, inverse)[:, 0]
             log_ratio = jump_value[:, j] - value + weight - jump_weight[:, j]
-            takes = moves.log_uniform[:, j, 0] < log_ratio
-            u = np.where(takes[:, None], moves.jump[:, j], u)
+            takes = log_uniform[:, j, 0] < log_ratio
+            u = np.where(takes[:, None], jump[:, j], u)
             value = np.where(takes, jump_value[:, j], value)
             accepted += takes
-            candidate = u + moves.step[:, j]
+            candidate = u + step[:, j]
             candidate_value = posterior.log_densities(candidate)
-            takes = moves.log_uniform[:, j, 1] < candidate_value - value
+            takes = log_uniform[:, j, 1] < candidate_value - value
             u = np.where(takes[:, None], candidate, u)
             value = np.where(takes, candidate_value, value)
             accepted += takes
@@ -137,7 +124,12 @@ def walk(
 
 def _moves(
     generators: Sequence[np.random.Generator], centre: Floats, factor: Floats, n_pairs: int
-) -> _Moves:
+) -> tuple[Floats, Floats, Floats]:
+    """What chance decides of some pairs of steps, a jump and a random-walk step each.
+
+    Where jumps lead to and how far steps go, `[n_chains, n_pairs, n_slots]`, and the log of what
+    decides on both, `[n_chains, n_pairs, 2]`.
+    """
     n_chains, n_slots = centre.shape
     jump, step = np.empty((2, n_chains, n_pairs, n_slots))
     log_uniform = np.empty((n_chains, n_pairs, 2))
@@ -150,7 +142,7 @@ def _moves(
         size = 2.38 / np.sqrt(n_slots) * np.where(rng.random(n_pairs) < 0.25, 0.2, 1.0)
         step[c] = size[:, None] * (rng.standard_normal((n_pairs, n_slots)) @ factor[c].T)
         log_uniform[c] = np.log(rng.random((n_pairs, 2)))
-    return _Moves(jump, step, log_uniform)
+    return jump, step, log_uniform
 
 
 def _jump_log_density(u: Floats, centre: Floats, inverse: Floats) -> Floats:

@@ -12,7 +12,6 @@ import pytest
 from scipy import stats
 
 from avahazard.hazard.path_hazard import path_hazard
-from avahazard.hazard.rows import volume_bounds
 from avahazard.inference import prediction as stops
 from avahazard.inference.fitted_model import FittedModel, fitted_model, table_groups
 from avahazard.inference.likelihood.posterior import Posterior
@@ -23,6 +22,7 @@ from avahazard.physics.runout_curve import MU, MU_STEP
 from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
+from tests.hazard.parabola import volume_bounds
 from tests.inference.studies import near, observations, posterior
 from tests.physics.naive import naive_stop
 

@@ -7,12 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from avahazard.criticism.diagnosis.distinguishable import (
-    Detectable,
-    correlation,
-    detectable,
-    explained,
-)
 from avahazard.criticism.diagnosis.force_witness import ForceWitness
 from avahazard.criticism.diagnosis.full_fits import (
     TriedGroup,
@@ -23,6 +17,12 @@ from avahazard.criticism.diagnosis.full_fits import (
     plainly_different,
 )
 from avahazard.criticism.diagnosis.laws import FoundLaw, FoundShape, found_laws, found_shape
+from avahazard.criticism.diagnosis.measurements import (
+    Detectable,
+    correlation,
+    detectable,
+    explained,
+)
 from avahazard.criticism.diagnosis.naming import (
     MARGIN,
     Naming,

@@ -81,11 +81,9 @@ class Refit:
 
     def at_mode(self) -> FittedModel:
         """The fitted model with its parameters, and offsets of groups, at the mode alone."""
-        offsets = {}
-        plan = self.posterior.plan
-        if plan:
-            mode = self.posterior.offsets(self.mode.u).mode
-            offsets = {name: mode[[k]] for k, name in enumerate(plan.names)}
+        mode = self.posterior.mode_offsets(self.mode.u)
+        names = () if mode is None else self.posterior.plan.names
+        offsets = {} if mode is None else {name: mode[[k]] for k, name in enumerate(names)}
         return fitted_model(self.posterior, self.mode.u[None], offsets)
 
 

@@ -76,14 +76,13 @@ def second_kind(model: FittedModel, draw: int, offsets: Floats | None) -> Floats
     `offsets` `[n_offsets]` are those of its groups.
     """
     posterior, u = model.posterior, model.draws[draw]
-    location, scatter = posterior.location_and_scatter(u)
-    location = posterior.shifted(location, offsets)
+    location, scatter, weight = posterior.friction_at(u, offsets)
     nodes = posterior.nodes_at(u)
     # Seen or not, and right or wrong, the record is the same for either kind.
     nodes = nodes._replace(
         has_limit=np.zeros_like(nodes.has_limit), log_wrong=np.full_like(nodes.log_wrong, -np.inf)
     )
-    weight, student = posterior.weight(u), posterior.friction.student
+    student = posterior.friction.student
     of_second = np.arange(weight.shape[1]) >= weight.shape[1] // 2
     first, second = (
         event_terms(nodes, location, scatter, weight * kind, student, slopes=False).value
@@ -100,9 +99,8 @@ def gain_of_wrong_records(base: Refit) -> float:
     """
     posterior, u = base.posterior, base.mode.u
     observations, columns = posterior.observations, posterior.observations.columns
-    offsets = posterior.offsets(u).mode if posterior.plan else None
-    location, scatter = posterior.location_and_scatter(u)
-    location, weight = posterior.shifted(location, offsets), posterior.weight(u)
+    offsets = posterior.mode_offsets(u)
+    location, scatter, weight = posterior.friction_at(u, offsets)
     nodes, student = posterior.nodes.at(u), posterior.friction.student
     nodes = nodes._replace(log_wrong=np.full_like(nodes.log_wrong, -np.inf))
     low, high = wrong_ranges(observations)

@@ -68,18 +68,16 @@ def matched_speeds(model: FittedModel, rng: np.random.Generator) -> MatchedSpeed
         if shaped or not columns:
             table = posterior.nodes.predicted_at(u)
             nodes = stop_nodes(posterior, table)
-        location, scatter = posterior.location_and_scatter(u)
-        location = posterior.shifted(location, None if offsets is None else offsets[k])
-        weight = posterior.weight(u)
+        friction = posterior.friction_at(u, None if offsets is None else offsets[k])
         tracks = []
         for j, track in enumerate(observations.speeds):
             i = track.event
-            of_event = location[i], scatter[i], weight[i]
-            places, chance = friction_given_record(posterior, nodes, i, *of_event)
+            places, chance = friction_given_record(posterior, nodes, i, *friction)
             mu = rng.choice(places, per_draw, p=chance)
             arrives = observations.kind[i] != LEFT
             square = _squares_at(table, j, i, mu)
-            tracks.append(drawn_speeds(square, track, _track_scatter(posterior, u), rng, arrives))
+            sigma = posterior.layout.track_sigma(u)
+            tracks.append(drawn_speeds(square, track, sigma, rng, arrives))
         columns.append(np.concatenate(tracks, axis=0))
     return MatchedSpeeds(
         event=np.concatenate([np.full(len(t.x), t.event) for t in observations.speeds]),
@@ -112,12 +110,6 @@ def _squares_at(table: Predicted, track: int, event: int, mu: Floats) -> Floats:
     square = np.asarray([between(speeds**2, cell, share) for speeds in table.speeds[track].T])
     jumped = table.jumped[track]
     return np.where(cell == jumped.cell, jumped.square[:, None], square)
-
-
-def _track_scatter(posterior: Posterior, u: Floats) -> float:
-    """Scatter of friction along the tracks at coordinates u."""
-    place = posterior.layout.track_scatter
-    return 0.0 if place is None else float(np.exp(u[place]))
 
 
 def measured_force(observations: Observations) -> Rows[MeasuredForce]:
@@ -213,9 +205,10 @@ def friction_given_record(
     """Frictions `[n_nodes + 2]` and their chances (which sum to 1) given the record of one event.
 
     The last two stand for all below and beyond the tables, which a vague record allows.
-    `nodes` are those of all events; `location`, `scatter` and `weight_of_volume` `[n_volumes]` are
-    of this one.
+    `nodes`, `location`, `scatter` and `weight_of_volume` `[n_events, n_volumes]` are those of all
+    events.
     """
+    location, scatter, h = location[event], scatter[event], weight_of_volume[event]
     in_log = posterior.layout.log_scatter
     place, weight = nodes.place[event], nodes.weight[event]
     if nodes.is_probability[event]:
@@ -225,7 +218,6 @@ def friction_given_record(
         chance = nodes.floor[event] + (edges > place[:, None]) @ drops
         weight = np.gradient(place) * np.clip(chance, 0.0, 1.0)
     student = posterior.specification.tails == "student"
-    h = weight_of_volume
     z = (place[:, None] - location) / scatter
     log_p = np.logaddexp.reduce(log_density(z, student) + np.log(h / scatter), axis=1)
     edge = nodes.tail_place[event]

@@ -272,10 +272,8 @@ class LinearModel:
 def linear_model(posterior: Posterior, u: Floats) -> LinearModel:
     """The rows of a model at its mode u."""
     observations, layout = posterior.observations, posterior.layout
-    offsets = posterior.offsets(u).mode if posterior.plan else None
-    location, scatter = posterior.location_and_scatter(u)
-    location = posterior.shifted(location, offsets)
-    weight, nodes = posterior.weight(u), posterior.nodes_at(u)
+    offsets, nodes = posterior.mode_offsets(u), posterior.nodes_at(u)
+    location, scatter, weight = posterior.friction_at(u, offsets)
     student = posterior.specification.tails == "student"
     terms = event_terms(nodes, location, scatter, weight, student)
     mean = np.sum(weight * location, axis=1)
@@ -304,12 +302,11 @@ def linear_model(posterior: Posterior, u: Floats) -> LinearModel:
     if observations.speeds:
         table = posterior.nodes.predicted_at(u)
         stops = _moments(stop_nodes(posterior, table), layout.log_scatter)
-        place = layout.track_scatter
-        sigma = 0.0 if place is None else float(np.exp(u[place]))
+        sigma = layout.track_sigma(u)
         for track, speeds in zip(observations.speeds, table.speeds, strict=True):
             i = track.event
-            of_event = location[i], scatter[i], weight[i]
-            places, chance = friction_given_record(posterior, nodes, i, *of_event)
+            of_friction = location, scatter, weight
+            places, chance = friction_given_record(posterior, nodes, i, *of_friction)
             at = float(chance @ np.log(np.maximum(places, MU[0])))
             log_friction[i] = at
             away, error = 0.0, MOST_VARIANCE

@@ -18,7 +18,7 @@ from scipy import stats
 from scipy.special import gammaincc
 
 from avahazard.arrays import Floats, Ints
-from avahazard.criticism.screening.columns import Block, blocks
+from avahazard.criticism.screening.candidates import Block, blocks
 from avahazard.criticism.screening.linear_model import linear_model
 from avahazard.effects.effect import Definition
 from avahazard.inference.likelihood.posterior import Posterior

@@ -197,7 +197,7 @@ def scores_at(posterior: Posterior, u: Floats, apart: Floats) -> Floats:
     Differences over `apart` `[n_slots]`, of tables made on the spot.
     """
     pinned = posterior.pinned(u)
-    offsets = pinned.offsets(u).mode if pinned.plan else None
+    offsets = pinned.mode_offsets(u)
     here = pinned.event_log_likelihood(u, offsets)
     scores, slots = np.zeros((len(here), len(u))), posterior.layout.slots
 

@@ -225,11 +225,17 @@ class Posterior:
 
         0 for those not in `keep` `[n_events]`.
         """
-        location, scatter = self.location_and_scatter(u)
-        location = self.shifted(location, offsets)
-        weight, student = self.weight(u), self.friction.student
-        of_nodes = self.nodes_at(u), location, scatter, weight, student, keep
+        of_nodes = self.nodes_at(u), *self.friction_at(u, offsets), self.friction.student, keep
         return event_terms(*of_nodes, slopes=False).value
+
+    def friction_at(self, u: Floats, offsets: Floats | None) -> tuple[Floats, Floats, Floats]:
+        """`location_and_scatter` with offsets `[n_offsets]` of the groups, and `weight`."""
+        location, scatter = self.location_and_scatter(u)
+        return self.shifted(location, offsets), scatter, self.weight(u)
+
+    def mode_offsets(self, u: Floats) -> Floats | None:
+        """Mode of the groups' offsets `[n_offsets]` given coordinates u; None without groups."""
+        return self.offsets(u).mode if self.plan else None
 
     def offsets(self, u: Floats) -> Offsets:
         """The offsets of the groups given coordinates u."""

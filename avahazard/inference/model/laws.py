@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from scipy.special import expit
@@ -44,16 +44,6 @@ def bounded_exp(u: Floats) -> Floats:
     return np.asarray(np.exp(np.clip(u, -MOST_LOG, MOST_LOG)), np.float64)
 
 
-def line_law(covariate: Covariate) -> Curve:
-    """u0 - u1 x of a law that is a line in its covariate x."""
-
-    def log_friction(u: Floats, volume: Floats) -> Floats:
-        with np.errstate(over="ignore"):  # bounded then
-            return bounded(u[..., 0:1] - u[..., 1:2] * covariate(volume))
-
-    return log_friction
-
-
 def rational(u: Floats, volume: Floats) -> Floats:
     """log a/b - log(1 + (V/c)^n / b), with b = 1 in coordinates."""
     bend = bounded_exp(u[..., 2:3]) * (log_in_c(volume) - u[..., 1:2])
@@ -74,8 +64,7 @@ def constant(u: Floats, volume: Floats) -> Floats:
 
 def columns(*parameters: Floats) -> Floats:
     """Parameters `[...]` each, side by side `[..., n_parameters]`."""
-    result: Floats = np.stack(np.broadcast_arrays(*parameters), axis=-1)
-    return result
+    return np.stack(np.broadcast_arrays(*parameters), axis=-1)
 
 
 def rational_to_natural(u: Floats) -> Floats:
@@ -123,16 +112,6 @@ def asymptotic_begin(volume: Floats, log_mu: Floats) -> Floats:
     return found
 
 
-def line_begin(covariate: Covariate) -> Curve:
-    """Least squares of a law that is a line in its covariate."""
-
-    def begin(volume: Floats, log_mu: Floats) -> Floats:
-        intercept, slope = line(covariate(volume), log_mu)
-        return np.array([intercept, -slope])
-
-    return begin
-
-
 def in_millions(volume: Floats) -> Floats:
     """V in 1e6 m3."""
     return np.asarray(volume * N_SCALE, np.float64)
@@ -154,17 +133,6 @@ def line(x: Floats, y: Floats) -> tuple[float, float]:
     # Equal x differ by rounding at most.
     slope = float(centred @ y) / spread if spread > 1e-24 * len(x) else 0.0
     return float(y.mean() - slope * x.mean()), slope / size
-
-
-def line_slopes(covariate: Covariate) -> Curve:
-    """Slopes of such a law."""
-
-    def slopes(u: Floats, volume: Floats) -> Floats:
-        x = covariate(volume)
-        with np.errstate(over="ignore"):  # beyond the bounds then
-            return _inside(u[0] - u[1] * x, np.ones_like(x), -x)
-
-    return slopes
 
 
 def rational_slopes(u: Floats, volume: Floats) -> Floats:
@@ -189,6 +157,31 @@ def asymptotic_slopes(u: Floats, volume: Floats) -> Floats:
 def constant_slopes(u: Floats, volume: Floats) -> Floats:
     """Of log a."""
     return _inside(u[0] + np.zeros_like(volume), np.ones_like(volume))
+
+
+def line_in(covariate: Covariate) -> dict[str, Any]:
+    """What a law has that is a line u0 - u1 x in its covariate x, by the names of `Law`."""
+
+    def log_friction(u: Floats, volume: Floats) -> Floats:
+        with np.errstate(over="ignore"):  # bounded then
+            return bounded(u[..., 0:1] - u[..., 1:2] * covariate(volume))
+
+    def slopes(u: Floats, volume: Floats) -> Floats:
+        x = covariate(volume)
+        with np.errstate(over="ignore"):  # beyond the bounds then
+            return _inside(u[0] - u[1] * x, np.ones_like(x), -x)
+
+    def begin(volume: Floats, log_mu: Floats) -> Floats:
+        intercept, slope = line(covariate(volume), log_mu)
+        return np.array([intercept, -slope])
+
+    return {
+        "log_friction": log_friction,
+        "slopes": slopes,
+        "begin": begin,
+        "form": "line",
+        "covariate": covariate,
+    }
 
 
 def _inside(log_mu: Floats, *slopes: Floats) -> Floats:
@@ -229,8 +222,7 @@ class Law:
 
     def friction(self, natural: Floats, volume: Floats) -> Floats:
         """μ [..., n_events] of natural parameters [..., n_parameters]."""
-        result: Floats = np.exp(self.log_friction(self.from_natural(natural), volume))
-        return result
+        return np.exp(self.log_friction(self.from_natural(natural), volume))
 
     def __reduce__(self) -> tuple[Callable[[str], Law], tuple[str]]:
         """Other processes find the law by its name."""
@@ -274,13 +266,9 @@ LAWS: dict[str, Law] = {
             coordinates=("log a", "n in 1e-6/m3"),
             prior_mean=np.array([np.log(0.5), 0.0]),
             prior_sd=np.array([0.5, 10.0]),
-            log_friction=line_law(in_millions),
-            slopes=line_slopes(in_millions),
             to_natural=lambda u: columns(bounded_exp(u[..., 0]), u[..., 1] * N_SCALE),
             from_natural=lambda p: columns(np.log(p[..., 0]), p[..., 1] / N_SCALE),
-            begin=line_begin(in_millions),
-            form="line",
-            covariate=in_millions,
+            **line_in(in_millions),
         ),
         Law(
             name="power",
@@ -291,13 +279,9 @@ LAWS: dict[str, Law] = {
             coordinates=("log alpha", "beta"),
             prior_mean=np.array([0.0, 0.0]),
             prior_sd=np.array([1.0, 0.2]),
-            log_friction=line_law(np.log),
-            slopes=line_slopes(np.log),
             to_natural=lambda u: columns(bounded_exp(u[..., 0]), u[..., 1]),
             from_natural=lambda p: columns(np.log(p[..., 0]), p[..., 1]),
-            begin=line_begin(np.log),
-            form="line",
-            covariate=np.log,
+            **line_in(np.log),
         ),
         # μ depends on a, b, c, n through three combinations only: (k a, k b, c k^(-1/n), n) is the
         # same law for every k > 0. So b is 1 in calibrations: a is the friction of small volumes,

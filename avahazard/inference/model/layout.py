@@ -152,16 +152,16 @@ class Layout:
 
     def beside_the_law(self) -> dict[str, int]:
         """The slots of the parameters that are not the law's, by the names that people read."""
-        found = {"sigma": self.scatter}
-        others = {
-            "sigma_n": self.scatter_slope,
-            WRONG_SHARE_NAME: self.wrong_share,
-            TRACK_SCATTER_NAME: self.track_scatter,
-        }
-        found |= {name: k for name, k in others.items() if k is not None}
+        found: dict[str, int | None] = {"sigma": self.scatter, "sigma_n": self.scatter_slope}
         for place in self.places.values():
             found |= {self.slots[k].name: k for k in range(place.start, place.stop)}
-        return found | {f"{key}.{self.slots[k].name}": k for key, k in self.spreads.items()}
+        found |= {f"{key}.{self.slots[k].name}": k for key, k in self.spreads.items()}
+        found |= {WRONG_SHARE_NAME: self.wrong_share, TRACK_SCATTER_NAME: self.track_scatter}
+        return {name: k for name, k in found.items() if k is not None}
+
+    def track_sigma(self, u: Floats) -> float:
+        """Scatter of friction along the tracks at coordinates u `[n_slots]`; 0 without speeds."""
+        return 0.0 if self.track_scatter is None else float(np.exp(u[self.track_scatter]))
 
     def spread_values(self, u: Floats) -> Floats:
         """Spreads of log friction at coordinates u `[..., n_slots]`, `[..., n_groupings]`."""
@@ -211,20 +211,12 @@ class Layout:
             name: (natural[..., k], unit)
             for k, (name, unit) in enumerate(zip(self.law.names, self.law.units, strict=True))
         }
-        result["sigma"] = (np.exp(u[..., self.scatter]), "" if self.log_scatter else "friction")
-        if self.scatter_slope is not None:
-            result["sigma_n"] = (u[..., self.scatter_slope] / self.reference_volume, "1/m3")
-        for place in self.places.values():
-            for k in range(place.start, place.stop):
-                slot = self.slots[k]
-                result[slot.name] = (u[..., k] * slot.scale, slot.unit)
-        for key, k in self.spreads.items():
-            slot = self.slots[k]
-            result[f"{key}.{slot.name}"] = (u[..., k] * slot.scale, slot.unit)
-        if self.wrong_share is not None:
-            result[WRONG_SHARE_NAME] = (np.exp(u[..., self.wrong_share]), "of the records")
-        if self.track_scatter is not None:
-            result[TRACK_SCATTER_NAME] = (np.exp(u[..., self.track_scatter]), "friction")
+        for name, k in self.beside_the_law().items():
+            slot, at = self.slots[k], u[..., k]
+            value = np.exp(at) if k in self.logs else at * slot.scale
+            if k == self.scatter_slope:
+                value = at / self.reference_volume
+            result[name] = (value, slot.unit)
         return result
 
 
@@ -271,31 +263,25 @@ def build_layout(
         Slot(name, "", float(m), float(s))
         for name, m, s in zip(chosen.coordinates, mean, sd, strict=True)
     ]
+
+    def add(slot: Slot) -> int:
+        slots.append(slot)
+        return len(slots) - 1
+
     log_scatter = specification.distribution == "lognormal"
-    centre = scatter_centre(log_scatter)
-    scatter = len(slots)
-    slots.append(
-        Slot(
-            "log sigma",
-            "",
-            float(np.log(centre)),
-            1.0,
-            float(np.log(least_scatter(log_scatter))),
-            2.0,
-        )
-    )
+    centre, least = np.log([scatter_centre(log_scatter), least_scatter(log_scatter)]).tolist()
+    unit = "" if log_scatter else "friction"
+    scatter = add(Slot("log sigma", unit, centre, 1.0, least, 2.0))
     slope = None
     if specification.scatter == "volume":
-        slope = len(slots)
         per_volume = 1.0 / specification.reference_volume_m3
-        slots.append(Slot("sigma_n", "", 0.0, 1.0, scale=per_volume))
+        slope = add(Slot("sigma_n", "1/m3", 0.0, 1.0, scale=per_volume))
     places: dict[str, slice] = {}
     spreads: dict[str, int] = {}
     kinds = None
     for effect in effects:
         if isinstance(effect, GroupEffect):
-            spreads[effect.key] = len(slots)
-            slots.append(_spread_slot(effect.parameters[0]))
+            spreads[effect.key] = add(_spread_slot(effect.parameters[0]))
             continue
         places[effect.key] = slice(len(slots), len(slots) + len(effect.parameters))
         slots += [_slot(effect, p) for p in effect.parameters]
@@ -303,23 +289,14 @@ def build_layout(
             kinds = places[effect.key]
     wrong_share = None
     if specification.tails == "student":
-        wrong_share = len(slots)
-        bounds = float(np.log(LEAST_WRONG)), float(np.log(MOST_WRONG))
-        slots.append(Slot("log wrong share", "", float(np.log(WRONG_SHARE)), 1.0, *bounds))
+        middle, *bounds = np.log([WRONG_SHARE, LEAST_WRONG, MOST_WRONG]).tolist()
+        wrong_share = add(Slot("log wrong share", "of the records", middle, 1.0, *bounds))
     tables = tuple(k for k, s in enumerate(slots) if s.arm)
     track_scatter = None
     if speeds:
-        track_scatter = len(slots)
-        slots.append(
-            Slot(
-                TRACK_SLOT,
-                "",
-                float(np.log(TRACK_SCATTER)),
-                1.0,
-                *TRACK_RANGE,
-                arm_between(float(np.log(TRACK_SCATTER)), *TRACK_RANGE, N_ARM),
-            )
-        )
+        middle = float(np.log(TRACK_SCATTER))
+        arm = arm_between(middle, *TRACK_RANGE, N_ARM)
+        track_scatter = add(Slot(TRACK_SLOT, "friction", middle, 1.0, *TRACK_RANGE, arm))
     layout = Layout(
         law=chosen,
         slots=tuple(slots),

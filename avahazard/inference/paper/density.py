@@ -37,25 +37,21 @@ class HolyDensity:
 
     mu: Array
     a: Array
-    multiplier: float
     kappa: float
 
     def psi(self, x: Array) -> Array:
         """ψ at x [n_points]."""
         distance = np.abs(np.asarray(x, np.float64)[:, None] - self.mu)
-        result: Array = np.sqrt(self.kappa) * np.exp(-self.kappa * distance) @ self.a
-        return result
+        return np.asarray(np.sqrt(self.kappa) * np.exp(-self.kappa * distance) @ self.a)
 
     def pdf(self, x: Array) -> Array:
         """The density ψ² at x [n_points]."""
-        result: Array = self.psi(x) ** 2
-        return result
+        return self.psi(x) ** 2
 
     def extrapolated(self, x: Array) -> NDArray[np.bool_]:
         """Where x [n_points] lies outside the records, and the density is a tail by assumption."""
         x = np.asarray(x, np.float64)
-        result: NDArray[np.bool_] = (x < self.mu.min()) | (x > self.mu.max())
-        return result
+        return np.asarray((x < self.mu.min()) | (x > self.mu.max()))
 
 
 def holy_density(mu: Array, kappa: float = DEFAULT_KAPPA) -> HolyDensity:
@@ -78,9 +74,7 @@ def holy_density(mu: Array, kappa: float = DEFAULT_KAPPA) -> HolyDensity:
             "The friction density did not converge.", "Choose another κ; 5 is the paper's."
         )
     a /= np.sqrt(_integral(mu, a, kappa))
-    density = HolyDensity(mu, a, 0.0, kappa)
-    multiplier = float(np.mean(a * density.psi(mu)))
-    return HolyDensity(mu, a, multiplier, kappa)
+    return HolyDensity(mu, a, kappa)
 
 
 def choose_kappa(mu: Array) -> float:

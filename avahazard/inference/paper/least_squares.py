@@ -35,8 +35,7 @@ class LawFit:
     @property
     def standard_errors(self) -> Array:
         """Standard errors [n_parameters]."""
-        result: Array = np.sqrt(np.diag(self.covariance))
-        return result
+        return np.sqrt(np.diag(self.covariance))
 
 
 def fit_law(law: Law, volume: Array, mu: Array) -> LawFit:
@@ -112,8 +111,7 @@ def _fit(law: Law, volume: Array, mu: Array) -> LawFit | None:
     def residuals(u: Array) -> Array:
         # Squares of what is wildly off must not overflow.
         bounded = np.clip(u, -WILDEST, WILDEST)
-        result: Array = np.exp(law.log_friction(bounded, volume)) - mu
-        return result
+        return np.exp(law.log_friction(bounded, volume)) - mu
 
     starts = [law.start(volume, mu)]
     if law.name == "rational":

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.criticism.diagnosis.distinguishable import correlation, explained
+from avahazard.criticism.diagnosis.measurements import correlation, explained
 from avahazard.criticism.diagnosis.refits import refit
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification

@@ -131,7 +131,12 @@ def nodes(place: list[float], weight: list[float], left: bool) -> Any:
 def test_chances_are_the_record_times_the_scatter(tails: str) -> None:
     place, weight = [-1.0, -0.8, -0.5], [0.2, 0.5, 0.3]
     mu, chance = friction_given_record(
-        model(tails), nodes(place, weight, left=False), 0, LOCATION, SCATTER, SHARE
+        model(tails),
+        nodes(place, weight, left=False),
+        0,
+        LOCATION[None],
+        SCATTER[None],
+        SHARE[None],
     )
     expected = []
     for x, w in zip(place, weight, strict=True):
@@ -148,7 +153,12 @@ def test_chances_are_the_record_times_the_scatter(tails: str) -> None:
 def test_what_left_has_any_friction_below_the_edge() -> None:
     edge = float(np.log(0.4))
     mu, chance = friction_given_record(
-        model(), nodes([edge, -3.0], [1.0, 0.0], left=True), 0, LOCATION, SCATTER, SHARE
+        model(),
+        nodes([edge, -3.0], [1.0, 0.0], left=True),
+        0,
+        LOCATION[None],
+        SCATTER[None],
+        SHARE[None],
     )
     np.testing.assert_allclose(mu[:-2], MU)
     assert chance.sum() == pytest.approx(1.0)

@@ -12,8 +12,7 @@ from scipy import stats
 
 from avahazard.criticism.diagnosis.refits import Refit, refit
 from avahazard.criticism.screening import screen as module
-from avahazard.criticism.screening.candidates import candidate_definitions
-from avahazard.criticism.screening.columns import Block, blocks
+from avahazard.criticism.screening.candidates import Block, blocks, candidate_definitions
 from avahazard.criticism.screening.linear_model import linear_model
 from avahazard.criticism.screening.screen import LEVEL, PAIR_LEVEL, Screening, screen
 from avahazard.inference.likelihood.assemble import find_definition
