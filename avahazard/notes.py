@@ -33,10 +33,7 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
     "unconverged": "the chains of {model} have not converged.",
     "not_converged": "the chains have not converged (R-hat {rhat:.3f}, smallest effective sample "
     "size {ess:.0f}): the model is stored as such. More --draws may help.",
-    "few_events": (
-        "{model} is based on {n} event only.",
-        "{model} is based on {n} events only.",
-    ),
+    "few_events": ("{model} is based on {n} event only.", "{model} is based on {n} events only."),
     "older_version": "{model} was made with version {version} of this program, which is {now} now: "
     "avahazard rerun {model} shows whether that matters.",
     "other_speeds": "{model} was calibrated with the error of speeds of an earlier version "

@@ -95,8 +95,7 @@ class Field:
 class Request:
     """What a use case is asked; one value may stand for a sequence of one.
 
-    Raises:
-        AvahazardError: a value is out of range, or none of those that may be chosen.
+    Raises `AvahazardError` where a value is out of range, or none of those that may be chosen.
     """
 
     def __post_init__(self) -> None:

@@ -10,8 +10,7 @@ from pathlib import Path
 def put_in_place(part: Path, file: Path) -> None:
     """Sync `part` to the disk and give it the name `file`, which may be taken.
 
-    Raises:
-        OSError: the disk refuses it; `file` is then as it was.
+    Raises `OSError` where the disk refuses it; `file` is then as it was.
     """
     _sync(part, os.O_RDWR)
     part.replace(file)
@@ -22,9 +21,8 @@ def put_in_place(part: Path, file: Path) -> None:
 def put_new_in_place(part: Path, file: Path) -> None:
     """Sync `part` to the disk and give it the name `file`, which nothing may have yet.
 
-    Raises:
-        FileExistsError: something has that name; it is as it was.
-        OSError: the disk refuses it.
+    Raises `FileExistsError` where something has that name, which is as it was; `OSError` where the
+    disk refuses it.
     """
     _sync(part, os.O_RDWR)
     try:

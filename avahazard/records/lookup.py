@@ -14,8 +14,7 @@ from avahazard.records.path import Path, Profile
 def find_path(records: Records, path_id: str) -> Path:
     """Return the path of this name.
 
-    Raises:
-        AvahazardError: there is none; the hint lists those that there are.
+    Raises `AvahazardError` where there is none; the hint lists those that there are.
     """
     same = (path_id, normalize("NFC", path_id))
     for path in records.paths:
@@ -35,11 +34,7 @@ def unknown_path(path_id: str, names: Sequence[str]) -> AvahazardError:
 
 
 def find_profile(records: Records, path: Path) -> Profile:
-    """Return the profile of a path.
-
-    Raises:
-        AvahazardError: none is stored.
-    """
+    """Return the profile of a path. Raises `AvahazardError` where none is stored."""
     for profile in records.profiles:
         if profile.path_id == path.path_id:
             return profile
@@ -101,8 +96,8 @@ def paths_to_run(
 ) -> list[str]:
     """The paths that are named, or all with a profile, in the order of their names.
 
-    Raises:
-        AvahazardError: a path is unknown or has no profile, or there are none with a profile.
+    Raises `AvahazardError` where a path is unknown or has no profile, or there are none with a
+    profile.
     """
     known = set(path_ids)
     for path_id in named:

@@ -92,8 +92,7 @@ class Document(TableMapping):
 def read_mappings(file: FilePath, text: str | None = None) -> list[TableMapping]:
     """The tables of a `columns.toml`.
 
-    Raises:
-        AvahazardError: it is none, or holds a unit that is not one of its column.
+    Raises `AvahazardError` where it is none, or holds a unit that is not one of its column.
     """
     if text is None:
         if not file.is_file():

@@ -47,10 +47,8 @@ def find_files(sources: Sequence[str | FilePath]) -> list[FilePath]:
     """Return the files of tables that `sources` name, each once, in the order given.
 
     A folder stands for its `.csv`, `.tsv` and `.xlsx` files (not those of its subfolders), by name.
-
-    Raises:
-        AvahazardError: a source does not exist, a folder holds no such file, holds two of one
-            name, or a spreadsheet of another kind.
+    Raises `AvahazardError` where a source does not exist, a folder holds no such file, holds two of
+    one name, or a spreadsheet of another kind.
     """
     found: dict[FilePath, FilePath] = {}
     for source in map(FilePath, sources):
@@ -103,12 +101,10 @@ def read_records(
 ) -> Records:
     """Return the records in `sources`, files or folders of them (docs/data_forms.md).
 
-    Rows may refer to the paths and events of `known`, the records stored before. With
-    `need_runout` false an event may lack its runout. `given` says what files may leave open.
-
-    Raises:
-        AvahazardError: a source is missing.
-        RejectedRows: rows that cannot be taken, all of them.
+    Rows may refer to the paths and events of `known`, the records stored before. With `need_runout`
+    false an event may lack its runout. `given` says what files may leave open. Raises
+    `AvahazardError` where a source is missing; `RejectedRows` for rows that cannot be taken, all of
+    them.
     """
     intake = read_files(sources, known or Records(), need_runout=need_runout, given=given)
     if intake.problems:
@@ -187,10 +183,7 @@ def read_files(
 
 
 def mapped_tables(
-    file: FilePath,
-    problems: list[RowProblem],
-    columns: FilePath | None,
-    used: list[TableMapping],
+    file: FilePath, problems: list[RowProblem], columns: FilePath | None, used: list[TableMapping]
 ) -> list[FileTable]:
     """The tables of a file, by a mapping where one is for it, which is added to `used`.
 

@@ -22,9 +22,8 @@ Form = TypeVar("Form", bound=Strict)
 def read_toml(name: str, text: str, form: type[Form], hint: str) -> Form:
     """Read `text`, a TOML document of that form; `name` is that of its file.
 
-    Raises:
-        AvahazardError: it is no TOML, or a value is missing, unknown or out of its range. The
-            message names the first place at fault; `hint` says what would be right.
+    Raises `AvahazardError` where it is no TOML, or a value is missing, unknown or out of its range.
+    The message names the first place at fault; `hint` says what would be right.
     """
     try:
         return form.model_validate(tomllib.loads(text))

@@ -99,8 +99,7 @@ class Result:
     def plot(self, file: str | Path | None = None) -> Any:
         """Draw it, to `file` (.png, .svg, .pdf) or to be shown by a notebook.
 
-        Raises:
-            AvahazardError: there is no picture of this result.
+        Raises `AvahazardError` where there is no picture of this result.
         """
         return draw(self, file)
 

@@ -364,8 +364,7 @@ def save_terrain(
 def load_terrain(session: Session, path_id: str) -> TerrainCrop | None:
     """Return the ground around a path, None where no terrain model was given for it.
 
-    Raises:
-        AvahazardError: what is stored is damaged.
+    Raises `AvahazardError` where what is stored is damaged.
     """
     row = session.get(TerrainTable, path_id)
     if row is None:

@@ -75,8 +75,7 @@ def save_model(
 ) -> None:
     """Store a new model.
 
-    Raises:
-        AvahazardError: the name is taken, or the parent is not there.
+    Raises `AvahazardError` where the name is taken, or the parent is not there.
     """
     refuse_taken_name(session, name)
     if parent is not None:
@@ -90,8 +89,7 @@ def save_model(
 def refuse_taken_name(session: Session, name: str) -> None:
     """Refuse a name that a model has already: what was calibrated is never overwritten.
 
-    Raises:
-        AvahazardError: the name is taken, empty, or over 200 characters.
+    Raises `AvahazardError` where the name is taken, empty, or over 200 characters.
     """
     if not 0 < len(name.strip()) <= 200:
         raise AvahazardError("A model needs a name of 1 to 200 characters.")
@@ -103,11 +101,7 @@ def refuse_taken_name(session: Session, name: str) -> None:
 
 
 def load_model(session: Session, name: str) -> StoredModel:
-    """Return the model `name`.
-
-    Raises:
-        AvahazardError: there is none.
-    """
+    """Return the model `name`. Raises `AvahazardError` where there is none."""
     row = session.scalar(select(ModelTable).where(ModelTable.name == name))
     if row is None:
         names = session.scalars(select(ModelTable.name).order_by(ModelTable.id)).all()
@@ -121,8 +115,7 @@ def load_model(session: Session, name: str) -> StoredModel:
 def load_calibrated(session: Session, name: str) -> StoredModel:
     """Return the model `name` with its calibration.
 
-    Raises:
-        AvahazardError: there is no such model, or it has not been calibrated.
+    Raises `AvahazardError` where there is no such model, or it has not been calibrated.
     """
     found = load_model(session, name)
     if not found.calibration:
@@ -186,8 +179,7 @@ def save_draws(
 def load_draws(session: Session, calibration: int) -> Draws:
     """Return the draws of every parameter, `[n_chains, n_draws]` each.
 
-    Raises:
-        AvahazardError: they are missing or damaged.
+    Raises `AvahazardError` where they are missing or damaged.
     """
     draws, faults = read_draws(session, calibration)
     if faults:
@@ -238,10 +230,8 @@ def save_calibration(
 ) -> int:
     """Store a calibration of a stored model, with draws `[n_chains, n_draws]`; return its id.
 
-    `result` is its document, which holds seed, fingerprint and diagnostics.
-
-    Raises:
-        AvahazardError: there is no such model.
+    `result` is its document, which holds seed, fingerprint and diagnostics. Raises `AvahazardError`
+    where there is no such model.
     """
     load_model(session, model)
     document = plain(result)
@@ -390,11 +380,7 @@ def latest_documents(session: Session, kind: RunKind, model: str) -> list[dict[s
 
 
 def save_result(session: Session, kind: Kind, model: str, document: dict[str, Any]) -> None:
-    """Store what was found by `model`.
-
-    Raises:
-        AvahazardError: there is no such model.
-    """
+    """Store what was found by `model`. Raises `AvahazardError` where there is no such model."""
     load_model(session, model)
     session.add(kind(model=model, result=plain(document), created=now()))
     session.flush()

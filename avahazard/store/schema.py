@@ -62,8 +62,7 @@ def _revisions() -> dict[str, str | None]:
 def require_current(connection: Connection) -> None:
     """Refuse a database whose schema is not that of this program.
 
-    Raises:
-        AvahazardError: with the command that mends it.
+    Raises `AvahazardError` with the command that mends it.
     """
     found = state(connection)
     if found == "current":

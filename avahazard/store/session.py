@@ -33,8 +33,7 @@ BUSY_TIMEOUT_S = 600
 def database_url(database: str) -> URL:
     """Return the URL of `database`, which is a URL already or the path of an SQLite file.
 
-    Raises:
-        AvahazardError: `database` looks like a URL but is none.
+    Raises `AvahazardError` where `database` looks like a URL but is none.
     """
     if "://" not in database:
         return URL.create("sqlite", database=database)
@@ -63,13 +62,10 @@ def make_engine(database: str, *, migrates: bool = False) -> Engine:
 
     Writers come one after the other: on SQLite by its lock, for which they wait up to 10 minutes,
     on PostgreSQL by a lock on the table of the revision, taken before anything is read. SQLite
-    keeps a write-ahead log, synced at every commit, and foreign keys on; from a folder that
-    cannot be written to it is read as it stands. A migration may create the file, and has the
-    foreign keys off: it changes a table by copying it, and dropping the old one would take its
-    children along.
-
-    Raises:
-        AvahazardError: the driver is missing, or the file of an SQLite database is.
+    keeps a write-ahead log, synced at every commit, and foreign keys on; from a folder that cannot
+    be written to it is read as it stands. A migration may create the file, and has the foreign keys
+    off: it changes a table by copying it, and dropping the old one would take its children along.
+    Raises `AvahazardError` where the driver is missing, or the file of an SQLite database is.
     """
     url = database_url(database)
     sqlite = url.get_backend_name() == "sqlite"
@@ -178,8 +174,7 @@ def _wait_to_migrate(connection: Connection) -> None:
 def reading(database: str) -> Iterator[Session]:
     """Open `database` for reading: a consistent view, nothing is written.
 
-    Raises:
-        AvahazardError: it is missing, of another schema, or cannot be read.
+    Raises `AvahazardError` where it is missing, of another schema, or cannot be read.
     """
     with _session(database, writes=False) as session:
         yield session
@@ -189,10 +184,8 @@ def reading(database: str) -> Iterator[Session]:
 def writing(database: str) -> Iterator[Session]:
     """Open `database` for writing: all is stored at the end, or nothing after an error.
 
-    Other writers wait meanwhile: compute first, then open.
-
-    Raises:
-        AvahazardError: it is missing, of another schema, or cannot be written.
+    Other writers wait meanwhile: compute first, then open. Raises `AvahazardError` where it is
+    missing, of another schema, or cannot be written.
     """
     with _session(database, writes=True) as session:
         yield session

@@ -45,8 +45,7 @@ def load_simulations(
 ) -> list[Simulation]:
     """Return the runs on chosen paths, or all, by path, volume and friction; with `peaks`, theirs.
 
-    Raises:
-        AvahazardError: what is stored of a peak field is damaged.
+    Raises `AvahazardError` where what is stored of a peak field is damaged.
     """
     table = SimulationTable
     query = select(table).order_by(table.path_id, table.volume_m3, table.friction)

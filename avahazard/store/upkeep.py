@@ -49,8 +49,7 @@ COUNTED: dict[str, type[Base]] = {
 def create(database: str) -> schema.State:
     """Create the tables of an empty or missing `database`; return its state before.
 
-    Raises:
-        AvahazardError: it holds other tables, or cannot be written.
+    Raises `AvahazardError` where it holds other tables, or cannot be written.
     """
     return _migrate(database, {"empty"}, make=True)
 
@@ -58,8 +57,8 @@ def create(database: str) -> schema.State:
 def upgrade(database: str) -> schema.State:
     """Run the migrations that `database` lacks; return its state before.
 
-    Raises:
-        AvahazardError: it is missing or empty, of another program, or newer than this one.
+    Raises `AvahazardError` where it is missing or empty, of another program, or newer than this
+    one.
     """
     return _migrate(database, {"old"}, make=False)
 
@@ -67,8 +66,7 @@ def upgrade(database: str) -> schema.State:
 def status(database: str) -> DatabaseState:
     """Return the state of `database`.
 
-    Raises:
-        AvahazardError: it is missing or cannot be read.
+    Raises `AvahazardError` where it is missing or cannot be read.
     """
     with translated(database):
         engine = make_engine(database)
@@ -113,8 +111,7 @@ TOOLS = {"postgresql": "pg_dump", "mysql": "mysqldump", "mariadb": "mariadb-dump
 def backup_beside(database: str, name: str) -> str:
     """Copy an SQLite database to the file `name`, or with a number after it, if that is there.
 
-    Raises:
-        AvahazardError: the copy cannot be made.
+    Raises `AvahazardError` where the copy cannot be made.
     """
     with _copied(database, FilePath(name)) as part:
         for number in range(1, MOST_COPIES + 1):
@@ -128,8 +125,7 @@ def backup_beside(database: str, name: str) -> str:
 def backup(database: str, target: str | FilePath) -> None:
     """Copy `database` to the new file `target`.
 
-    Raises:
-        AvahazardError: it is no SQLite database or missing, or `target` is there already.
+    Raises `AvahazardError` where it is no SQLite database or missing, or `target` is there already.
     """
     copy = FilePath(target)
     there = AvahazardError(

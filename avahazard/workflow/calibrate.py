@@ -274,10 +274,7 @@ def _of_model(
         "law": (theirs.law, specification.law),
         "distribution": (theirs.distribution, specification.distribution),
         "curvature": (theirs.centrifugal, specification.centrifugal),
-        "set of effects on the motion": (
-            _on_the_motion(stored.effects),
-            _on_the_motion(effects),
-        ),
+        "set of effects on the motion": (_on_the_motion(stored.effects), _on_the_motion(effects)),
     }
     for what, (one, other) in asked.items():
         if one != other:

@@ -54,17 +54,13 @@ CHANCE, MOST_PATHS = 0.05, 4
 
 
 def diagnose_model(
-    database: str,
-    name: str,
-    request: DiagnoseRequest,
-    report: Report = silent,
+    database: str, name: str, request: DiagnoseRequest, report: Report = silent
 ) -> Diagnosis:
     """Diagnose the stored model `name`, and store it; effects of `effect_files` are candidates too.
 
-    Raises:
-        AvahazardError: there is no such model, it has an expected effect already or the data
-            cannot tell it, its records have changed, none of them stopped on its profile, or its
-            method has no likelihood that effects could be tested in.
+    Raises `AvahazardError` where there is no such model, it has an expected effect already or the
+    data cannot tell it, its records have changed, none of them stopped on its profile, or its
+    method has no likelihood that effects could be tested in.
     """
     expect, plot, file = request.expect, request.plot, request.write_effect
     if file is not None and file.exists():

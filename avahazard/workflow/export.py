@@ -47,10 +47,7 @@ if TYPE_CHECKING:
 
 
 ENDINGS = (".gpkg", ".geojson", ".csv", ".xlsx", ".parquet")
-TABLES = {
-    ".csv": (is_own_csv, write_hazard),
-    ".xlsx": (is_own_workbook, write_hazard_workbook),
-}
+TABLES = {".csv": (is_own_csv, write_hazard), ".xlsx": (is_own_workbook, write_hazard_workbook)}
 
 
 def export(database: str, name: str, file: FilePath) -> Export:

@@ -21,12 +21,7 @@ from avahazard.records.merge import merge_records
 from avahazard.records.reading import read_files
 from avahazard.records.table import FileTable
 from avahazard.results.base import Rows
-from avahazard.results.database import (
-    Guessed,
-    GuessedColumns,
-    Import,
-    ImportedRecords,
-)
+from avahazard.results.database import Guessed, GuessedColumns, Import, ImportedRecords
 from avahazard.store.records import load_profiles, load_records, save_records, save_terrain
 from avahazard.store.session import reading, writing
 from avahazard.workflow.requests import ImportRequest

@@ -45,10 +45,7 @@ MU_SHOWN = 0.4
 
 
 def paper_figures(
-    database: str,
-    names: Sequence[str],
-    request: FiguresRequest,
-    report: Report = silent,
+    database: str, names: Sequence[str], request: FiguresRequest, report: Report = silent
 ) -> Rows[PaperFigure]:
     """Draw the figures of the paper into a folder, which is made where it is not there.
 

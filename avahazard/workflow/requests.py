@@ -62,8 +62,7 @@ RECORDS = VolumeSource()
 SEED = Option(help="Equal seeds, equal draws.", least=0, most=2**62)
 ONLY_PATHS = Option(help="Only this path; may be given again.", metavar="PATH")
 EFFECT_FILES = Option(
-    help="The file of an effect of your own that the model has; may be given again.",
-    metavar="FILE",
+    help="The file of an effect of your own that the model has; may be given again.", metavar="FILE"
 )
 
 
@@ -147,15 +146,13 @@ class CalibrateRequest(Request):
         Sequence[str], Option(help="Add an effect; may be given again.", metavar="EFFECT")
     ] = ()
     without: Annotated[
-        Sequence[str],
-        Option(help="Leave out an effect, such as centrifugal.", metavar="EFFECT"),
+        Sequence[str], Option(help="Leave out an effect, such as centrifugal.", metavar="EFFECT")
     ] = ()
     forward: Annotated[
         ForwardName, Option(help="What runs: the block, or the runs that `simulate` has stored.")
     ] = BLOCK
     paths: Annotated[
-        Sequence[str],
-        Option(help="Only events of this path; may be given again.", metavar="PATH"),
+        Sequence[str], Option(help="Only events of this path; may be given again.", metavar="PATH")
     ] = ()
     prior_from: Annotated[
         str | None,
@@ -332,8 +329,7 @@ class HazardRequest(Request):
     """
 
     return_periods: Annotated[
-        Sequence[float],
-        _periods("May be given again. [default: 100, where no volume is given]"),
+        Sequence[float], _periods("May be given again. [default: 100, where no volume is given]")
     ] = ()
     volumes: Annotated[
         Sequence[float],
