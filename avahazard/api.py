@@ -35,14 +35,12 @@ from avahazard.records.path import Profile
 from avahazard.request import Request, many
 from avahazard.results.base import Rows, drawn
 from avahazard.results.calibration import Calibration
-from avahazard.results.comparison import Comparison
+from avahazard.results.comparison import Comparison, Ladder, Prediction
 from avahazard.results.database import Export, Import, WrittenReport
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.friction import Fits, Frictions
 from avahazard.results.hazard import Hazard, Volumes
-from avahazard.results.ladder import Ladder
 from avahazard.results.models import EffectEntry, ModelSummary
-from avahazard.results.prediction import Prediction
 from avahazard.results.terrain import PathCheck, PathSummary, Runout, TerrainRunout
 from avahazard.results.zones import Zones
 from avahazard.workflow.requests import (

@@ -11,7 +11,7 @@ from string import Formatter
 import pytest
 
 from avahazard.notes import SENTENCES, TERMINAL, Note, grouped, placed
-from avahazard.results.plain import plain
+from avahazard.results.base import plain
 
 PACKAGE = Path(__file__).parents[1] / "avahazard"
 PARTS = [Note("of_parameters"), Note("of_rate_error")]

@@ -27,10 +27,9 @@ from avahazard.report.model_tables import (
     shape_table,
 )
 from avahazard.report.sentences import error_words, failure_words, verdict_words
-from avahazard.results.comparison import Comparison
+from avahazard.results.base import plain
+from avahazard.results.comparison import Comparison, Prediction
 from avahazard.results.diagnosis import Candidate, Diagnosis
-from avahazard.results.plain import plain
-from avahazard.results.prediction import Prediction
 from avahazard.workflow.requests import DiagnoseRequest
 
 

@@ -13,7 +13,7 @@ from avahazard.cli.hazard import duration
 from avahazard.cli.options import CalibratedModel, output_file
 from avahazard.cli.output import ask, emit, table
 from avahazard.notes import counted
-from avahazard.results.simulations import ChanceMap, SimulationPlan, Simulations
+from avahazard.results.terrain import ChanceMap, SimulationPlan, Simulations
 from avahazard.workflow.requests import MapRequest, SimulateRequest
 
 

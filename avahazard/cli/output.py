@@ -30,7 +30,7 @@ from avahazard.report import tables as report_tables
 from avahazard.report.language import TERMINAL
 from avahazard.report.tables import cell
 from avahazard.report.words import OPEN
-from avahazard.results.plain import plain
+from avahazard.results.base import plain
 
 Render = Callable[[Console, Any], None]
 """Prints a result for people."""

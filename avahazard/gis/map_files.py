@@ -20,7 +20,7 @@ from shapely.geometry import mapping
 from avahazard.gis.hazard_map import Feature, Kind, MapLayer, moved_geometry
 from avahazard.gis.systems import WGS84, moved, read_system
 from avahazard.records.errors import AvahazardError
-from avahazard.results.plain import plain
+from avahazard.results.base import plain
 
 # Colours that the colour-blind tell apart (Okabe and Ito).
 GREY, ORANGE, SKY, GREEN, BLUE, RED = (

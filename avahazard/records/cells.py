@@ -18,10 +18,9 @@ from avahazard.records.conventions import (
     weigh,
 )
 from avahazard.records.errors import RowProblem
-from avahazard.records.meanings import MEANINGS
+from avahazard.records.meanings import MEANINGS, factor, known_unit
 from avahazard.records.sheet import Texts
 from avahazard.records.table import FileTable
-from avahazard.records.units import factor, known_unit
 
 Place = tuple[int, str]  # index of the row, column
 PLAIN_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")

@@ -26,11 +26,17 @@ from avahazard.report.words import (
 )
 from avahazard.results.base import RATIO, bare, unit_of
 from avahazard.results.calibration import Calibration
-from avahazard.results.comparison import Comparison, Failure, HeldOutScores, Scores
+from avahazard.results.comparison import (
+    Comparison,
+    Failure,
+    HeldOutScores,
+    PredictedEvent,
+    PredictionScores,
+    Rung,
+    Scores,
+)
 from avahazard.results.diagnosis import Diagnosis, FittedLaw
 from avahazard.results.friction import Fits
-from avahazard.results.ladder import Rung
-from avahazard.results.prediction import PredictedEvent, PredictionScores
 
 OFFSET = "path:"
 

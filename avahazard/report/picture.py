@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import PICTURES
-from avahazard.results.comparison import Comparison
+from avahazard.results.comparison import Comparison, Ladder
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.friction import Frictions
-from avahazard.results.ladder import Ladder
 from avahazard.whole_file import put_in_place
 
 if TYPE_CHECKING:

@@ -21,9 +21,8 @@ from avahazard.report.html.score_figures import (
 )
 from avahazard.report.picture import figure
 from avahazard.report.sentences import verdict_words
-from avahazard.results.comparison import Comparison
+from avahazard.results.comparison import Comparison, Rung
 from avahazard.results.diagnosis import Diagnosis
-from avahazard.results.ladder import Rung
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -22,9 +22,8 @@ from avahazard.report.words import (
 )
 from avahazard.results.base import bare
 from avahazard.results.calibration import Calibration, Kinds
-from avahazard.results.comparison import Comparison
+from avahazard.results.comparison import BeforeAndAfter, Comparison, ErrorFall, Rung
 from avahazard.results.diagnosis import Diagnosis
-from avahazard.results.ladder import BeforeAndAfter, ErrorFall, Rung
 
 
 def model_words(model: Calibration, n_paths: int, language: Language = ENGLISH) -> list[str]:

@@ -2,17 +2,53 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, get_args
 
+from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
-from avahazard.results.plain import key_of, plain
 
 if TYPE_CHECKING:
     import pandas as pd
+
+AS_THEY_ARE = frozenset((str, int, bool, type(None)))
+
+
+def plain(value: Any, *, keyed: bool = False) -> Any:
+    """Return `value` as dicts, lists, text, numbers and None.
+
+    Arrays become lists, numpy scalars Python ones, and NaN or an infinity None. A dataclass gives
+    its fields by `key_of`; those marked `absent` are left out where they are None. A note is its
+    sentence or, `keyed`, its key and values, as the database holds it.
+    """
+    if type(value) in AS_THEY_ARE:
+        return value
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, Note):
+        value = value.stored() if keyed else str(value)
+    elif is_dataclass(value):
+        value = {
+            key_of(field.name): item
+            for field in fields(value)
+            if (item := getattr(value, field.name)) is not None or not field.metadata.get("absent")
+        }
+    if hasattr(value, "tolist"):
+        return plain(value.tolist(), keyed=keyed)
+    if isinstance(value, Mapping):
+        return {str(key): plain(item, keyed=keyed) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item, keyed=keyed) for item in value]
+    return value
+
+
+def key_of(field: str) -> str:
+    """The key of a field: its name, less the underscore that tells it from a word of Python."""
+    return field.removesuffix("_")
 
 
 Row_co = TypeVar("Row_co", covariant=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from avahazard.notes import Note
 from avahazard.results.base import ABSENT, Result, Rows
-from avahazard.results.ladder import BeforeAndAfter
+from avahazard.results.comparison import BeforeAndAfter
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from itertools import chain, groupby
 from operator import attrgetter, itemgetter
@@ -10,16 +11,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from sqlalchemy import ColumnElement, Select, case, delete, func, insert, select, update
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, defer
 
 from avahazard.arrays import Floats
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
 from avahazard.records.path import Covariate, Path, Profile, TerrainCrop
+from avahazard.records.simulation import Simulation
 from avahazard.results.base import Rows
 from avahazard.results.terrain import PathSummary
-from avahazard.store.simulations import load_simulations
 from avahazard.store.tables import (
     Base,
     EventCovariateTable,
@@ -27,6 +28,7 @@ from avahazard.store.tables import (
     PathCovariateTable,
     PathTable,
     ProfilePointTable,
+    SimulationTable,
     SpeedTable,
     TerrainTable,
 )
@@ -377,4 +379,62 @@ def load_terrain(session: Session, path_id: str) -> TerrainCrop | None:
     values = np.frombuffer(row.data, LITTLE_ENDIAN).reshape(row.n_rows, row.n_columns)
     return TerrainCrop(
         path_id, row.crs, row.west_m, row.north_m, row.cell_m, values.astype(np.float32)
+    )
+
+
+PLAIN = ("path_id", "engine", "friction", "volume_m3", "drag_per_m", "ground", "left_profile")
+
+
+def save_simulation(session: Session, run: Simulation) -> None:
+    """Store a run, with its peak pressures, in the place of one made before on other ground."""
+    assert run.peak_kpa is not None
+    table = SimulationTable
+    key = ("path_id", "engine", "friction", "volume_m3", "drag_per_m")
+    same = [getattr(table, name) == getattr(run, name) for name in key]
+    session.execute(delete(table).where(*same))
+    n_rows, n_columns = run.peak_kpa.shape
+    session.add(
+        table(
+            **{name: getattr(run, name) for name in PLAIN},
+            stop_x_m=None if np.isnan(run.stop_x_m) else float(run.stop_x_m),
+            seconds=run.seconds,
+            n_rows=n_rows,
+            n_columns=n_columns,
+            data=zlib.compress(run.peak_kpa.astype(LITTLE_ENDIAN).tobytes()),
+        )
+    )
+
+
+def load_simulations(
+    session: Session, chosen: Chosen | None = None, *, peaks: bool = False
+) -> list[Simulation]:
+    """Return the runs on chosen paths, or all, by path, volume and friction; with `peaks`, theirs.
+
+    Raises `AvahazardError` where what is stored of a peak field is damaged.
+    """
+    table = SimulationTable
+    query = select(table).order_by(table.path_id, table.volume_m3, table.friction)
+    if chosen is not None:
+        query = query.where(chosen(table.path_id))
+    if not peaks:
+        query = query.options(defer(table.data))
+    return [_simulation(row, peaks) for row in session.scalars(query)]
+
+
+def _simulation(row: SimulationTable, peaks: bool) -> Simulation:
+    peak = None
+    if peaks:
+        try:
+            values = np.frombuffer(zlib.decompress(row.data), LITTLE_ENDIAN)
+            peak = values.reshape(row.n_rows, row.n_columns).astype(np.float32)
+        except (zlib.error, ValueError) as error:
+            raise AvahazardError(
+                f"A stored run of {row.engine} on path {row.path_id} is damaged.",
+                "Take a backup, or a new database, and simulate again.",
+            ) from error
+    return Simulation(
+        **{name: getattr(row, name) for name in PLAIN},
+        stop_x_m=np.nan if row.stop_x_m is None else row.stop_x_m,
+        seconds=row.seconds,
+        peak_kpa=peak,
     )

@@ -14,7 +14,7 @@ from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
 from avahazard.records.errors import AvahazardError, did_you_mean
-from avahazard.results.plain import plain
+from avahazard.results.base import plain
 from avahazard.store.tables import (
     CalibrationTable,
     ComparisonTable,

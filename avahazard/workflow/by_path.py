@@ -21,9 +21,8 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.fingerprint import Fingerprint
 from avahazard.records.lookup import of_path, paths_to_run
-from avahazard.results.base import Report
+from avahazard.results.base import Report, plain
 from avahazard.results.calibration import Calibration
-from avahazard.results.plain import plain
 from avahazard.store.records import (
     PATHS_AT_ONCE,
     batched,

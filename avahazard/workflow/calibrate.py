@@ -43,11 +43,9 @@ from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import only_paths
-from avahazard.results.base import Report, silent, steps
+from avahazard.results.base import Report, plain, silent, steps
 from avahazard.results.calibration import Calibration
-from avahazard.results.comparison import Comparison
-from avahazard.results.ladder import BeforeAndAfter
-from avahazard.results.plain import plain
+from avahazard.results.comparison import BeforeAndAfter, Comparison
 from avahazard.store.records import load_records
 from avahazard.store.results import (
     COMPARISON,

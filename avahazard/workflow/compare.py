@@ -47,10 +47,16 @@ from avahazard.inference.seeds import generator
 from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
-from avahazard.results.base import RATIO, Report, Rows, silent
-from avahazard.results.comparison import Comparison, HeldOutScores, Scores, SpeedScores
-from avahazard.results.ladder import Ladder, Rung, Standing
-from avahazard.results.plain import plain
+from avahazard.results.base import RATIO, Report, Rows, plain, silent
+from avahazard.results.comparison import (
+    Comparison,
+    HeldOutScores,
+    Ladder,
+    Rung,
+    Scores,
+    SpeedScores,
+    Standing,
+)
 from avahazard.store.records import load_records
 from avahazard.store.results import (
     COMPARISON,

@@ -20,7 +20,7 @@ from avahazard.inference.model.observations import LEFT
 from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
-from avahazard.results.base import RATIO, Report, Rows, silent
+from avahazard.results.base import RATIO, Report, Rows, plain, silent
 from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import (
     Candidate,
@@ -34,7 +34,6 @@ from avahazard.results.diagnosis import (
     Pair,
     Shape,
 )
-from avahazard.results.plain import plain
 from avahazard.store.results import (
     COMPARISON,
     DIAGNOSIS,

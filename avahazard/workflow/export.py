@@ -25,9 +25,9 @@ from avahazard.report.hazard_tables import (
     write_hazard_workbook,
 )
 from avahazard.results.base import Rows as Results
+from avahazard.results.base import plain
 from avahazard.results.database import Export, Layer
 from avahazard.results.hazard import HazardRow
-from avahazard.results.plain import plain
 from avahazard.store.records import load_records
 from avahazard.store.results import (
     BOUNDS,

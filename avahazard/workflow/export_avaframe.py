@@ -23,8 +23,8 @@ from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.database import Export, Layer
+from avahazard.store.records import load_simulations
 from avahazard.store.session import reading
-from avahazard.store.simulations import load_simulations
 from avahazard.workflow.by_path import survey
 from avahazard.workflow.requests import AvaframeRequest, SimulateRequest
 from avahazard.workflow.simulate import RunPath, ready_paths

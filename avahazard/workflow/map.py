@@ -30,11 +30,10 @@ from avahazard.records.lookup import find_profile
 from avahazard.records.path import Path, TerrainCrop
 from avahazard.records.simulation import Simulation, ground_of
 from avahazard.results.base import Report, Rows, silent
-from avahazard.results.simulations import ChanceMap, MappedBy
-from avahazard.store.records import load_terrain
+from avahazard.results.terrain import ChanceMap, MappedBy
+from avahazard.store.records import load_simulations, load_terrain
 from avahazard.store.results import now
 from avahazard.store.session import reading
-from avahazard.store.simulations import load_simulations
 from avahazard.workflow.by_path import survey
 from avahazard.workflow.export import drawn_path, replace_file
 from avahazard.workflow.requests import MapRequest

@@ -24,7 +24,7 @@ from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.event import Event
 from avahazard.records.reading import read_records
 from avahazard.results.base import RATIO, Rows
-from avahazard.results.prediction import PredictedEvent, Prediction, PredictionScores
+from avahazard.results.comparison import PredictedEvent, Prediction, PredictionScores
 from avahazard.workflow.compare import RECORD_DRAWS, coordinate_name, require_comparable
 from avahazard.workflow.stored import load_stored, notes_of_fit, on_events
 

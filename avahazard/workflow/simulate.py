@@ -21,10 +21,9 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import find_path, find_profile
 from avahazard.records.simulation import Simulation, ground_of
 from avahazard.results.base import Report, Rows, silent
-from avahazard.results.simulations import SimulatedPath, SimulationPlan, Simulations
-from avahazard.store.records import load_records, load_terrain
+from avahazard.results.terrain import SimulatedPath, SimulationPlan, Simulations
+from avahazard.store.records import load_records, load_simulations, load_terrain, save_simulation
 from avahazard.store.session import reading, writing
-from avahazard.store.simulations import load_simulations, save_simulation
 from avahazard.workers import n_workers
 from avahazard.workflow.requests import SimulateRequest
 

@@ -50,6 +50,7 @@ from avahazard.records.event import Event
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths, unknown_path
 from avahazard.records.path import Path, Profile
+from avahazard.results.base import plain
 from avahazard.results.calibration import (
     Calibration,
     GivenTold,
@@ -61,7 +62,6 @@ from avahazard.results.calibration import (
     PriorTold,
 )
 from avahazard.results.models import Surroundings
-from avahazard.results.plain import plain
 from avahazard.store.records import load_records
 from avahazard.store.results import (
     StoredModel,

@@ -18,8 +18,7 @@ from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
 from avahazard.records.lookup import find_path, find_profile
 from avahazard.report.picture import require_picture
-from avahazard.results.base import Report, Rows, silent
-from avahazard.results.plain import plain
+from avahazard.results.base import Report, Rows, plain, silent
 from avahazard.results.zones import Density, ZonedPath, Zones
 from avahazard.store.records import load_records
 from avahazard.store.results import ZONES, read_run

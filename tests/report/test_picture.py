@@ -11,7 +11,7 @@ import avahazard.report.picture  # noqa: F401 (how results are drawn)
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import FORMATS, picture
 from avahazard.results.base import Rows
-from avahazard.results.ladder import Ladder
+from avahazard.results.comparison import Ladder
 from tests.results.samples import (
     CALIBRATION,
     CANDIDATE,

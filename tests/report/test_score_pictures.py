@@ -14,9 +14,8 @@ from avahazard.report.language import LANGUAGES, language_of
 from avahazard.report.score_pictures import draw_comparison, draw_diagnosis, draw_ladder
 from avahazard.report.words import part_words
 from avahazard.results.base import Rows
-from avahazard.results.comparison import BudgetPart
+from avahazard.results.comparison import BudgetPart, Rung
 from avahazard.results.diagnosis import Candidate
-from avahazard.results.ladder import Rung
 from tests.results.samples import CANDIDATE, COMPARISON, DIAGNOSIS, FAILURE, FORCE, RUNG
 
 

@@ -10,13 +10,14 @@ from avahazard.results.comparison import (
     Failure,
     HeldOutScores,
     MeasuredForce,
+    Rung,
     RunoutScores,
     Scores,
+    Standing,
 )
 from avahazard.results.diagnosis import Candidate, Diagnosis, GroupTest, Pair
 from avahazard.results.friction import FrictionDensity, Frictions, PerturbationCheck
 from avahazard.results.hazard import HazardRow, Spread
-from avahazard.results.ladder import Rung, Standing
 
 RUNOUT = RunoutScores(9, 70.0, 1.0, 40.0, 0.5, 0.9, 12.0, 7.0, (1,) * 9 + (0,))
 FAILURE = Failure("volume", Note("above", edge=8e4, form=",.0f", unit=" m3"), 9, 63.0, 0.002)

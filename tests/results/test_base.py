@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -9,8 +10,8 @@ import numpy as np
 import pytest
 
 from avahazard.records.errors import AvahazardError
-from avahazard.results.base import ABSENT, PICTURES, Result, Rows, steps
-from avahazard.results.ladder import Ladder
+from avahazard.results.base import ABSENT, PICTURES, Result, Rows, plain, steps
+from avahazard.results.comparison import Ladder
 from tests.results.samples import COMPARISON, RUNG
 
 
@@ -104,3 +105,15 @@ def test_the_whole_goes_up_once() -> None:
         tell(what, done, total)
     assert [share for _, share in told] == pytest.approx([0.0, 0.5, 0.5625, 0.75, 0.75, 1.0])
     assert "".join(what for what, _ in told) == "aabcdd"
+
+
+def test_arrays_scalars_and_missing_numbers_become_plain() -> None:
+    value = {
+        "a": np.array([[1.5, np.nan]]),
+        "b": (np.int64(3), np.bool_(True), float("inf")),
+        7: None,
+        "d": "text",
+    }
+    expected = {"a": [[1.5, None]], "b": [3, True, None], "7": None, "d": "text"}
+    assert plain(value) == expected
+    assert json.loads(json.dumps(plain(value), allow_nan=False)) == expected

@@ -15,8 +15,8 @@ import pytest
 import rasterio
 import shapely
 
+from avahazard.store.records import load_simulations
 from avahazard.store.session import reading
-from avahazard.store.simulations import load_simulations
 from tests.conftest import command_line
 from tests.engines.slope import NORTH, WEST, real_avaframe, stop_m
 

@@ -22,9 +22,8 @@ from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.errors import AvahazardError
 from avahazard.report.bounds_pictures import draw_hazard
 from avahazard.report.hazard_tables import write_hazard
-from avahazard.results.base import Rows
+from avahazard.results.base import Rows, plain
 from avahazard.results.hazard import HazardRow, Spread
-from avahazard.results.plain import plain
 from avahazard.store.results import AVERAGE, BOUNDS, latest_documents
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate

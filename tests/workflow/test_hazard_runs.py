@@ -13,7 +13,7 @@ from sqlalchemy import func, select
 
 from avahazard.engine import EngineName, set_engine
 from avahazard.records.errors import AvahazardError
-from avahazard.results.plain import plain
+from avahazard.results.base import plain
 from avahazard.store.results import BOUNDS, latest_documents
 from avahazard.store.session import reading
 from avahazard.store.tables import PathResultTable, PathRunTable

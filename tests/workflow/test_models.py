@@ -14,7 +14,7 @@ from sqlalchemy import create_engine, text
 from typer.testing import Result
 
 from avahazard.records.errors import AvahazardError
-from avahazard.results.plain import plain
+from avahazard.results.base import plain
 from avahazard.store import upkeep
 from avahazard.store.records import save_records
 from avahazard.store.session import writing

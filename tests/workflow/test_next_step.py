@@ -14,9 +14,8 @@ from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.path import Path, Profile
-from avahazard.results.base import Rows
+from avahazard.results.base import Rows, plain
 from avahazard.results.diagnosis import Diagnosis, Measurement, Pair
-from avahazard.results.plain import plain
 from avahazard.store.records import save_records
 from avahazard.store.results import (
     AVERAGE,

@@ -23,8 +23,8 @@ from scipy.stats import norm
 from typer.testing import Result
 
 from avahazard.engines.com1dfa import PLACE
+from avahazard.store.records import load_simulations
 from avahazard.store.session import reading
-from avahazard.store.simulations import load_simulations
 from tests.conftest import command_line
 from tests.engines.slope import LAW, real_avaframe, stop_m, write_program, write_slope
 from tests.workflow.slope import TABLE

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from avahazard.records.errors import AvahazardError
-from avahazard.results.base import Rows
-from avahazard.results.plain import plain
+from avahazard.results.base import Rows, plain
 from avahazard.results.zones import ZonedPath
 from avahazard.store.results import ZONES, latest_documents
 from avahazard.store.session import reading

@@ -24,8 +24,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.seeds import generator
 from avahazard.results.base import Rows
-from avahazard.results.comparison import Comparison, GroupError
-from avahazard.results.ladder import ErrorFall
+from avahazard.results.comparison import Comparison, ErrorFall, GroupError
 
 Groups = NDArray[np.int64]
 

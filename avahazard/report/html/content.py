@@ -11,11 +11,10 @@ from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.path import Path, Profile, TerrainCrop
 from avahazard.report.language import ENGLISH, Language
 from avahazard.results.calibration import Calibration
-from avahazard.results.comparison import Comparison
+from avahazard.results.comparison import Comparison, Rung
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.friction import FrictionDensity
 from avahazard.results.hazard import HazardRow
-from avahazard.results.ladder import Rung
 from avahazard.results.terrain import PathSummary, TerrainRunout
 from avahazard.results.zones import ZonedPath
 

@@ -14,7 +14,7 @@ from markupsafe import Markup
 from avahazard.report.html.content import EventView
 from avahazard.report.language import ENGLISH, Language
 from avahazard.report.words import some
-from avahazard.results.plain import plain
+from avahazard.results.base import plain
 
 # Okabe and Ito's colours, which people with any kind of colour vision can tell apart.
 BLUE, VERMILION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#AA4499"

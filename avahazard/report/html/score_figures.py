@@ -31,9 +31,8 @@ from avahazard.report.words import (
     part_words,
 )
 from avahazard.results.base import RATIO, unit_of
-from avahazard.results.comparison import Comparison, MeasuredForce
+from avahazard.results.comparison import Comparison, MeasuredForce, Rung
 from avahazard.results.diagnosis import Diagnosis
-from avahazard.results.ladder import Rung
 
 PALE = "#B8B8B8"
 SOURCE_COLORS = {

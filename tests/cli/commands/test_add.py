@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from avahazard.report.sentences import before_and_after_words
-from avahazard.results.ladder import BeforeAndAfter, ErrorFall
+from avahazard.results.comparison import BeforeAndAfter, ErrorFall
 from tests.cli.commands.snow import document, refused, run
 from tests.results.samples import STANDING
 

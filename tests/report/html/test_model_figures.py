@@ -12,7 +12,7 @@ from avahazard.report.html.figure import BLUE
 from avahazard.report.html.model_figures import posterior_figures
 from avahazard.report.html.score_figures import ladder_figure
 from avahazard.results.calibration import ParameterSummary
-from avahazard.results.ladder import Rung
+from avahazard.results.comparison import Rung
 from tests.results.samples import NOT_COMPARED, RUNG
 
 
