@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri
 
 from avahazard.arrays import Bools, Floats
 from avahazard.inference.fitted_model import FittedModel, table_groups
@@ -114,21 +115,17 @@ def group_shift(model: FittedModel, u: Floats, draw: int, rng: np.random.Generat
 
 
 def left_by_chance(
-    tables: Predicted,
-    friction: Floats,
-    left: Bools,
-    rng: np.random.Generator,
-    broken: Bools | None = None,
+    tables: Predicted, friction: Floats, left: Bools, rng: np.random.Generator
 ) -> Bools:
     """Whether blocks leave `[n_events, n_draws]` whose releases are off by their stated errors.
 
-    `left` is what those that start where the record tells do; `broken` as in `look_up`.
+    `left` is what those that start where the record tells do.
     """
     unsure = tables.leaving_sigma > 0.0
     if not np.any(unsure):
         return left
     off = tables.leaving_sigma[:, None] * rng.standard_normal(friction.shape)
-    return np.where(unsure[:, None], look_up(tables, friction * np.exp(off), broken)[3], left)
+    return np.where(unsure[:, None], look_up(tables, friction * np.exp(off))[3], left)
 
 
 def look_up(
@@ -228,9 +225,7 @@ def from_each_release(
 
 def normal_places(n: int) -> Floats:
     """Middles `[n]` of equal shares of the standard normal, stretched to its variance."""
-    from scipy.stats import norm  # noqa: PLC0415 (slow)
-
-    places = norm.ppf((np.arange(n) + 0.5) / n)
+    places = ndtri((np.arange(n) + 0.5) / n)
     return np.asarray(places / np.sqrt(np.mean(places**2)))
 
 

@@ -101,7 +101,7 @@ def terrain_at(profile: SmoothProfile, x: Floats) -> Terrain:
         gauss_x=gauss_x,
         gauss_theta=-np.arctan(gauss_slope),
         gauss_bend=-gauss_f2 / (1.0 + gauss_slope**2),
-        gauss_s=s[:-1, None] + _partial_lengths(stretch, half),
+        gauss_s=s[:-1, None] + half * (stretch @ _to_partial_lengths().T),
         weight=weight,
     )
 
@@ -130,14 +130,9 @@ def _split(nodes: Floats, pieces: NDArray[np.int_]) -> Floats:
     return np.append(start + width * (np.arange(len(start)) - first), nodes[-1])
 
 
-def _partial_lengths(stretch: Floats, half: Floats) -> Floats:
-    """Arc length from each cell's start to its Gauss points, `[n_cells, 6]`."""
-    return np.asarray(half * (stretch @ _to_partial_lengths().T))
-
-
 @cache
 def _to_partial_lengths() -> Floats:
-    """The matrix that makes them of a function's values at the Gauss points."""
+    """The matrix that makes integrals up to the Gauss points of a function's values there."""
     order = len(GAUSS_X)
     vandermonde = np.polynomial.legendre.legvander(GAUSS_X, order - 1)
     to_coefficients = np.linalg.inv(vandermonde)

@@ -156,7 +156,9 @@ def diagnose(
     progress(0.85)
     question = Question(base, fits, screening)
     verdict, missing, together = verdict_on(question, naming, groups, granted)
-    if left and (not missing or (left.lasting and not leads(missing[0], left, evidence))):
+    # A candidate may have so much evidence that groups are not named beside it.
+    lead = evidence.get(missing[0], -np.inf) - left.evidence if missing and left else -np.inf
+    if left and (not missing or (left.lasting and lead < MARGIN)):
         verdict, missing = verdict_of(map(base.definition, (*missing, left.key)))
     smooth = leading_smooth(missing, fits)
     found = Findings(
@@ -186,11 +188,6 @@ def diagnose(
     )
     progress(1.0)
     return found
-
-
-def leads(key: str, group: TriedGroup, evidence: Mapping[str, float]) -> bool:
-    """Whether a candidate has so much evidence that groups are not named beside it."""
-    return key in evidence and evidence[key] - group.evidence >= MARGIN
 
 
 def leading_smooth(missing: Sequence[str], fits: Mapping[str, Refit]) -> str | None:

@@ -207,10 +207,7 @@ def _entry(found: Match, meaning: str) -> Definition:
 
 
 def _text(found: Match, meaning: str) -> str:
-    return found.form.text(_meaning(found.form, meaning), found.begin[1:])
-
-
-def _meaning(form: LawForm, meaning: str) -> str:
-    """What the law means: what the smooth does, and the formula."""
-    what = re.split(r",|\. ", meaning, maxsplit=1)[0].rstrip(".")
-    return f"{what}: {form.formula}, s being {form.curve.of}."
+    """The effect file of a form, which means what the smooth does, by the formula."""
+    form, what = found.form, re.split(r",|\. ", meaning, maxsplit=1)[0].rstrip(".")
+    meaning = f"{what}: {form.formula}, s being {form.curve.of}."
+    return form.text(meaning, found.begin[1:])

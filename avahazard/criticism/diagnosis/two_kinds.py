@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -57,11 +58,8 @@ def kinds_of(model: FittedModel) -> Kinds | None:
         if p is not None:
             rows.append(InCommon(name, level, float(np.corrcoef(x, y)[0, 1]), p))
     corrected = holm([row.p_value for row in rows])
-    found = [
-        InCommon(row.column, row.level, row.correlation, p)
-        for row, p in zip(rows, corrected, strict=True)
-        if p < LEVEL
-    ]
+    pairs = zip(rows, corrected, strict=True)
+    found = [replace(row, p_value=p) for row, p in pairs if p < LEVEL]
     return Kinds(
         share=float(kinds.share[1]),
         shift=float(kinds.shift[1] - kinds.shift[0]),

@@ -56,7 +56,7 @@ def expected_records(model: FittedModel, n_draws: int, rng: np.random.Generator)
     stops = predict_stops(model, n_stops, rng, release_off=True)
     end = profile_end(observations)[:, None]
     noise = rng.standard_normal(stops.record.shape)
-    noise *= _errors(observations, stops.sigma)
+    noise *= observations.recorded_sigma(stops.sigma.T).T
     draws = observations.as_recorded(stops.record) + noise
     np.copyto(draws, end, where=stops.left)
     left, x = stops.left, stops.x
@@ -65,7 +65,8 @@ def expected_records(model: FittedModel, n_draws: int, rng: np.random.Generator)
         limit = _limits(posterior, model.draws[first])[:, place]
         # A declared limit is of places, an estimated one of records.
         declared = np.isfinite(observations.limit)[:, None]
-        raised = _raised(model)[:, None]
+        values = posterior.layout.effect_values(np.median(model.draws, axis=0))
+        raised = raised_by(observations, posterior.effects, values)[:, None]
         height = stops.elevation + np.where(declared, -raised, noise)
         excess = np.where(stops.left, -np.inf, height - limit)
         kept = _seen_first(np.nan_to_num(excess, nan=-np.inf, neginf=-np.inf), n_draws, rng)
@@ -92,11 +93,6 @@ def mean_record_sigma(model: FittedModel) -> Floats:
         return observations.recorded_sigma(observations.sigma)
     squares = [posterior.record_sigma(u) ** 2 for u in model.draws]
     return observations.recorded_sigma(np.sqrt(np.mean(squares, axis=0)))
-
-
-def _errors(observations: Observations, sigma: Floats) -> Floats:
-    """Errors `[n_events, n_draws]` of the records in their own unit."""
-    return observations.recorded_sigma(sigma.T).T
 
 
 def observed_records(observations: Observations) -> Floats:
@@ -129,17 +125,8 @@ def _limits(posterior: Posterior, coordinates: Floats) -> Floats:
     if not effects:
         return np.repeat(observations.limit[:, None], len(coordinates), axis=1)
     effect = effects[-1]
-    columns = []
-    for u in coordinates:
-        values = posterior.layout.effect_values(u)[effect.key]
-        columns.append(effect.limit(observations.columns, values))
-    return np.column_stack(columns)
-
-
-def _raised(model: FittedModel) -> Floats:
-    """Metres by which the model's effects raise recorded elevations `[n_events]`, at its median."""
-    values = model.posterior.layout.effect_values(np.median(model.draws, axis=0))
-    return raised_by(model.observations, model.posterior.effects, values)
+    each = [posterior.layout.effect_values(u)[effect.key] for u in coordinates]
+    return np.column_stack([effect.limit(observations.columns, values) for values in each])
 
 
 def _seen_first(excess: Floats, n_draws: int, rng: np.random.Generator) -> NDArray[np.int64]:

@@ -9,10 +9,9 @@ from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.special import logsumexp
+from scipy.special import logsumexp, stdtrit
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Bools, Floats, Ints
 from avahazard.criticism.scoring.expected import ExpectedRecords, expected_records
 from avahazard.criticism.scoring.fit_draws import FitDraws, evenly_weighted, fit_draws
 from avahazard.criticism.scoring.scores import crps
@@ -25,8 +24,6 @@ from avahazard.inference.model.observations import Observations
 from avahazard.inference.seeds import generator
 from avahazard.results.base import Rows
 from avahazard.results.comparison import Comparison, ErrorFall, GroupError
-
-Groups = NDArray[np.int64]
 
 MIN_PATHS = 3
 MAX_FITS = 24
@@ -44,8 +41,8 @@ class HeldOut(NamedTuple):
     """
 
     by: Literal["path", "fold"]
-    groups: Groups
-    fits: Groups
+    groups: Ints
+    fits: Ints
 
 
 class HeldOutPredictions(NamedTuple):
@@ -75,7 +72,7 @@ def choose_groups(observations: Observations) -> HeldOut:
     return HeldOut("fold", groups, groups)
 
 
-def gathered(groups: Groups, n_parts: int = MAX_FITS) -> Groups:
+def gathered(groups: Ints, n_parts: int = MAX_FITS) -> Ints:
     """Part `[n_events]` of each event: whole `groups`, in `n_parts` of like many events.
 
     Groups come in random order, the largest first, each to the part that has fewest events. No
@@ -94,7 +91,7 @@ def gathered(groups: Groups, n_parts: int = MAX_FITS) -> Groups:
 
 
 def left_out_log_density(
-    posterior: Posterior, out: NDArray[np.bool_], start: Mode, around: Floats | None = None
+    posterior: Posterior, out: Bools, start: Mode, around: Floats | None = None
 ) -> Floats:
     """Log density of the records `out` given the events that are not, `[n_events]` (others 0).
 
@@ -107,7 +104,7 @@ def left_out_log_density(
     return mean_log_density(rest, draws, out)
 
 
-def mean_log_density(posterior: Posterior, draws: FitDraws, out: NDArray[np.bool_]) -> Floats:
+def mean_log_density(posterior: Posterior, draws: FitDraws, out: Bools) -> Floats:
     """Log of the weighted mean over draws of the density of each record in `out`, `[n_events]`."""
     given = [
         posterior.event_log_likelihood(u, None if draws.offsets is None else draws.offsets[k], out)
@@ -118,7 +115,7 @@ def mean_log_density(posterior: Posterior, draws: FitDraws, out: NDArray[np.bool
 
 def held_out_predictions(
     model: FittedModel,
-    groups: Groups,
+    groups: Ints,
     progress: Callable[[float], None] = lambda _share: None,
 ) -> HeldOutPredictions:
     """What the fits without each group say of it, one fit a group.
@@ -150,7 +147,7 @@ def held_out_predictions(
 
 
 def _predict_left_out(
-    shared: tuple[Posterior, Floats, Mode, Groups], group: int
+    shared: tuple[Posterior, Floats, Mode, Ints], group: int
 ) -> HeldOutPredictions:
     """What the fit without a group says of all events."""
     posterior, around, start, groups = shared
@@ -171,12 +168,12 @@ def offsets_by_group(posterior: Posterior, offsets: Floats | None) -> dict[str, 
     return {name: offsets[:, k] for k, name in enumerate(posterior.plan.names)}
 
 
-def key_of(out: NDArray[np.bool_]) -> str:
+def key_of(out: Bools) -> str:
     """A text for the events held out, to key random numbers by."""
     return np.packbits(out).tobytes().hex()
 
 
-def held_out_together(posterior: Posterior, groups: Groups, start: Mode) -> Floats:
+def held_out_together(posterior: Posterior, groups: Ints, start: Mode) -> Floats:
     """Log density of all records of each group at once, given those of the others, `[n_groups]`.
 
     `groups` `[n_events]` says which events are held out together; `start` is the mode given all
@@ -194,9 +191,7 @@ def held_out_together(posterior: Posterior, groups: Groups, start: Mode) -> Floa
     return np.array(found)
 
 
-def _together_given(
-    posterior: Posterior, rest: Posterior, out: NDArray[np.bool_], u: Floats
-) -> Floats:
+def _together_given(posterior: Posterior, rest: Posterior, out: Bools, u: Floats) -> Floats:
     """Log density `[n]` of the records `out`, the offsets of their groups integrated out.
 
     Given parameters u `[n, n_slots]`, and the other records where these share an offset.
@@ -228,8 +223,6 @@ def error_fall(before: Comparison, after: Comparison) -> ErrorFall | None:
     The two are paired by groups, whose events are not independent: the jackknife over groups, and
     Student's t with one degree of freedom less than there are groups.
     """
-    from scipy.special import stdtrit  # noqa: PLC0415
-
     first = {row.group: row for row in before.held_out.groups}
     pairs = [(first[row.group], row) for row in after.held_out.groups if row.group in first]
     if len(pairs) < max(FEWEST_GROUPS, len(first)) or any(a.n != b.n for a, b in pairs):

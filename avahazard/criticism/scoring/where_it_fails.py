@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri, stdtr
 
 from avahazard.arrays import Floats
 from avahazard.inference.model.observations import Observations
@@ -44,8 +45,6 @@ def where_it_fails(
     for the number of axes, which count alike and share their part among their levels (`holm`):
     a column of thirty words hides no other. Levels of fewer than five events are left out.
     """
-    from scipy.special import ndtri  # noqa: PLC0415 (slow)
-
     z = ndtri(np.clip(pit, PIT_EDGE, 1.0 - PIT_EDGE))
     clustered = len(np.unique(path[path >= 0])) >= MIN_PATHS
     rows: list[Failure] = []
@@ -85,8 +84,6 @@ def holm(p_values: list[float], weights: list[float] | None = None) -> list[floa
 
 
 def _normal_p(z: Floats) -> float:
-    from scipy.special import ndtr  # noqa: PLC0415 (slow)
-
     return float(2.0 * ndtr(-abs(np.sum(z)) / np.sqrt(len(z))))
 
 
@@ -115,8 +112,6 @@ def contrast_p(z: Floats, x: Floats, path: NDArray[np.int64]) -> float | None:
     Variances within and between paths are by moments; the degrees of freedom are those of the
     two estimates of d combined.
     """
-    from scipy.special import stdtr  # noqa: PLC0415 (slow)
-
     count = np.bincount(path)
     x_mean, z_mean = np.bincount(path, x) / count, np.bincount(path, z) / count
     x_in, z_in = x - x_mean[path], z - z_mean[path]
@@ -173,6 +168,7 @@ def event_axes(observations: Observations, predicted_x: Floats) -> dict[str, Lev
     """
     columns = observations.columns
     names = np.array([*columns.paths, ""])
+    orientations = [*(s.path.orientation or "" for s in observations.sites), ""]
     axes: dict[str, Levels] = {
         "path": names[columns.path_index],
         "volume": terciles(np.exp(columns.log_volume), ",.0f", " m3", leading=2),
@@ -180,9 +176,7 @@ def event_axes(observations: Observations, predicted_x: Floats) -> dict[str, Lev
         "month": _months(observations),
         "release_elevation_m": terciles(columns.release_elevation, ".0f", " m"),
         "section": columns.section,
-        "orientation": _path_words(
-            observations, [s.path.orientation or "" for s in observations.sites]
-        ),
+        "orientation": np.array(orientations, dtype=np.object_)[columns.path_index],
         **_at_the_stop(observations, predicted_x),
     }
     for name, values in columns.numbers.items():
@@ -243,14 +237,7 @@ def _months(observations: Observations) -> Levels:
     day = observations.columns.day_of_winter
     # Days counted from 1 November of a year that is not a leap year.
     start = np.datetime64("2000-11-01", "D")
-    months = [
-        ""
-        if np.isnan(d)
-        else MONTHS[int((start + int(d)).astype("datetime64[M]").astype(int) % 12)]
-        for d in day
-    ]
-    return np.array(months, dtype=np.object_)
-
-
-def _path_words(observations: Observations, words: list[str]) -> Levels:
-    return np.array([*words, ""], dtype=np.object_)[observations.columns.path_index]
+    known, levels = np.isfinite(day), np.full(len(day), "", dtype=np.object_)
+    month = (start + day[known].astype(int)).astype("datetime64[M]").astype(int) % 12
+    levels[known] = np.array(MONTHS, dtype=np.object_)[month]
+    return levels

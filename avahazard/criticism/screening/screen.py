@@ -84,7 +84,6 @@ class PairTest:
     """
 
     keys: tuple[str, str]
-    surprise: float
     p_value: float
 
 
@@ -227,4 +226,4 @@ def _pair(
         which = (a, b) if surprise[0] > best[0] else which
         best = np.maximum(best, surprise)
     p = float(1.0 + np.sum(best[1:] >= best[0])) / len(best)
-    return PairTest((tried[which[0]].key, tried[which[1]].key), float(best[0]), p)
+    return PairTest((tried[which[0]].key, tried[which[1]].key), p)

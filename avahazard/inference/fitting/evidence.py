@@ -54,7 +54,10 @@ class _Proposal(NamedTuple):
 def log_evidence(posterior: Posterior, mode: Mode) -> Evidence:
     """The log of ∫ likelihood × prior, priors normalised over their own ranges."""
     rng = generator(0, "evidence")
-    mode = _no_wider(posterior, mode)
+    # No coordinate is spread wider than its range: draws about the mode would all miss.
+    sd = np.sqrt(np.diag(mode.covariance))
+    share = np.minimum(1.0, (posterior.layout.high - posterior.layout.low) / sd)
+    mode = replace(mode, covariance=mode.covariance * np.outer(share, share))
     factor = np.asarray(np.linalg.cholesky(mode.covariance))
     proposals = [_Proposal(mode.u, factor), _Proposal(mode.u, WIDER * factor)]
     n = DRAWS // len(proposals)
@@ -95,13 +98,6 @@ def log_prior_mass(posterior: Posterior) -> float:
     if layout.law_correlation is not None:  # the law's coordinates have no bounds
         total += 0.5 * np.linalg.slogdet(layout.law_correlation)[1]
     return float(total)
-
-
-def _no_wider(posterior: Posterior, mode: Mode) -> Mode:
-    """The mode with no coordinate spread wider than its range: draws about it would all miss."""
-    sd = np.sqrt(np.diag(mode.covariance))
-    share = np.minimum(1.0, (posterior.layout.high - posterior.layout.low) / sd)
-    return replace(mode, covariance=mode.covariance * np.outer(share, share))
 
 
 def _draws(proposal: _Proposal, n: int, rng: np.random.Generator) -> Floats:

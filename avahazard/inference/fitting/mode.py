@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Floats, Ints
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.posterior import Posterior
 
@@ -38,8 +37,6 @@ def units(posterior: Posterior) -> Floats:
             unit[k] = 1.0 / slope
     return unit
 
-
-Indices = NDArray[np.int64]
 
 STEP, GRADIENT_STEP = 1e-3, 1e-6
 """Steps of the differences for curvature and gradient, in coordinates of order one."""
@@ -112,7 +109,7 @@ def find_mode(
     return Mode(u, -cost, covariance)
 
 
-def climb(posterior: Posterior, u: Floats, free: Indices, iterations: int) -> tuple[Floats, float]:
+def climb(posterior: Posterior, u: Floats, free: Ints, iterations: int) -> tuple[Floats, float]:
     """The best coordinates from u on with only the slots `free` moving, and the cost there.
 
     The cost is minus the log density; gradients are exact by the slots `Posterior.sloped`, and

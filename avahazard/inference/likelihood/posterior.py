@@ -83,10 +83,6 @@ class Posterior:
         return self.of_events.plan
 
     @cached_property
-    def _rest(self) -> NDArray[np.int64]:
-        return self.plan.rest
-
-    @cached_property
     def _covariate(self) -> Floats | None:
         return self.friction.line_covariate(self.observations.volumes.volume)
 
@@ -310,11 +306,11 @@ class Posterior:
             self.friction.student,
             self._in_log,
             self.plan.index,
-            self._rest,
+            self.plan.rest,
             self._keep,
             self.layout.spread_values(u)[self.plan.of] ** -2.0,
         )
-        return Offsets(mode, self._rest, bend, cross, root), float(np.sum(value))
+        return Offsets(mode, self.plan.rest, bend, cross, root), float(np.sum(value))
 
 
 def _side_by_side(function: Callable[..., T], *items: Iterable[Any], n_numbers: int) -> Iterator[T]:

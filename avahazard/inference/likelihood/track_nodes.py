@@ -10,14 +10,13 @@ where nothing but the drive depends on it), unlike u near the stop.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats, Ints
-from avahazard.inference.likelihood.predicted import JumpedStop, Predicted
+from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.quadrature import finest, nodes_used
 from avahazard.inference.likelihood.record_nodes import (
     DEPTH,
@@ -216,35 +215,26 @@ def _at_ends(cells, predicted, cell, jumped, errors):  # type: ignore[no-untyped
     return result
 
 
-class MeasuredSpeeds(NamedTuple):
-    """Speeds of all tracks end to end.
+class TrackTables(NamedTuple):
+    """What was measured on the tracks, and what blocks do near their records, all end to end.
 
-    `speed`, `sigma` `[n_speeds]`; those of `event[k]` begin at `first[k]` and end before `end[k]`.
-    `spread` is that of each `SpeedRecord`, row by row, and begins at `first_spread[k]`; `cell[k]`
-    and `jumped` `[n_speeds]` are what each `JumpedStop` has.
+    `speed`, `sigma` `[n_speeds]`: those of track k begin at `at[k]` and end before `at[k + 1]`.
+    `spread` is that of each `SpeedRecord`, row by row, and begins at `at_spread[k]`; `cell`
+    `[n_tracks]` and `jumped` `[n_speeds]` are what each `JumpedStop` has.
+
+    Rows of frictions of track k begin at row `begin[k]`, friction `first[k]` of the tables, and end
+    before row `begin[k + 1]`; `record`, `left` `[n_rows]`, `speeds` `[n_rows, n_places]` (m/s).
+    `observed_left`, `observed`, `error` `[n_tracks]` are those of the record; `unseen_from` is the
+    friction from which on stops are not seen.
     """
 
-    event: NDArray[np.int64]
-    first: NDArray[np.int64]
-    end: NDArray[np.int64]
-    first_spread: NDArray[np.int64]
+    at: NDArray[np.int64]
+    at_spread: NDArray[np.int64]
     speed: Floats
     sigma: Floats
     spread: Floats
     cell: NDArray[np.int64]
     jumped: Floats
-
-
-class TrackTables(NamedTuple):
-    """What blocks do near the records of the tracks, rows of frictions of all tracks end to end.
-
-    Those of track k begin at row `begin[k]`, friction `first[k]` of the tables, and end before row
-    `begin[k + 1]`; `record`, `left` `[n_rows]`, `speeds` `[n_rows, n_places]` (m/s). `event`,
-    `observed_left`, `observed`, `error` `[n_tracks]` are those of the record; `unseen_from` is the
-    friction from which on stops are not seen.
-    """
-
-    measured: MeasuredSpeeds
     begin: NDArray[np.int64]
     first: NDArray[np.int64]
     record: Floats
@@ -261,23 +251,6 @@ class TrackTables(NamedTuple):
         return self.speeds.nbytes + self.record.nbytes + self.left.nbytes
 
 
-def measured_speeds(records: Sequence[SpeedRecord], jumped: Sequence[JumpedStop]) -> MeasuredSpeeds:
-    """The records of speeds end to end."""
-    bounds = np.cumsum([0, *(len(r.x) for r in records)])
-    spreads = np.cumsum([0, *(len(r.x) ** 2 for r in records)])
-    return MeasuredSpeeds(
-        event=np.array([r.event for r in records]),
-        first=bounds[:-1],
-        end=bounds[1:],
-        first_spread=spreads[:-1],
-        speed=np.concatenate([r.speed for r in records]),
-        sigma=np.concatenate([r.sigma for r in records]),
-        spread=np.concatenate([r.spread.ravel() for r in records]),
-        cell=np.array([stop.cell for stop in jumped]),
-        jumped=np.concatenate([stop.square for stop in jumped]),
-    )
-
-
 def track_tables(observations: Observations, predicted: Predicted) -> TrackTables:
     """The rows of the tables that the records of the tracks leave, with some beyond."""
     tracks = observations.speeds
@@ -292,16 +265,22 @@ def track_tables(observations: Observations, predicted: Predicted) -> TrackTable
         speeds[begin[k] : begin[k + 1], : len(track.x)] = predicted.speeds[k][first:end]
     whole = [(i, slice(first, end)) for i, (first, end) in zip(event, rows, strict=True)]
     return TrackTables(
-        measured_speeds(tracks, predicted.jumped),
-        begin,
-        rows[:, 0].copy(),  # of one layout for kernels, however many tracks there are
-        np.concatenate([predicted.record[part] for part in whole]),
-        np.concatenate([left[k, part] for k, (_, part) in enumerate(whole)]),
-        speeds,
-        observed_left,
-        observed,
-        error,
-        hidden_from(observations, predicted, in_log=False)[event],
+        at=np.cumsum([0, *(len(track.x) for track in tracks)]),
+        at_spread=np.cumsum([0, *(len(track.x) ** 2 for track in tracks)]),
+        speed=np.concatenate([track.speed for track in tracks]),
+        sigma=np.concatenate([track.sigma for track in tracks]),
+        spread=np.concatenate([track.spread.ravel() for track in tracks]),
+        cell=np.array([stop.cell for stop in predicted.jumped]),
+        jumped=np.concatenate([stop.square for stop in predicted.jumped]),
+        begin=begin,
+        first=rows[:, 0].copy(),  # of one layout for kernels, however many tracks there are
+        record=np.concatenate([predicted.record[part] for part in whole]),
+        left=np.concatenate([left[k, part] for k, (_, part) in enumerate(whole)]),
+        speeds=speeds,
+        observed_left=observed_left,
+        observed=observed,
+        error=error,
+        unseen_from=hidden_from(observations, predicted, in_log=False)[event],
     )
 
 
@@ -364,19 +343,18 @@ def fill_speed_nodes(tables, tracks, scatter, mu, in_log, panels, finest, nodes)
 
     `tables` are `TrackTables`, `mu` `[n_friction]` the frictions of the tables.
     """
-    measured = tables.measured
     for k in tracks:
-        a, b = measured.first[k], measured.end[k]
+        a, b = tables.at[k], tables.at[k + 1]
         first, begin, stop = tables.first[k], tables.begin[k], tables.begin[k + 1]
         grid = mu[first : first + stop - begin]
         record, left = tables.record[begin:stop], tables.left[begin:stop]
         observed_left = tables.observed_left[k]
         observed, error = tables.observed[k], tables.error[k]
-        mine, jumped = tables.speeds[begin:stop, : b - a], measured.jumped[a:b]
-        cell = measured.cell[k] - first if measured.cell[k] >= 0 else -1
-        size, start = b - a, measured.first_spread[k]
-        spread = measured.spread[start : start + size * size].reshape((size, size))
-        errors = whitening(measured.speed[a:b], measured.sigma[a:b], spread, scatter)
+        mine, jumped = tables.speeds[begin:stop, : b - a], tables.jumped[a:b]
+        cell = tables.cell[k] - first if tables.cell[k] >= 0 else -1
+        spread = tables.spread[tables.at_spread[k] : tables.at_spread[k + 1]]
+        spread = spread.reshape((b - a, b - a))
+        errors = whitening(tables.speed[a:b], tables.sigma[a:b], spread, scatter)
         told = mine, cell, jumped, errors, record, left
         bound = cell_bounds(*told, observed_left, observed, error)
         hidden = grid[:-1] >= tables.unseen_from[k]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Floats, Ints
 from avahazard.effects.columns import NO_EVENTS, EventColumns
 from avahazard.effects.effect import Effect, FrictionEffect, GroupEffect, ScatterEffect, of_kind
 from avahazard.inference.model.friction_scatter import (
@@ -23,10 +24,8 @@ from avahazard.inference.model.laws import bounded
 from avahazard.inference.model.layout import Arms, Layout, build_layout
 from avahazard.inference.model.specification import Specification
 
-Indices = NDArray[np.int64]
 
-
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class OffsetPlan:
     """Groupings by the effects `keys`, crossed or nested as they come, and their offsets.
 
@@ -39,16 +38,16 @@ class OffsetPlan:
     keys: tuple[str, ...]
     names: tuple[str, ...]
     told: tuple[str, ...]
-    of: Indices
-    index: Indices
+    of: Ints
+    index: Ints
     alone: NDArray[np.bool_]
     lasting: tuple[bool, ...]
 
     def __bool__(self) -> bool:
         return len(self.keys) > 0
 
-    @property
-    def rest(self) -> Indices:
+    @cached_property
+    def rest(self) -> Ints:
         """Place of each offset `[n_offsets]` among those that are not of the largest grouping.
 
         -1 for those that are: given the others, they know nothing of each other.
@@ -66,21 +65,6 @@ class OffsetPlan:
         """Sum of the offsets `[n_offsets]` that each event has, `[n_events]`."""
         row = np.append(offsets, 0.0)
         return np.asarray(row[self.index].sum(axis=0), dtype=np.float64)
-
-    def without(self, keys: Sequence[str]) -> OffsetPlan:
-        """The plan less the groupings by these effects."""
-        kept = [g for g, key in enumerate(self.keys) if key not in keys]
-        taken = np.isin(self.of, kept)
-        moved = np.append(np.where(taken, np.cumsum(taken) - 1, -1), -1)
-        return OffsetPlan(
-            tuple(self.keys[g] for g in kept),
-            tuple(name for name, t in zip(self.names, taken, strict=True) if t),
-            tuple(name for name, t in zip(self.told, taken, strict=True) if t),
-            np.searchsorted(kept, self.of[taken]).astype(np.int64),
-            moved[self.index[kept]],
-            self.alone[kept],
-            tuple(self.lasting[g] for g in kept),
-        )
 
 
 def offset_plan(effects: Sequence[Effect], columns: EventColumns) -> OffsetPlan:
@@ -101,15 +85,8 @@ def offset_plan(effects: Sequence[Effect], columns: EventColumns) -> OffsetPlan:
         told += [f"{groups.told}{name}" for name in groups.names]
         lasting.append(not groups.alone)
         keys.append(effect.key)
-    return OffsetPlan(
-        tuple(keys),
-        tuple(names),
-        tuple(told),
-        np.array(of, dtype=np.int64),
-        index,
-        alone,
-        tuple(lasting),
-    )
+    named = tuple(keys), tuple(names), tuple(told)
+    return OffsetPlan(*named, np.array(of, dtype=np.int64), index, alone, tuple(lasting))
 
 
 MOST_LOG_SCATTER, LEAST_LOG_SCATTER = 4.0, -12.0

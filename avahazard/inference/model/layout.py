@@ -281,7 +281,9 @@ def build_layout(
     kinds = None
     for effect in effects:
         if isinstance(effect, GroupEffect):
-            spreads[effect.key] = add(_spread_slot(effect.parameters[0]))
+            # It goes by the parameter's own name, under which draws are stored.
+            p, least = effect.parameters[0], MIN_SPREAD / effect.parameters[0].prior_sd
+            spreads[effect.key] = add(Slot(p.name, p.unit, 0.0, 1.0, least, 10.0, scale=p.prior_sd))
             continue
         places[effect.key] = slice(len(slots), len(slots) + len(effect.parameters))
         slots += [_slot(effect, p) for p in effect.parameters]
@@ -316,29 +318,12 @@ def build_layout(
     return with_arms(layout, arms)
 
 
-def _spread_slot(p: Parameter) -> Slot:
-    """A spread's slot goes by the parameter's own name, under which draws are stored."""
-    scale = p.prior_sd
-    return Slot(p.name, p.unit, 0.0, 1.0, MIN_SPREAD / scale, 10.0, scale=scale)
-
-
 def _slot(effect: Effect, p: Parameter) -> Slot:
     name = effect.key if p.name == "" else f"{effect.key}.{p.name}"
     scale = p.prior_sd
-    return Slot(
-        name,
-        p.unit,
-        p.prior_mean / scale,
-        1.0,
-        p.low / scale,
-        p.high / scale,
-        arm_between(p.prior_mean / scale, p.low / scale, p.high / scale, N_ARM)
-        if shapes_tables(effect)
-        else (),
-        p.neutral / scale,
-        scale,
-        p.neutral,
-    )
+    mean, low, high = p.prior_mean / scale, p.low / scale, p.high / scale
+    arm = arm_between(mean, low, high, N_ARM) if shapes_tables(effect) else ()
+    return Slot(name, p.unit, mean, 1.0, low, high, arm, p.neutral / scale, scale, p.neutral)
 
 
 def with_given(layout: Layout, given: Sequence[GivenPrior]) -> tuple[Slot, ...]:

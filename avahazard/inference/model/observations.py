@@ -230,19 +230,15 @@ def track_spread(way: Floats, length: float) -> Floats:
     block by r(x) = -2 g ∫ (ε - mean of ε) dx, over horizontal distance from the release, where it
     is 0, to the stop, where it is 0 again.
     """
-    ends = np.append(way, length)
-    covariance = _integrated(ends[:, None], ends)
+    # Covariance of ∫ ε dx up to two places, for s = 1: that of ε is exp(-|Δx| / scale).
+    b, scale = np.append(way, length), FRICTION_CORRELATION_M
+    a = b[:, None]
+    rest = 1.0 - np.exp(-a / scale) - np.exp(-b / scale) + np.exp(-np.abs(a - b) / scale)
+    covariance = 2.0 * scale * np.minimum(a, b) - scale**2 * rest
     # Less the mean along the track: r is 0 at its end.
-    tie = np.eye(len(ends))[:-1]
+    tie = np.eye(len(b))[:-1]
     tie[:, -1] = -way / length
     return np.ascontiguousarray((2.0 * GRAVITY) ** 2 * tie @ covariance @ tie.T)
-
-
-def _integrated(a: Floats, b: Floats) -> Floats:
-    """Covariance of ∫ ε dx up to a and up to b, for s = 1: that of ε is exp(-|Δx| / length)."""
-    scale = FRICTION_CORRELATION_M
-    rest = 1.0 - np.exp(-a / scale) - np.exp(-b / scale) + np.exp(-np.abs(a - b) / scale)
-    return 2.0 * scale * np.minimum(a, b) - scale**2 * rest
 
 
 def speed_records(
@@ -513,13 +509,16 @@ def _arranged(
         straight=kind == LENGTH,
         in_x=kind == PLACE,
     )
+    sigma = [
+        H_OVER_L_REL_SIGMA / (e.h_over_l or 1.0) if e.in_ratio else e.runout_sigma_m for e in events
+    ]
     index = {e.event_id: i for i, e in enumerate(events)}
     return Observations(
         sites=sites,
         columns=columns,
         kind=kind,
         observed=observed,
-        sigma=np.hypot(np.array([_sigma(e) for e in events]), released.record),
+        sigma=np.hypot(np.array(sigma), released.record),
         release_sigma=released.record,
         leaving_sigma=released.leaving,
         release=release,
@@ -574,12 +573,6 @@ def _observation(event: Event) -> tuple[int, float]:
     if event.runout_x_m is not None:
         return PLACE, event.runout_x_m
     return ELEVATION, _or_nan(event.runout_elevation_m)
-
-
-def _sigma(event: Event) -> float:
-    if event.in_ratio:
-        return H_OVER_L_REL_SIGMA / (event.h_over_l or 1.0)
-    return event.runout_sigma_m
 
 
 def part_of(observations: Observations, events: Ints) -> Observations:

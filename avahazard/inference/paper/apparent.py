@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avahazard.arrays import Bools, Floats, Ints
 from avahazard.inference.likelihood.predicted import Predicted
@@ -102,7 +101,9 @@ def back_calculate(observations: Observations, predicted: Predicted) -> BackCalc
         inverse = apparent_friction(records[rows], *tables)
         mu[rows], low[rows] = inverse.mu, inverse.mu_low
         # Where no friction stops the block on the profile, one that held it is too high.
-        high[rows] = np.minimum(inverse.mu_high, _held_from(predicted.status[rows]))
+        held = predicted.status[rows] == NOT_RELEASED
+        held_from = np.where(held.any(axis=1), MU[held.argmax(axis=1)], np.inf)
+        high[rows] = np.minimum(inverse.mu_high, held_from)
         status[rows] = inverse.status
         spread = perturb(
             records[rows], observations.sigma[rows], *tables, seed=SEED, n_replicates=N_REPLICATES
@@ -112,12 +113,6 @@ def back_calculate(observations: Observations, predicted: Predicted) -> BackCalc
         moved[:, straight] = _perturb_straight(observations, straight)
         sd[straight] = np.nanstd(moved[:, straight], axis=0, ddof=1)
     return BackCalculation(mu, low, high, status, Perturbation(moved, sd))
-
-
-def _held_from(status: NDArray[np.int8]) -> Floats:
-    """Lowest friction of the grid that held the block at its release, `[n_events]`; else ∞."""
-    held = status == NOT_RELEASED
-    return np.where(held.any(axis=1), MU[held.argmax(axis=1)], np.inf)
 
 
 def _perturb_straight(observations: Observations, straight: Bools) -> Floats:

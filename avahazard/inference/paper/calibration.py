@@ -116,20 +116,16 @@ def calibrate_paper(
     notes = []
     if left_out:
         reasons = ", ".join(f"{n} {reason}" for reason, n in left_out.items())
-        notes.append(
-            Note(
-                "events_left_out",
-                method=method,
-                n=sum(left_out.values()),
-                total=observations.n_events,
-                reasons=reasons,
-            )
-        )
+        n, total = sum(left_out.values()), observations.n_events
+        told = {"method": method, "n": n, "total": total, "reasons": reasons}
+        notes.append(Note("events_left_out", **told))
     if observations.speeds:
         notes.append(Note("no_speeds", method=method))
     posterior = assemble(observations, specification, {})
     slots = (*chosen.coordinates, "log sigma")
-    draws = in_slots(posterior.layout, slots, _coordinates(chosen, drawn))
+    natural, sigma = np.split(drawn.pooled(), [-1], axis=1)
+    coordinates = np.concatenate([chosen.from_natural(natural), np.log(sigma)], axis=-1)
+    draws = in_slots(posterior.layout, slots, coordinates)
     # Volumes are exact to these methods.
     model = fitted_model(posterior, draws, method=method).on(observations)
     return replace(model, sampled=drawn, left_out=left_out, notes=tuple(notes))
@@ -150,22 +146,16 @@ def _usable(
     observations: Observations, method: MethodName, chosen: Law, mu: Floats
 ) -> tuple[NDArray[np.bool_], dict[str, int]]:
     """The events that the method can use, and the number of others by their first reason."""
-    none = np.zeros(observations.n_events, dtype=np.bool_)
-    reasons = {
-        "left the profile": observations.kind == LEFT,
-        "without a volume": none
-        if not chosen.uses_volume
-        else ~np.isfinite(observations.columns.log_volume),
-        "without a profile": observations.kind == LENGTH if method == "metropolis" else none,
-        "stopped where no friction stops the block": ~np.isfinite(mu)
-        if method == "gibbs"
-        else none,
-        f"with friction outside {MU[EVEN][0]:.3g} to {MU[EVEN][-1]:.3g}": (mu < MU[EVEN][0])
-        | (mu > MU[EVEN][-1])
-        if method == "metropolis"
-        else none,
-    }
-    keep = ~none
+    low, high = MU[EVEN][[0, -1]]
+    reasons = {"left the profile": observations.kind == LEFT}
+    if chosen.uses_volume:
+        reasons["without a volume"] = ~np.isfinite(observations.columns.log_volume)
+    if method == "metropolis":
+        reasons["without a profile"] = observations.kind == LENGTH
+        reasons[f"with friction outside {low:.3g} to {high:.3g}"] = (mu < low) | (mu > high)
+    else:
+        reasons["stopped where no friction stops the block"] = ~np.isfinite(mu)
+    keep = np.ones(observations.n_events, dtype=np.bool_)
     left_out = {}
     for reason, lacking in reasons.items():
         if np.any(keep & lacking):
@@ -193,12 +183,6 @@ def _tables(
     places = np.column_stack([observations.columns.path_index, observations.release])[keep]
     _, first, row = np.unique(places, axis=0, return_index=True, return_inverse=True)
     return row.ravel(), predicted.elevation[keep][first][:, EVEN]
-
-
-def _coordinates(chosen: Law, drawn: Chains) -> Floats:
-    """Coordinates of the law and log σ, `[n_chains * n_draws, n_slots]`."""
-    natural, sigma = drawn.pooled()[:, :-1], drawn.pooled()[:, -1:]
-    return np.concatenate([chosen.from_natural(natural), np.log(sigma)], axis=-1)
 
 
 N_BURN = 200  # far more than two nearly independent normals need

@@ -16,12 +16,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Bools, Floats, Ints
 from avahazard.kernels import kernel
 from avahazard.records.errors import AvahazardError
-
-Array = NDArray[np.float64]
 
 DEFAULT_KAPPA = 5.0
 MAX_NEWTON_STEPS = 200
@@ -35,26 +33,26 @@ FEWEST = 2
 class HolyDensity:
     """ψ² by its sources: records `mu` and coefficients `a`, both [n_events], and κ (`kappa`)."""
 
-    mu: Array
-    a: Array
+    mu: Floats
+    a: Floats
     kappa: float
 
-    def psi(self, x: Array) -> Array:
+    def psi(self, x: Floats) -> Floats:
         """ψ at x [n_points]."""
         distance = np.abs(np.asarray(x, np.float64)[:, None] - self.mu)
         return np.asarray(np.sqrt(self.kappa) * np.exp(-self.kappa * distance) @ self.a)
 
-    def pdf(self, x: Array) -> Array:
+    def pdf(self, x: Floats) -> Floats:
         """The density ψ² at x [n_points]."""
         return self.psi(x) ** 2
 
-    def extrapolated(self, x: Array) -> NDArray[np.bool_]:
+    def extrapolated(self, x: Floats) -> Bools:
         """Where x [n_points] lies outside the records, and the density is a tail by assumption."""
         x = np.asarray(x, np.float64)
         return np.asarray((x < self.mu.min()) | (x > self.mu.max()))
 
 
-def holy_density(mu: Array, kappa: float = DEFAULT_KAPPA) -> HolyDensity:
+def holy_density(mu: Floats, kappa: float = DEFAULT_KAPPA) -> HolyDensity:
     """Solves equations 2.4 for the records `mu` [n_events] (others than finite are left out).
 
     1/κ is the length over which one record spreads ψ. The default κ = 5 (a length of 0.2, where
@@ -77,7 +75,7 @@ def holy_density(mu: Array, kappa: float = DEFAULT_KAPPA) -> HolyDensity:
     return HolyDensity(mu, a, kappa)
 
 
-def choose_kappa(mu: Array) -> float:
+def choose_kappa(mu: Floats) -> float:
     """The κ with the largest held-out likelihood in ten folds of the records `mu` [n_events].
 
     Equal records fall in one fold, since a record must not vouch for its copy. 24 values are
@@ -95,7 +93,7 @@ def choose_kappa(mu: Array) -> float:
     return float(candidates[int(np.argmax(scores))])
 
 
-def _held_out(mu: Array, fold: NDArray[np.int64], kappa: float) -> float:
+def _held_out(mu: Floats, fold: Ints, kappa: float) -> float:
     total = 0.0
     for k in range(int(fold.max()) + 1):
         psi = holy_density(mu[fold != k], kappa).psi(mu[fold == k])
@@ -103,7 +101,7 @@ def _held_out(mu: Array, fold: NDArray[np.int64], kappa: float) -> float:
     return total
 
 
-def density_band(moved: Array, x: Array, kappa: float) -> Array:
+def density_band(moved: Floats, x: Floats, kappa: float) -> Floats:
     """5 and 95 % `[2, n_points]` of Holy's density at x `[n_points]` under moved records.
 
     `moved` `[n_replicates, n_events]` are apparent frictions of records moved within their
@@ -120,14 +118,14 @@ def density_band(moved: Array, x: Array, kappa: float) -> Array:
     return np.asarray(np.quantile(densities, LEVELS, axis=0))
 
 
-def _integral(mu: Array, a: Array, kappa: float) -> float:
+def _integral(mu: Floats, a: Floats, kappa: float) -> float:
     """∫ψ² over the line: Σ a_i a_j (1 + κd_ij) exp(-κd_ij)."""
     d = kappa * np.abs(mu[:, None] - mu)
     return float(a @ ((1.0 + d) * np.exp(-d)) @ a)
 
 
 @kernel
-def _solve(mu: Array, kappa: float) -> tuple[Array, bool]:
+def _solve(mu: Floats, kappa: float) -> tuple[Floats, bool]:
     """a > 0 with a_i Σ_j K_ij a_j = 1, of sorted `mu` [n_events]; and whether Newton got there.
 
     The minimum of ½ aᵀKa - Σ log a_i, a self-concordant function, so that steps of
@@ -164,7 +162,7 @@ def _solve(mu: Array, kappa: float) -> tuple[Array, bool]:
 
 
 @kernel(inner=True)
-def _times_kernel(decay: Array, a: Array) -> Array:
+def _times_kernel(decay: Floats, a: Floats) -> Floats:
     """Ka in one pass each way."""
     result = a.copy()
     left, right = 0.0, 0.0

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats
 from avahazard.inference.model.laws import LAWS, Law
 from avahazard.records.errors import AvahazardError
-
-Array = NDArray[np.float64]
 
 EQUAL = 0.01
 """Volumes this near to each other (of one) are the same to a fit."""
@@ -27,18 +25,18 @@ class LawFit:
     """A fitted law: natural parameters [n_parameters] and their covariance, r² and AIC."""
 
     law: Law
-    parameters: Array
-    covariance: Array
+    parameters: Floats
+    covariance: Floats
     r2: float
     aic: float
 
     @property
-    def standard_errors(self) -> Array:
+    def standard_errors(self) -> Floats:
         """Standard errors [n_parameters]."""
         return np.sqrt(np.diag(self.covariance))
 
 
-def fit_law(law: Law, volume: Array, mu: Array) -> LawFit:
+def fit_law(law: Law, volume: Floats, mu: Floats) -> LawFit:
     """The law nearest to the points (V, μ) in the sum of squares of μ.
 
     `volume` [n_events] in m3 and `mu` [n_events]; pairs that are not finite and positive are left
@@ -57,7 +55,7 @@ def fit_law(law: Law, volume: Array, mu: Array) -> LawFit:
             f"there {'is' if mu.size == 1 else 'are'} {mu.size or 'none'}.",
             "Import more events, or take a law with fewer constants.",
         )
-    different = _n_volumes(volume)
+    different = 1 + int(np.sum(np.diff(np.sort(np.log(volume))) > EQUAL))
     if law.uses_volume and different < n_free:
         raise AvahazardError(
             f"The {law.name} law needs events of at least {n_free} different volumes; there "
@@ -76,7 +74,7 @@ def fit_law(law: Law, volume: Array, mu: Array) -> LawFit:
     return fit
 
 
-def fit_every_law(volume: Array, mu: Array) -> tuple[list[LawFit], list[str]]:
+def fit_every_law(volume: Floats, mu: Floats) -> tuple[list[LawFit], list[str]]:
     """Fits of all laws that the points (V, μ) `[n_events]` can bear, and why others are not there.
 
     A law that fails is no reason to lose the others.
@@ -90,25 +88,20 @@ def fit_every_law(volume: Array, mu: Array) -> tuple[list[LawFit], list[str]]:
     return fits, notes
 
 
-def usable(volume: Array, mu: Array) -> tuple[Array, Array]:
+def usable(volume: Floats, mu: Floats) -> tuple[Floats, Floats]:
     """The pairs of volume and friction that are finite and positive, `[n_usable]` each."""
     volume, mu = np.asarray(volume, np.float64), np.asarray(mu, np.float64)
     keep = np.isfinite(volume) & np.isfinite(mu) & (volume > 0) & (mu > 0)
     return volume[keep], mu[keep]
 
 
-def _n_volumes(volume: Array) -> int:
-    """How many volumes differ by more than `EQUAL`."""
-    return 1 + int(np.sum(np.diff(np.sort(np.log(volume))) > EQUAL))
-
-
-def _fit(law: Law, volume: Array, mu: Array) -> LawFit | None:
+def _fit(law: Law, volume: Floats, mu: Floats) -> LawFit | None:
     """The fit; None where the points leave a constant free."""
     from scipy.optimize import least_squares  # noqa: PLC0415 (slow to import)
 
     n_free = len(law.coordinates)
 
-    def residuals(u: Array) -> Array:
+    def residuals(u: Floats) -> Floats:
         # Squares of what is wildly off must not overflow.
         bounded = np.clip(u, -WILDEST, WILDEST)
         return np.exp(law.log_friction(bounded, volume)) - mu
@@ -137,7 +130,7 @@ def _fit(law: Law, volume: Array, mu: Array) -> LawFit | None:
     return LawFit(law, natural, covariance, float(r2), float(aic))
 
 
-def _is_free(law: Law, u: Array, volume: Array, noise: float) -> bool:
+def _is_free(law: Law, u: Floats, volume: Floats, noise: float) -> bool:
     """Whether some direction of the coordinates moves the curve at the points too little.
 
     That is where its standard error is `WIDEST` prior standard deviations and more; `noise` is
@@ -151,14 +144,14 @@ def _is_free(law: Law, u: Array, volume: Array, noise: float) -> bool:
     return bool(values[-1] <= SINGULAR * values[0] or noise >= WIDEST * values[-1])
 
 
-def _nearest_on_ridge(natural: Array) -> Array:
+def _nearest_on_ridge(natural: Floats) -> Floats:
     """Of (k a, k b, k^(-1/n) c, n), k > 0, the one nearest to figure 1 in logarithms."""
     step = np.array([1.0, 1.0, -1.0 / natural[3], 0.0])
     log_k = step @ (np.log(FIGURE_1) - np.log(natural)) / (step @ step)
     return np.asarray(natural * np.exp(step * log_k), np.float64)
 
 
-def _covariance(law: Law, natural: Array, volume: Array) -> Array:
+def _covariance(law: Law, natural: Floats, volume: Floats) -> Floats:
     """(JᵀJ)⁺ of the natural parameters, by central differences.
 
     Steps are relative, so that the pseudo-inverse compares numbers of one size.

@@ -15,15 +15,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from avahazard.arrays import Floats, Ints
 from avahazard.inference.fitted_model import Chains, chains
 from avahazard.inference.model.laws import Law
 from avahazard.inference.seeds import generator
 from avahazard.kernels import kernel
 from avahazard.records.errors import AvahazardError
-
-Array = NDArray[np.float64]
 
 FLAT_ON_SIGMA = (-0.5, 0.0)  # inverse-gamma shape and scale of σ² whose limit is flat on σ
 TARGET_ACCEPTANCE = 0.35
@@ -40,10 +38,10 @@ class FitRecords(NamedTuple):
     tables, y itself is linear in x: an ordinary regression. `bends`: the rational law.
     """
 
-    x: Array
-    y: Array
-    offset: NDArray[np.int64]
-    stops: Array
+    x: Floats
+    y: Floats
+    offset: Ints
+    stops: Floats
     mu_min: float
     mu_step: float
     n_mu: int
@@ -52,17 +50,17 @@ class FitRecords(NamedTuple):
 
 def metropolis(
     law: Law,
-    volume: Array,
-    runout: Array,
-    table: NDArray[np.int64],
-    stop_y: Array,
+    volume: Floats,
+    runout: Floats,
+    table: Ints,
+    stop_y: Floats,
     mu_min: float,
     mu_step: float,
-    start: Array,
+    start: Floats,
     *,
     seed: int,
-    prior_mean: Array | None = None,
-    prior_sd: Array | None = None,
+    prior_mean: Floats | None = None,
+    prior_sd: Floats | None = None,
     sigma_prior: tuple[float, float] = FLAT_ON_SIGMA,
     n_chains: int = 4,
     n_draws: int = 5000,
@@ -88,16 +86,16 @@ def metropolis(
 
 def walk(
     records: FitRecords,
-    prior_mean: Array,
-    prior_sd: Array,
+    prior_mean: Floats,
+    prior_sd: Floats,
     sigma_prior: tuple[float, float],
-    start: Array,
-    spread: Array,
+    start: Floats,
+    spread: Floats,
     seed: int,
     n_chains: int,
     n_draws: int,
     n_warmup: int,
-) -> tuple[Array, Array, Array]:
+) -> tuple[Floats, Floats, Floats]:
     """Draws [n_chains, n_draws, n_coordinates], sigma [n_chains, n_draws], acceptance [n_chains].
 
     `spread` [n_coordinates, n_coordinates] is the lower Cholesky factor of a guess of the
@@ -119,13 +117,13 @@ def walk(
 
 def _warm_up(
     rng: np.random.Generator,
-    u: Array,
-    spread: Array,
+    u: Floats,
+    spread: Floats,
     records: FitRecords,
-    prior: tuple[Array, Array],
+    prior: tuple[Floats, Floats],
     sigma_prior: tuple[float, float],
     n_warmup: int,
-) -> tuple[Array, Array]:
+) -> tuple[Floats, Floats]:
     """The point reached, and the proposal: diagonal in the coordinates that the chain showed."""
     n_window = max(n_warmup // WINDOWS, 20)
     d = u.size
@@ -148,16 +146,16 @@ def _warm_up(
 @kernel
 def run_chain(
     rng: np.random.Generator,
-    start: Array,
-    proposal: Array,
+    start: Floats,
+    proposal: Floats,
     records: FitRecords,
-    prior_mean: Array,
-    prior_precision: Array,
+    prior_mean: Floats,
+    prior_precision: Floats,
     sigma_shape: float,
     sigma_scale: float,
-    draws: Array,
-    sigma: Array,
-) -> tuple[Array, float]:
+    draws: Floats,
+    sigma: Floats,
+) -> tuple[Floats, float]:
     """Fills `draws` [n_draws, n_coordinates] and `sigma` [n_draws]; last point and acceptance.
 
     The step is `proposal` [n_coordinates, n_coordinates], lower triangular, times normals.
@@ -204,7 +202,7 @@ def _exp(x: float) -> float:
 
 
 @kernel(fastmath=FAST_BUT_NAN)
-def squared_residuals(u: Array, records: FitRecords, place: Array) -> float:
+def squared_residuals(u: Floats, records: FitRecords, place: Floats) -> float:
     """Σ (y_i - F(G(V_i; u)))², m2, of the coordinates u [n_coordinates] of a law.
 
     `place` [n_events] is working memory. Three plain loops, since each then runs in vectors.
@@ -236,20 +234,20 @@ def squared_residuals(u: Array, records: FitRecords, place: Array) -> float:
 
 
 @kernel(inner=True)
-def _log_prior(u: Array, mean: Array, precision: Array) -> float:
+def _log_prior(u: Floats, mean: Floats, precision: Floats) -> float:
     total = 0.0
     for j in range(u.size):
         total -= 0.5 * precision[j] * (u[j] - mean[j]) ** 2
     return total
 
 
-def _first_spread(law: Law, volume: Array, start: Array, prior_sd: Array) -> Array:
+def _first_spread(law: Law, volume: Floats, start: Floats, prior_sd: Floats) -> Floats:
     """Cholesky factor of the coordinates' covariance if log friction scattered by 0.2.
 
     In effect the walk is over log friction at well-separated volumes, not over (a, n), which go
     together.
     """
-    steps: Array = 1e-5 * np.eye(start.size)
+    steps: Floats = 1e-5 * np.eye(start.size)
     jacobian = (law.log_friction(start + steps, volume) - law.log_friction(start, volume)) / 1e-5
     information = jacobian @ jacobian.T / LOG_SCATTER**2 + np.diag(prior_sd**-2.0 + 1e-6)
     return np.linalg.cholesky(np.linalg.inv(information))
@@ -257,10 +255,10 @@ def _first_spread(law: Law, volume: Array, start: Array, prior_sd: Array) -> Arr
 
 def runout_records(
     law: Law,
-    volume: Array,
-    runout: Array,
-    table: NDArray[np.int64],
-    stop_y: Array,
+    volume: Floats,
+    runout: Floats,
+    table: Ints,
+    stop_y: Floats,
     mu_min: float,
     mu_step: float,
 ) -> FitRecords:
