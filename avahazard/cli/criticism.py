@@ -12,7 +12,6 @@ from rich.console import Console
 
 from avahazard.cli.options import EffectFiles, StoredModel, answers, picture
 from avahazard.cli.output import settings, show
-from avahazard.report.language import TERMINAL
 from avahazard.report.model_tables import (
     budget_table,
     candidates_table,
@@ -36,15 +35,15 @@ from avahazard.workflow.requests import DiagnoseRequest
 def show_comparison(console: Console, found: Comparison) -> None:
     """Print scores, the budget of errors, and where the model fails."""
     scores = found.scores
-    show(console, scores_table(found.coordinate, compared_parts(found, TERMINAL), TERMINAL))
-    for words in error_words(found, TERMINAL):
+    show(console, scores_table(found.coordinate, compared_parts(found)))
+    for words in error_words(found):
         console.print(words)
     if scores.elpd_loo is not None:
         se = "" if scores.elpd_loo_se is None else f" ± {scores.elpd_loo_se:.1f}"
         console.print(f"elpd, each record left out in turn: {scores.elpd_loo:.1f}{se} nats.")
     for made in (budget_table, misfit_table, failures_table):
-        show(console, made(found, TERMINAL))
-    console.print(failure_words(found, TERMINAL))
+        show(console, made(found))
+    console.print(failure_words(found))
 
 
 def _notes(found: Comparison) -> Iterator[str]:
@@ -76,17 +75,17 @@ CANDIDATES_SHOWN = 8
 
 def show_diagnosis(console: Console, found: Diagnosis) -> None:
     """Print the verdict, the candidates, and what else was found."""
-    console.print(verdict_words(found, found.model, TERMINAL), soft_wrap=True)
+    console.print(verdict_words(found, found.model), soft_wrap=True)
     if found.declared is not None:
         words = ", ".join(found.declared.effects)
         console.print(f"Declared beforehand ({found.declared.at}), tested first: {words}.")
-    candidates = candidates_table(found, TERMINAL)
+    candidates = candidates_table(found)
     show(console, replace(candidates, shown=max(candidates.shown or 0, CANDIDATES_SHOWN)))
     best = found.candidates[0] if found.candidates else None
     if found.missing and best is not None and best.effect in found.missing:
         console.print(best.physics, soft_wrap=True)
-    show(console, shape_table(found, TERMINAL))
-    show(console, laws_table(found, TERMINAL))
+    show(console, shape_table(found))
+    show(console, laws_table(found))
     if found.effect_file is not None:
         console.print(f"Written: {found.effect_file}", soft_wrap=True)
     elif found.lawful is not None:
@@ -97,7 +96,7 @@ def show_diagnosis(console: Console, found: Diagnosis) -> None:
     _findings(console, found)
     # Where an effect is named it is added first; what parts it from others comes after.
     if found.verdict != "missing-effect" or settings().verbose:
-        show(console, measure_table(found, TERMINAL))
+        show(console, measure_table(found))
 
 
 def _nearest(console: Console, best: Candidate, n_tried: int) -> None:
@@ -159,7 +158,7 @@ EXTRA = {"noise_floor_m", "noise_floor_crps_m"}
 
 @answers(
     "compare.ladder",
-    lambda console, found: show(console, ladder_table(found.rows, TERMINAL)),
+    lambda console, found: show(console, ladder_table(found.rows)),
     document=lambda found: [
         {key: value for key, value in row.items() if key not in EXTRA} for row in plain(found.rows)
     ],
@@ -178,10 +177,10 @@ def ladder(
 
 def show_prediction(console: Console, found: Prediction) -> None:
     """Print the events with their predicted runouts, and the scores where runouts are given."""
-    show(console, predicted_table(found.events, TERMINAL))
+    show(console, predicted_table(found.events))
     if found.scores is not None:
         scores = [("these events", found.scores)]
-        show(console, scores_table(found.scores.coordinate, scores, TERMINAL))
+        show(console, scores_table(found.scores.coordinate, scores))
 
 
 @answers(

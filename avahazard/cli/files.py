@@ -242,8 +242,7 @@ def paper_figures(
     names: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Stored models; without any, only what needs none is drawn.",
-            show_default=False,
+            help="Stored models; without any, only what needs none is drawn.", show_default=False
         ),
     ] = None,
     *,

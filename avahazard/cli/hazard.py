@@ -13,7 +13,6 @@ from rich.console import Console
 from avahazard.cli.options import CalibratedModel, answers
 from avahazard.cli.output import ask, emit, emit_rows, settings, show, table, warn
 from avahazard.notes import Note, counted, grouped
-from avahazard.report.language import TERMINAL
 from avahazard.report.tables import (
     apart_table,
     design_table,
@@ -47,7 +46,7 @@ def volumes(
       avahazard volumes --frequency gpd --threshold 20000
     """
     found = ask("volumes.volumes", request=replace(request, paths=paths or ()))
-    emit(found, lambda console, _: show(console, volumes_table(found.rows, TERMINAL)))
+    emit(found, lambda console, _: show(console, volumes_table(found.rows)))
 
 
 MOST_ROWS, MOST_NOTES = 500, 100
@@ -58,9 +57,7 @@ def hazard(
     names: Annotated[
         list[str],
         typer.Argument(
-            metavar="NAME…",
-            help="A calibrated model; several are averaged.",
-            show_default=False,
+            metavar="NAME…", help="A calibrated model; several are averaged.", show_default=False
         ),
     ],
     *,
@@ -132,14 +129,14 @@ def show_bounds(
     periods = [row for row in rows if row.return_period_years is not None]
     given = [row for row in rows if row.return_period_years is None]
     if periods:
-        show(console, design_table(periods, TERMINAL))
+        show(console, design_table(periods))
     if rows and rows[0].by_model:
-        show(console, models_table(rows, TERMINAL))
+        show(console, models_table(rows))
     if verbose or given:
-        show(console, volume_runout_table(rows if verbose else given, TERMINAL))
+        show(console, volume_runout_table(rows if verbose else given))
     if verbose:
         for made in (apart_table, period_volumes_table, points_table):
-            show(console, made(rows, TERMINAL))
+            show(console, made(rows))
     elif periods:
         console.print("Volumes, their runouts and places on the map: avahazard --verbose hazard …")
     if failed:
@@ -156,7 +153,7 @@ def show_zones(console: Console, found: Zones) -> None:
     show_windows(console, (note for entry in entries for note in entry.notes))
     whole = settings().verbose or len(entries) <= FEW_PATHS
     for made in (design_table, zones_table, speeds_table) if whole else (zones_table,):
-        show(console, made(entries, TERMINAL))
+        show(console, made(entries))
     if not whole:
         console.print("Design runouts, speeds and pressures: avahazard --verbose zones …")
 

@@ -13,29 +13,22 @@ from avahazard.cli.output import ask, emit, show, table, warn
 from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.specification import GIVEN
 from avahazard.notes import Note, counted
-from avahazard.report.language import TERMINAL
 from avahazard.report.model_tables import kinds_table, parameters_table
 from avahazard.report.sentences import before_and_after_words, kinds_words
 from avahazard.report.tables import cell
 from avahazard.results.base import Rows
 from avahazard.results.calibration import Calibration
-from avahazard.results.models import (
-    EffectDetails,
-    EffectEntry,
-    ModelSummary,
-    Provenance,
-    Rerun,
-)
+from avahazard.results.models import EffectDetails, EffectEntry, ModelSummary, Provenance, Rerun
 from avahazard.workflow.requests import CalibrateRequest
 
 
 def show_calibration(console: Console, model: Calibration) -> None:
     """Print what a calibration found."""
     console.print(f"{model.model}: {_parts(model)}", soft_wrap=True)
-    show(console, parameters_table(model, TERMINAL))
-    for words in [] if model.kinds is None else kinds_words(model.kinds, TERMINAL):
+    show(console, parameters_table(model))
+    for words in [] if model.kinds is None else kinds_words(model.kinds):
         console.print(words, soft_wrap=True)
-    show(console, kinds_table(model, TERMINAL))
+    show(console, kinds_table(model))
     given = model.given_priors or {}
     if given:
         each = (f"{key} {p.mean:g} ± {p.sd:g} {p.unit}".rstrip() for key, p in given.items())
@@ -199,7 +192,7 @@ def rerun(name: StoredModel, effect_files: EffectFiles = None) -> None:
 def _child(console: Console, found: Calibration) -> None:
     show_calibration(console, found)
     assert found.comparison is not None
-    console.print(before_and_after_words(found.comparison, TERMINAL), soft_wrap=True)
+    console.print(before_and_after_words(found.comparison), soft_wrap=True)
 
 
 @answers("calibrate.add", _child)
@@ -245,8 +238,7 @@ def effect(
     context: typer.Context,
     key: Annotated[str, typer.Argument(help="An effect, or the word new.", show_default=False)],
     file: Annotated[
-        Path | None,
-        typer.Argument(help="With new: the effect file to write.", show_default=False),
+        Path | None, typer.Argument(help="With new: the effect file to write.", show_default=False)
     ] = None,
 ) -> None:
     """Show the physics of one effect; `effect new FILE` writes a template for one's own.
@@ -282,7 +274,7 @@ def _effect(console: Console, effect: EffectDetails) -> None:
                 p.name,
                 p.unit,
                 p.neutral,
-                f"{cell(p.prior_mean, TERMINAL)} ± {cell(p.prior_sd, TERMINAL)}",
+                f"{cell(p.prior_mean)} ± {cell(p.prior_sd)}",
                 _range(p.low, p.high),
             )
             for p in effect.parameters
@@ -294,5 +286,5 @@ def _effect(console: Console, effect: EffectDetails) -> None:
 def _range(low: float | None, high: float | None) -> str:
     if low is None and high is None:
         return "any"
-    least, most = ("" if end is None else cell(end, TERMINAL) for end in (low, high))
+    least, most = ("" if end is None else cell(end) for end in (low, high))
     return f"{least} to {most}"

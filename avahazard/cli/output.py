@@ -27,7 +27,7 @@ from avahazard.notes import Note, grouped
 from avahazard.progress import show_progress
 from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem
 from avahazard.report import tables as report_tables
-from avahazard.report.language import TERMINAL
+from avahazard.report.language import TERMINAL, speaking
 from avahazard.report.tables import cell
 from avahazard.report.words import OPEN
 from avahazard.results.base import plain
@@ -163,7 +163,8 @@ def emit(
         if isinstance(render, str):
             console.print(render, soft_wrap=True)
         else:
-            render(console, found)
+            with speaking(TERMINAL):
+                render(console, found)
         show_next(console, getattr(found, "next", None))
     warn(*notes(found))
 
@@ -183,7 +184,8 @@ def show_next(console: Console, step: Note | None) -> None:
 def emit_rows(documents: Iterable[Any], render: Callable[[Console], None]) -> None:
     """As `emit` of a list, one document at a time, so that it may be long."""
     if not settings().as_json:
-        render(output())
+        with speaking(TERMINAL):
+            render(output())
         return
     before = "["
     for document in documents:
@@ -242,7 +244,8 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> 
         pad_edge=False,
         padding=(0, 1, 0, 0),
     )
-    cells = [[safe(cell(value, TERMINAL), LONGEST_CELL) for value in row] for row in rows]
+    with speaking(TERMINAL):
+        cells = [[safe(cell(value), LONGEST_CELL) for value in row] for row in rows]
     for k, name in enumerate(columns):
         right = name.startswith(">")
         heading = safe(name.removeprefix(">"), LONGEST_CELL)

@@ -17,7 +17,6 @@ from avahazard.cli.hazard import show_bounds
 from avahazard.cli.models import show_calibration
 from avahazard.cli.options import answers
 from avahazard.cli.output import table
-from avahazard.report.language import TERMINAL
 from avahazard.report.sentences import before_and_after_words, verdict_words
 from avahazard.report.words import coordinate_words
 from avahazard.results.diagnosis import Diagnosis
@@ -130,14 +129,14 @@ def _story(found: HiddenEffect) -> Iterator[str]:
         f"{found.held_out.runout.crps_m:.1f} m (CRPS of {coordinate_words(found.coordinate)})."
     )
     told = replace(found.diagnosis, where=())
-    yield f"{verdict_words(told, f'“{model}”', TERMINAL)}{_evidence(told)}"
+    yield f"{verdict_words(told, f'“{model}”')}{_evidence(told)}"
     yield from found.diagnosis.where
     child = found.child
     if child is None or child.comparison is None:
         yield "No single effect is named, so none is added."
     else:
         added = ", ".join(key for key in child.effects if key not in found.model.effects)
-        words = before_and_after_words(child.comparison, TERMINAL)
+        words = before_and_after_words(child.comparison)
         yield f"“{child.model}” is “{model}” with {added}. {words}"
     hidden = ", ".join(found.hidden)
     named = set(found.diagnosis.missing)

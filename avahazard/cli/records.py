@@ -14,7 +14,6 @@ from rich.console import Console
 
 from avahazard.cli.options import OnePath, answers, picture
 from avahazard.cli.output import ask, emit, errors, show, table
-from avahazard.report.language import TERMINAL
 from avahazard.report.model_tables import fits_table
 from avahazard.report.tables import alpha_beta_table, cell, paths_table, thinned
 from avahazard.results.base import Rows
@@ -103,7 +102,7 @@ def _guessed(console: Console, found: GuessedColumns) -> None:
 
 def _paths(console: Console, found: Rows[PathSummary]) -> None:
     if found:
-        show(console, paths_table(found, TERMINAL))
+        show(console, paths_table(found))
     else:
         console.print("There are no paths yet: import some.")
 
@@ -124,7 +123,7 @@ def _path(console: Console, found: PathCheck) -> None:
     how = (
         f"Legendre polynomial of degree {fit.degree}"
         if fit.method == "legendre"
-        else f"smoothing spline ({cell(fit.smoothing, TERMINAL)})"
+        else f"smoothing spline ({cell(fit.smoothing)})"
     )
     rows = (
         ("points", found.n_points),
@@ -312,7 +311,7 @@ def _by_event(console: Console, found: Frictions) -> None:
     console.print(table(_friction_title(found), ("event", ">μ", ">sd", "status"), rows))
     for density in found.density[:1]:
         peak = density.mu[density.pdf.index(max(density.pdf))]
-        console.print(f"Density: κ = {cell(density.kappa, TERMINAL)}, highest at μ = {peak:.3f}.")
+        console.print(f"Density: κ = {cell(density.kappa)}, highest at μ = {peak:.3f}.")
     _perturbation(console, found.perturbation)
 
 
@@ -346,7 +345,7 @@ def _perturbation(console: Console, check: PerturbationCheck) -> None:
         console.print(table("", columns, rows))
 
 
-@answers("friction.fit_laws", lambda console, found: show(console, fits_table(found, TERMINAL)))
+@answers("friction.fit_laws", lambda console, found: show(console, fits_table(found)))
 def fit(
     path_id: Annotated[
         str | None,
@@ -366,8 +365,7 @@ def fit(
 
 
 @answers(
-    "alpha_beta.alpha_beta_paths",
-    lambda console, found: show(console, alpha_beta_table(found, TERMINAL)),
+    "alpha_beta.alpha_beta_paths", lambda console, found: show(console, alpha_beta_table(found))
 )
 def alpha_beta(
     path_id: Annotated[

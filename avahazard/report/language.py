@@ -1,8 +1,14 @@
-"""The languages of the report: sentences from gettext catalogues, numbers and dates by Babel."""
+"""The languages of the report: sentences from gettext catalogues, numbers and dates by Babel.
+
+Words are made in the language that is spoken: English, unless within `speaking`.
+"""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from datetime import date
 from functools import cache
@@ -76,6 +82,32 @@ class Language(Writer):
 
 ENGLISH = Language("en", ".", NARROW, NullTranslations())
 TERMINAL = Language("en", ".", "", NullTranslations(), plain=True)
+SPOKEN: ContextVar[Language] = ContextVar("language", default=ENGLISH)
+
+
+def spoken() -> Language:
+    """The language that is spoken."""
+    return SPOKEN.get()
+
+
+@contextmanager
+def speaking(language: Language) -> Iterator[None]:
+    """Let a language be spoken."""
+    before = SPOKEN.set(language)
+    try:
+        yield
+    finally:
+        SPOKEN.reset(before)
+
+
+def say(message: str, /, **values: object) -> str:
+    """A sentence in the language that is spoken, with its places filled."""
+    return spoken().say(message, **values)
+
+
+def plural(one: str, many: str, n: int, /, **values: object) -> str:
+    """The same with a number `{n}` of things."""
+    return spoken().plural(one, many, n, **values)
 
 
 @cache

@@ -8,7 +8,7 @@ from typing import Any
 
 from avahazard.criticism.screening.screen import LEVEL
 from avahazard.inference.model.laws import LAWS
-from avahazard.report.language import ENGLISH, Language
+from avahazard.report.language import say, spoken
 from avahazard.report.tables import NO_NAMES, Column, Names, Table, made
 from avahazard.report.words import (
     SIGNIFICANT,
@@ -41,14 +41,11 @@ from avahazard.results.friction import Fits
 OFFSET = "path:"
 
 
-def parameters_table(
-    model: Calibration, language: Language = ENGLISH, *, offsets: bool = True
-) -> Table:
+def parameters_table(model: Calibration, *, offsets: bool = True) -> Table:
     """The posterior of the parameters; `offsets`: with those of the paths."""
-    say = language.say
 
     def of(key: str) -> Column:
-        return "", lambda p: as_sure_as(p[1].sd, getattr(p[1], key), language)
+        return "", lambda p: as_sure_as(p[1].sd, getattr(p[1], key))
 
     columns = (
         (say("parameter"), lambda p: p[0]),
@@ -57,48 +54,44 @@ def parameters_table(
         (">5 %", of("q05")[1]),
         (">95 %", of("q95")[1]),
         (">" + say("mode"), of("mode")[1]),
-        (say("unit"), lambda p: unit_words(p[1].unit, language) or None),
+        (say("unit"), lambda p: unit_words(p[1].unit) or None),
     )
     rows = [p for p in model.parameters.items() if offsets or not p[0].startswith(OFFSET)]
-    return made("parameters", say("Parameters"), columns, rows, language)
+    return made("parameters", say("Parameters"), columns, rows)
 
 
-def kinds_table(model: Calibration, language: Language = ENGLISH) -> Table | None:
+def kinds_table(model: Calibration) -> Table | None:
     """Each event's probability to be of the second kind, folded; None where there is one kind."""
-    say = language.say
     if model.kinds is None:
         return None
     rows = sorted(model.kinds.probability.items(), key=lambda row: -row[1])
     columns: tuple[Column, ...] = (
         (say("event"), lambda r: r[0]),
-        (">" + say("probability"), lambda r: share(r[1], language)),
+        (">" + say("probability"), lambda r: share(r[1])),
     )
-    folded, title = events(len(rows), language), say("Probability of the second kind")
-    return made("kinds", title, columns, rows, language, shown=0, folded=folded)
+    folded, title = events(len(rows)), say("Probability of the second kind")
+    return made("kinds", title, columns, rows, shown=0, folded=folded)
 
 
 def scores_table(
-    coordinate: str,
-    parts: Sequence[tuple[str, Scores | HeldOutScores | PredictionScores]],
-    language: Language = ENGLISH,
+    coordinate: str, parts: Sequence[tuple[str, Scores | HeldOutScores | PredictionScores]]
 ) -> Table:
     """Scores of runouts in each coordinate, and of speeds if any; `parts` are on what they are.
 
     `coordinate` is that of the records.
     """
-    say = language.say
     rows: list[tuple[str, str, str, str | None, Any]] = []
     for name, scores in parts:
         unit = unit_of(coordinate)
-        of = coordinate_words(coordinate, language)
+        of = coordinate_words(coordinate)
         rows.append((name, f"{of}, {unit}" if unit == "m" else of, "m", coordinate, scores.runout))
         if coordinate != "x" and scores.runout_x is not None:
-            rows.append((name, f"{coordinate_words('x', language)}, m", "m", "x", scores.runout_x))
+            rows.append((name, f"{coordinate_words('x')}, m", "m", "x", scores.runout_x))
         if scores.speed is not None:
             rows.append((name, say("speed") + ", m/s", "m_s", None, scores.speed))
 
     def of_error(key: str) -> Column:
-        return "", lambda r: language.number(bare(getattr(r[4], f"{key}_{r[2]}") + 0.0, r[3]))
+        return "", lambda r: spoken().number(bare(getattr(r[4], f"{key}_{r[2]}") + 0.0, r[3]))
 
     columns = (
         (say("records"), lambda r: r[0]),
@@ -107,8 +100,8 @@ def scores_table(
         (">CRPS", of_error("crps")[1]),
         (">RMSE", of_error("rmse")[1]),
         (">" + say("bias"), of_error("bias")[1]),
-        (">" + say("in 50 %"), lambda r: share(r[4].coverage_50, language)),
-        (">" + say("in 90 %"), lambda r: share(r[4].coverage_90, language)),
+        (">" + say("in 50 %"), lambda r: share(r[4].coverage_50)),
+        (">" + say("in 90 %"), lambda r: share(r[4].coverage_90)),
     )
     legend = [
         say(
@@ -120,12 +113,12 @@ def scores_table(
             "lie in the intervals that should hold 50 and 90 %."
         ),
     ]
-    return made("scores", say("Scores against the records"), columns, rows, language, legend)
+    return made("scores", say("Scores against the records"), columns, rows, legend)
 
 
-def compared_parts(found: Comparison, language: Language) -> list[tuple[str, Any]]:
+def compared_parts(found: Comparison) -> list[tuple[str, Any]]:
     """The parts of the table of scores of a comparison: held-out, then in-sample."""
-    return [(language.say("held-out"), found.held_out), (language.say("in-sample"), found.scores)]
+    return [(say("held-out"), found.held_out), (say("in-sample"), found.scores)]
 
 
 def failing(comparison: Comparison) -> list[Failure]:
@@ -133,23 +126,21 @@ def failing(comparison: Comparison) -> list[Failure]:
     return [row for row in comparison.where_it_fails if row.p_value < SIGNIFICANT]
 
 
-def failures_table(
-    comparison: Comparison, language: Language = ENGLISH, names: Names = NO_NAMES
-) -> Table:
+def failures_table(comparison: Comparison, names: Names = NO_NAMES) -> Table:
     """Where the model fails, the least likely by chance first; what may be chance is folded."""
-    say, coordinate = language.say, comparison.coordinate
+    coordinate = comparison.coordinate
     rows = sorted(comparison.where_it_fails, key=lambda row: row.p_value >= SIGNIFICANT)
 
     def bias(row: Failure) -> str:
         sign = "+" if row.bias_m > 0 else ""
-        return sign + language.number(bare(row.bias_m, coordinate, 0))
+        return sign + spoken().number(bare(row.bias_m, coordinate, 0))
 
     columns: tuple[Column, ...] = (
-        (say("by"), lambda r: axis_words(r.axis, language)),
-        (say("level"), lambda r: names.get(r.level) or level_words(r.level, language)),
+        (say("by"), lambda r: axis_words(r.axis)),
+        (say("level"), lambda r: names.get(r.level) or level_words(r.level)),
         (">" + say("events"), attrgetter("n")),
         (">" + say("bias, {unit}", unit=unit_of(coordinate)), bias),
-        (">p", lambda r: chance(r.p_value, language=language)),
+        (">p", lambda r: chance(r.p_value)),
     )
     legend = [
         say(
@@ -160,50 +151,47 @@ def failures_table(
     n = len(failing(comparison))
     folded = say("{n} that may be chance", n=len(rows) - n)
     title = say("Where it fails")
-    return made("failures", title, columns, rows, language, legend, shown=n, folded=folded)
+    return made("failures", title, columns, rows, legend, shown=n, folded=folded)
 
 
-def misfit_table(comparison: Comparison, language: Language = ENGLISH) -> Table | None:
+def misfit_table(comparison: Comparison) -> Table | None:
     """Misfit of speeds, friction fitted to each stop; None without measured speeds."""
-    say = language.say
     columns: tuple[Column, ...] = (
-        (say("by"), lambda r: axis_words(r.axis, language)),
-        (say("level"), lambda r: level_words(r.level, language)),
+        (say("by"), lambda r: axis_words(r.axis)),
+        (say("level"), lambda r: level_words(r.level)),
         (">n", attrgetter("n")),
-        (">" + say("bias, {unit}", unit="m/s"), lambda r: language.number(f"{r.bias_m_s:+.1f}")),
-        (">RMSE, m/s", lambda r: language.number(f"{r.rmse_m_s:.1f}")),
-        (">p", lambda r: None if r.p_value is None else chance(r.p_value, language=language)),
+        (">" + say("bias, {unit}", unit="m/s"), lambda r: spoken().number(f"{r.bias_m_s:+.1f}")),
+        (">RMSE, m/s", lambda r: spoken().number(f"{r.rmse_m_s:.1f}")),
+        (">p", lambda r: None if r.p_value is None else chance(r.p_value)),
     )
     title = say("Speeds, with friction fitted to each stop")
     rows = comparison.speed_misfit
-    return made("misfit", title, columns, rows, language) if rows else None
+    return made("misfit", title, columns, rows) if rows else None
 
 
-def budget_table(found: Comparison, language: Language = ENGLISH) -> Table | None:
+def budget_table(found: Comparison) -> Table | None:
     """The error budget: root mean squares, and shares of the squared error; None without one."""
-    say = language.say
     whole = sum(part.rms_m**2 for part in found.budget) or 1.0
     columns = (
-        (say("source of error"), lambda p: part_words(p.source, language)),
+        (say("source of error"), lambda p: part_words(p.source)),
         (f">rms, {unit_of(found.coordinate)}",
-         lambda p: language.number(bare(p.rms_m, found.coordinate))),
-        (">" + say("share of squares"), lambda p: share(p.rms_m**2 / whole, language)),
+         lambda p: spoken().number(bare(p.rms_m, found.coordinate))),
+        (">" + say("share of squares"), lambda p: share(p.rms_m**2 / whole)),
     )  # fmt: skip
     legend = some(
         found.profile_m is not None
         and say(
             "Errors of the profiles' points move the predicted stops by {size} (rms): a part "
             "of the scatter and of what is unexplained, not one beside them.",
-            size=amount(found.profile_m, found.coordinate, language=language),
+            size=amount(found.profile_m, found.coordinate),
         )
     )
     title = say("Where the error comes from")
-    return made("budget", title, columns, found.budget, language, legend) if found.budget else None
+    return made("budget", title, columns, found.budget, legend) if found.budget else None
 
 
-def ladder_table(rows: Sequence[Rung], language: Language = ENGLISH) -> Table:
+def ladder_table(rows: Sequence[Rung]) -> Table:
     """Every model and its error, oldest first."""
-    say = language.say
     known = {row.coordinate for row in rows if row.coordinate is not None}
     coordinate = known.pop() if len(known) == 1 else None
     unit = unit_of(coordinate)
@@ -212,22 +200,22 @@ def ladder_table(rows: Sequence[Rung], language: Language = ENGLISH) -> Table:
         def text(row: Rung) -> str | None:
             value = getattr(row, key)
             shown = bare(value, of or row.coordinate) if value is not None else None
-            return None if shown is None else language.number(shown)
+            return None if shown is None else spoken().number(shown)
 
         return text
 
     columns: tuple[Column, ...] = (
         (say("model"), attrgetter("model")),
         (say("from"), attrgetter("parent")),
-        (say("added"), lambda r: ", ".join(language.effect(key) for key in r.added) or None),
+        (say("added"), lambda r: ", ".join(spoken().effect(key) for key in r.added) or None),
         (">" + say("held-out CRPS, {unit}", unit=unit), error("held_out_crps_m")),
         (">" + say("of x, m"), error("held_out_crps_x_m", "x")),
         (">" + say("in-sample CRPS, {unit}", unit=unit), error("crps_m")),
-        (">elpd", lambda r: None if r.elpd_loo is None else language.number(f"{r.elpd_loo:.0f}")),
+        (">elpd", lambda r: None if r.elpd_loo is None else spoken().number(f"{r.elpd_loo:.0f}")),
         (">" + say("in 90 %"), lambda r: None if r.coverage_90 is None
-            else share(r.coverage_90, language)),
+            else share(r.coverage_90)),
         (">" + say("speed RMSE"), lambda r: None if r.speed_rmse_m_s is None
-            else language.number(f"{r.speed_rmse_m_s:.1f} m/s")),
+            else spoken().number(f"{r.speed_rmse_m_s:.1f} m/s")),
     )  # fmt: skip
     legend = [
         say(
@@ -240,7 +228,7 @@ def ladder_table(rows: Sequence[Rung], language: Language = ENGLISH) -> Table:
     floors = [row.noise_floor_crps_m for row in rows if row.noise_floor_crps_m]
     if floors:
         # What the error of a volume does to a stop is the model's own; gibbs knows none.
-        low, high = (amount(f, coordinate, 1, language) for f in (min(floors), max(floors)))
+        low, high = (amount(f, coordinate, 1) for f in (min(floors), max(floors)))
         legend.append(
             say(
                 "Measurement-error floor (CRPS; errors of runout, volume and release): {floor}.",
@@ -248,26 +236,26 @@ def ladder_table(rows: Sequence[Rung], language: Language = ENGLISH) -> Table:
             )
         )
     title = say("Every model and its error, oldest first")
-    return made("models", title, columns, rows, language, legend)
+    return made("models", title, columns, rows, legend)
 
 
-def candidates_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Table:
+def candidates_table(diagnosis: Diagnosis) -> Table:
     """Candidate effects, best first; those that chance may have made are folded."""
-    say, floor = language.say, 1.0 / (diagnosis.n_worlds + 1)
+    floor = 1.0 / (diagnosis.n_worlds + 1)
     named, coordinate = set(diagnosis.missing), diagnosis.coordinate
     unit = unit_of(coordinate)
 
     def error(key: str) -> Any:
-        return lambda c: None if getattr(c, key) is None else language.number(bare(getattr(c, key), coordinate))  # fmt: skip # noqa: E501
+        return lambda c: None if getattr(c, key) is None else spoken().number(bare(getattr(c, key), coordinate))  # fmt: skip # noqa: E501
 
     columns = (
-        (say("effect"), lambda c: language.effect(c.effect)),
-        (">" + say("gain, nats"), lambda c: language.number(f"{c.screened_gain:.1f}")),
-        (">p", lambda c: chance(c.p_value, floor, language)),
+        (say("effect"), lambda c: spoken().effect(c.effect)),
+        (">" + say("gain, nats"), lambda c: spoken().number(f"{c.screened_gain:.1f}")),
+        (">p", lambda c: chance(c.p_value, floor)),
         (">" + say("in-sample CRPS, {unit}", unit=unit), error("error_before_m")),
         (">" + say("with the effect"), error("error_after_m")),
         (say("confounded with"),
-         lambda c: ", ".join(language.effect(key) for key in c.confounded_with) or None),
+         lambda c: ", ".join(spoken().effect(key) for key in c.confounded_with) or None),
     )  # fmt: skip
     legend = [
         say(
@@ -283,7 +271,6 @@ def candidates_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Tabl
         say("Candidate effects"),
         columns,
         diagnosis.candidates,
-        language,
         legend,
         cards=True,
         shown=shown,
@@ -294,13 +281,13 @@ def candidates_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Tabl
 SHAPE_ROWS = 5
 
 
-def shape_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Table | None:
+def shape_table(diagnosis: Diagnosis) -> Table | None:
     """The curve of the leading smooth, at a few places; None where there is none."""
     named = (c for c in diagnosis.candidates if c.shape and c.effect in diagnosis.missing)
     found = next(named, None)
     if found is None or found.shape is None:
         return None
-    say, shape = language.say, found.shape
+    shape = found.shape
     places = [k * (len(shape.x) - 1) // (SHAPE_ROWS - 1) for k in range(SHAPE_ROWS)]
     said = {
         "friction": say("friction that is added"),
@@ -308,35 +295,34 @@ def shape_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Table | N
     }
 
     def of(values: Sequence[float]) -> Any:
-        return lambda k: language.number(f"{values[k]:+.3f}")
+        return lambda k: spoken().number(f"{values[k]:+.3f}")
 
     columns: tuple[Column, ...] = (
         (">" + ", ".join(filter(None, [shape.of, shape.unit])),
-         lambda k: language.number(f"{shape.x[k]:.4g}")),
+         lambda k: spoken().number(f"{shape.x[k]:.4g}")),
         (">5 %", of(shape.q05)),
         (">" + say("median"), of(shape.q50)),
         (">95 %", of(shape.q95)),
     )  # fmt: skip
     value = said.get(shape.value, say("force per mass, m/s²"))
-    title = say("Shape of {effect}: {value}", effect=language.effect(found.effect), value=value)
-    return made("shape", title, columns, places, language)
+    title = say("Shape of {effect}: {value}", effect=spoken().effect(found.effect), value=value)
+    return made("shape", title, columns, places)
 
 
-def laws_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Table | None:
+def laws_table(diagnosis: Diagnosis) -> Table | None:
     """The laws that the leading smooth may be; None where there is none."""
     found = diagnosis.lawful
     if found is None or not found.laws:
         return None
-    say = language.say
 
     def values(law: FittedLaw) -> str:
         said = (
             say(
                 "{name} {median} ({low} to {high})",
                 name=name,
-                median=language.number(f"{p.q50:.3g}"),
-                low=language.number(f"{p.q05:.3g}"),
-                high=language.number(f"{p.q95:.3g}"),
+                median=spoken().number(f"{p.q50:.3g}"),
+                low=spoken().number(f"{p.q05:.3g}"),
+                high=spoken().number(f"{p.q95:.3g}"),
             )
             for name, p in law.parameters.items()
         )
@@ -344,7 +330,7 @@ def laws_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Table | No
 
     columns: tuple[Column, ...] = (
         (say("law"), lambda law: law.form),
-        (">" + say("evidence, nats"), lambda law: language.number(f"{law.evidence:.1f}")),
+        (">" + say("evidence, nats"), lambda law: spoken().number(f"{law.evidence:.1f}")),
         (say("parameters: median (90 % credible interval)"), values),
     )
     formulas = "; ".join(f"{law.form}: {law.formula}" for law in found.laws)
@@ -356,23 +342,22 @@ def laws_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Table | No
             formulas=formulas,
         )
     ]
-    title = say("Laws of {effect}", effect=language.effect(found.effect))
-    return made("laws", title, columns, found.laws, language, legend)
+    title = say("Laws of {effect}", effect=spoken().effect(found.effect))
+    return made("laws", title, columns, found.laws, legend)
 
 
-def measure_table(diagnosis: Diagnosis, language: Language = ENGLISH) -> Table | None:
+def measure_table(diagnosis: Diagnosis) -> Table | None:
     """What to measure next; None where nothing is proposed."""
-    say = language.say
     columns: tuple[Column, ...] = (
-        (say("measurement"), lambda m: language.note(m.measurement)),
-        (">" + say("expected gain, nats"), lambda m: language.number(f"{m.expected_gain:.1f}")),
+        (say("measurement"), lambda m: spoken().note(m.measurement)),
+        (">" + say("expected gain, nats"), lambda m: spoken().number(f"{m.expected_gain:.1f}")),
     )
     title = say("What to measure next")
     rows = diagnosis.measure_next
-    return made("measure", title, columns, rows, language) if rows else None
+    return made("measure", title, columns, rows) if rows else None
 
 
-def fits_table(fits: Fits, language: Language = ENGLISH) -> Table:
+def fits_table(fits: Fits) -> Table:
     """Laws by least squares."""
     rows = [(fit, *entry) for fit in fits.rows for entry in fit.parameters.items()]
     columns: tuple[Column, ...] = (
@@ -385,16 +370,16 @@ def fits_table(fits: Fits, language: Language = ENGLISH) -> Table:
         (">AIC", lambda r: f"{r[0].aic:.1f}"),
     )
     title = "Least squares of apparent friction"
-    return made("fits", title, columns, rows, language)
+    return made("fits", title, columns, rows)
 
 
-def predicted_table(rows: Sequence[PredictedEvent], language: Language = ENGLISH) -> Table:
+def predicted_table(rows: Sequence[PredictedEvent]) -> Table:
     """Predicted stops of events; the title has what is predicted where it is the same of all."""
     units = {r.coordinate: "H/L" if r.coordinate == RATIO
-        else coordinate_words(r.coordinate, language) + ", m" for r in rows}  # fmt: skip
+        else coordinate_words(r.coordinate) + ", m" for r in rows}  # fmt: skip
 
     def of(key: str) -> Any:
-        return lambda r: language.number(bare(getattr(r, key), r.coordinate, 0))
+        return lambda r: spoken().number(bare(getattr(r, key), r.coordinate, 0))
 
     columns: tuple[Column, ...] = (
         ("event", attrgetter("event_id")),
@@ -405,8 +390,8 @@ def predicted_table(rows: Sequence[PredictedEvent], language: Language = ENGLISH
         (">5 %", of("q05_m")),
         (">median", of("q50_m")),
         (">95 %", of("q95_m")),
-        (">beyond", lambda r: share(r.p_left_profile, language)
+        (">beyond", lambda r: share(r.p_left_profile)
             if r.p_left_profile else None),
     )  # fmt: skip
     title = ", ".join(("Predicted stops", *(units.values() if len(units) == 1 else ())))
-    return made("predicted", title, columns, rows, language)
+    return made("predicted", title, columns, rows)

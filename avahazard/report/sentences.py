@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.laws import law
-from avahazard.report.language import ENGLISH, Language
+from avahazard.report.language import plural, say, spoken
 from avahazard.report.model_tables import failing
 from avahazard.report.words import (
     amount,
@@ -26,13 +26,9 @@ from avahazard.results.comparison import BeforeAndAfter, Comparison, ErrorFall, 
 from avahazard.results.diagnosis import Diagnosis
 
 
-def model_words(model: Calibration, n_paths: int, language: Language = ENGLISH) -> list[str]:
+def model_words(model: Calibration, n_paths: int) -> list[str]:
     """What the model is, in two or three sentences."""
-    say = language.say
-    values = {
-        "events": events(model.n_events, language),
-        "method": say(METHODS[model.method].words),
-    }
+    values = {"events": events(model.n_events), "method": say(METHODS[model.method].words)}
     families = {
         "lognormal": say("lognormal"),
         "normal": say("normal"),
@@ -49,7 +45,7 @@ def model_words(model: Calibration, n_paths: int, language: Language = ENGLISH) 
         )
     else:
         scatter = say("Friction scatters between avalanches ({family}).", family=family)
-    named = language.listed([language.effect(key) for key in model.effects])
+    named = spoken().listed([spoken().effect(key) for key in model.effects])
     return some(
         say(
             "The avalanche is a block that slides down the path; its friction μ {law}.",
@@ -57,53 +53,51 @@ def model_words(model: Calibration, n_paths: int, language: Language = ENGLISH) 
         ),
         say(
             "The model was calibrated on {events} on {paths}, by {method}.",
-            paths=paths(n_paths, language),
+            paths=paths(n_paths),
             **values,
         )
         if n_paths
         else say("The model was calibrated on {events}, without profiles, by {method}.", **values),
         scatter,
         named and say("Further effects in it: {effects}.", effects=named),
-        *([] if model.kinds is None else kinds_words(model.kinds, language)),
+        *([] if model.kinds is None else kinds_words(model.kinds)),
         not model.centrifugal and say("The load of the path's curvature on the bed is left out."),
         model.parent and say("It was made from the model “{model}”.", model=model.parent),
     )
 
 
-def kinds_words(kinds: Kinds, language: Language = ENGLISH) -> list[str]:
+def kinds_words(kinds: Kinds) -> list[str]:
     """How many avalanches are of a second kind, how it differs, and what goes with it."""
-    say = language.say
     words = [
         say(
             "{share} of the avalanches are of a second kind that no column records: their friction "
             "is {factor} times that of the others. {n} of {events} are more likely of it than not.",
-            share=share(kinds.share, language),
-            factor=language.number(f"{math.exp(kinds.shift):.2f}"),
+            share=share(kinds.share),
+            factor=spoken().number(f"{math.exp(kinds.shift):.2f}"),
             n=sum(p > 0.5 for p in kinds.probability.values()),
-            events=events(len(kinds.probability), language),
+            events=events(len(kinds.probability)),
         )
     ]
     if kinds.in_common:
         columns = [
-            f"{axis_words(row.column, language)}"
-            f"{f' = {level_words(row.level, language)}' if row.level else ''} "
-            f"({language.number(f'{row.correlation:+.2f}')})"
+            f"{axis_words(row.column)}"
+            f"{f' = {level_words(row.level)}' if row.level else ''} "
+            f"({spoken().number(f'{row.correlation:+.2f}')})"
             for row in kinds.in_common
         ]
-        found = language.listed(columns)
+        found = spoken().listed(columns)
         words.append(say("Columns that go with it (rank correlation): {columns}.", columns=found))
     return words
 
 
-def why_words(name: str, ladder: list[Rung], language: Language = ENGLISH) -> list[str]:
+def why_words(name: str, ladder: list[Rung]) -> list[str]:
     """Why this model and not another of the ladder: its held-out error."""
-    say = language.say
     known = {row.model: row.held_out_crps_m for row in ladder if row.held_out_crps_m is not None}
     if len(known) < 2 or name not in known:
         return []
     best = min(known, key=lambda key: known[key])
     coordinate = next(row.coordinate for row in ladder if row.model == name)
-    own, least = (amount(known[key], coordinate, language=language) for key in (name, best))
+    own, least = (amount(known[key], coordinate) for key in (name, best))
     if best == name:
         return [say("It has the lowest held-out CRPS of {n} models.", n=len(known))]
     return [
@@ -117,23 +111,23 @@ def why_words(name: str, ladder: list[Rung], language: Language = ENGLISH) -> li
     ]
 
 
-def held_out_words(by: str, language: Language = ENGLISH) -> str:
+def held_out_words(by: str) -> str:
     """What was held out."""
-    return language.say("held-out paths") if by == "path" else language.say("held-out events")
+    return say("held-out paths") if by == "path" else say("held-out events")
 
 
-def error_words(found: Comparison, language: Language = ENGLISH) -> list[str]:
+def error_words(found: Comparison) -> list[str]:
     """The held-out error of a model, beside what errors of the records alone account for."""
-    say, coordinate, held = language.say, found.coordinate, found.held_out
+    coordinate, held = found.coordinate, found.held_out
     values = {
-        "by": held_out_words(held.by, language),
-        "crps": amount(held.runout.crps_m, coordinate, 1, language),
-        "coordinate": coordinate_words(coordinate, language),
+        "by": held_out_words(held.by),
+        "crps": amount(held.runout.crps_m, coordinate, 1),
+        "coordinate": coordinate_words(coordinate),
     }
     if held.runout_x is not None and coordinate != "x":
         words = say(
             "Held-out CRPS ({by}): {crps} of {coordinate}, {along} of distance along the path.",
-            along=amount(held.runout_x.crps_m, "x", 1, language),
+            along=amount(held.runout_x.crps_m, "x", 1),
             **values,
         )
     else:
@@ -144,19 +138,19 @@ def error_words(found: Comparison, language: Language = ENGLISH) -> list[str]:
             "Root mean square error, held-out: {rmse}; measurement-error floor (errors of recorded "
             "runout, volume and release): {floor}. Natural variability comes on top for every "
             "model.",
-            rmse=amount(held.runout.rmse_m, coordinate, 0, language),
-            floor=amount(held.runout.noise_floor_m, coordinate, 0, language),
+            rmse=amount(held.runout.rmse_m, coordinate, 0),
+            floor=amount(held.runout.noise_floor_m, coordinate, 0),
         ),
         say(
             "{share} of the held-out records lie in the interval that should hold 90 %.",
-            share=share(held.runout.coverage_90, language),
+            share=share(held.runout.coverage_90),
         ),
     ]
     if held.speed is not None:
         sentences.append(
             say(
                 "Root mean square error of speeds, held-out: {error} m/s.",
-                error=language.number(f"{held.speed.rmse_m_s:.1f}"),
+                error=spoken().number(f"{held.speed.rmse_m_s:.1f}"),
             )
         )
     return sentences
@@ -165,40 +159,29 @@ def error_words(found: Comparison, language: Language = ENGLISH) -> list[str]:
 MOST_LEVELS = 3
 
 
-def failure_words(found: Comparison, language: Language = ENGLISH) -> str:
+def failure_words(found: Comparison) -> str:
     """Where the model fails beyond chance, the worst levels first."""
-    say, rows = language.say, failing(found)
+    rows = failing(found)
     if not rows:
         return say("It fails nowhere beyond chance (corrected p over 0.05 on every axis).")
     named = [
-        language.plural(
+        plural(
             "{axis} “{level}” ({n} event, {bias})",
             "{axis} “{level}” ({n} events, {bias})",
             row.n,
-            axis=axis_words(row.axis, language),
-            level=level_words(row.level, language),
-            bias=("" if row.bias_m < 0.0 else "+")
-            + amount(row.bias_m, found.coordinate, 0, language),
+            axis=axis_words(row.axis),
+            level=level_words(row.level),
+            bias=("" if row.bias_m < 0.0 else "+") + amount(row.bias_m, found.coordinate, 0),
         )
         for row in rows
     ]
-    few = language.few(named, MOST_LEVELS)
+    few = spoken().few(named, MOST_LEVELS)
     return say("It fails beyond chance by {levels}; predicted less recorded.", levels=few)
 
 
-def change_words(
-    before: float,
-    after: float,
-    coordinate: str,
-    fall: ErrorFall | None,
-    language: Language = ENGLISH,
-) -> str:
+def change_words(before: float, after: float, coordinate: str, fall: ErrorFall | None) -> str:
     """How a held-out error changes from a parent to its child."""
-    say = language.say
-    values = {
-        "before": amount(before, coordinate, 1, language),
-        "after": amount(after, coordinate, 1, language),
-    }
+    values = {"before": amount(before, coordinate, 1), "after": amount(after, coordinate, 1)}
     if after > before:
         return say(
             "The held-out CRPS rises from {before} to {after}: do not keep the child.", **values
@@ -206,8 +189,8 @@ def change_words(
     if fall is None:
         return say("The held-out CRPS falls from {before} to {after}.", **values)
     values |= {
-        "low": language.number(bare(fall.q05_m, coordinate)),
-        "high": amount(fall.q95_m, coordinate, 1, language),
+        "low": spoken().number(bare(fall.q05_m, coordinate)),
+        "high": amount(fall.q95_m, coordinate, 1),
     }
     if fall.q05_m > 0.0:
         return say(
@@ -221,58 +204,55 @@ def change_words(
     )
 
 
-def before_and_after_words(found: BeforeAndAfter, language: Language = ENGLISH) -> str:
+def before_and_after_words(found: BeforeAndAfter) -> str:
     """The error of a child beside its parent's, and the floor of both."""
-    say, coordinate, after = language.say, found.coordinate, found.after.held_out_crps_m
+    coordinate, after = found.coordinate, found.after.held_out_crps_m
     floor = say(
         "Measurement-error floor (CRPS; errors of runout, volume and release): {floor}.",
-        floor=amount(found.noise_floor_crps_m, coordinate, 1, language),
+        floor=amount(found.noise_floor_crps_m, coordinate, 1),
     )
     if found.before is None:
-        by = held_out_words(found.held_out_by, language)
-        error = amount(after, coordinate, 1, language)
-        of = coordinate_words(coordinate, language)
+        by = held_out_words(found.held_out_by)
+        error = amount(after, coordinate, 1)
+        of = coordinate_words(coordinate)
         words = say(
             "Held-out CRPS ({by}): {crps} of {coordinate}.", by=by, crps=error, coordinate=of
         )
     else:
         before = found.before.held_out_crps_m
-        words = change_words(before, after, coordinate, found.fall, language)
+        words = change_words(before, after, coordinate, found.fall)
     return f"{words} {floor}"
 
 
-def verdict_words(
-    diagnosis: Diagnosis, who: str | None = None, language: Language = ENGLISH
-) -> str:
+def verdict_words(diagnosis: Diagnosis, who: str | None = None) -> str:
     """What a diagnosis says of the model, and where the records have what is missing."""
-    whose = language.say("The model") if who is None else who
-    where = [language.note(note) for note in diagnosis.where]
+    whose = say("The model") if who is None else who
+    where = [spoken().note(note) for note in diagnosis.where]
     kinds = [
         words
         for c in diagnosis.candidates
         if c.kinds is not None and c.effect in diagnosis.missing
-        for words in kinds_words(c.kinds, language)
+        for words in kinds_words(c.kinds)
     ]
-    verdict = _verdict(diagnosis, whose, language)
-    return " ".join([verdict, *_together(diagnosis, language), *kinds, *where])
+    verdict = _verdict(diagnosis, whose)
+    return " ".join([verdict, *_together(diagnosis), *kinds, *where])
 
 
-def _together(diagnosis: Diagnosis, language: Language) -> Iterator[str]:
+def _together(diagnosis: Diagnosis) -> Iterator[str]:
     """What is needed together, the largest set that was found."""
     for last in diagnosis.pairs[-1:]:
-        yield language.say(
+        yield say(
             "Needed together: {effects}. All of them gain {nats:.1f} nats over the best of them "
             "alone (p {p}).",
-            effects=language.listed([language.effect(key) for key in last.effects]),
+            effects=spoken().listed([spoken().effect(key) for key in last.effects]),
             nats=last.gain_over_best_single,
-            p=chance(last.p_value, 1.0 / (diagnosis.n_worlds + 1), language),
+            p=chance(last.p_value, 1.0 / (diagnosis.n_worlds + 1)),
         )
 
 
-def _verdict(diagnosis: Diagnosis, who: str, language: Language) -> str:
-    say = language.say
-    values = {"who": who, "missing": ", ".join(language.effect(key) for key in diagnosis.missing)}
-    size = amount(diagnosis.detectable_m, diagnosis.coordinate, 0, language)
+def _verdict(diagnosis: Diagnosis, who: str) -> str:
+    values = {"who": who, "missing": ", ".join(spoken().effect(key) for key in diagnosis.missing)}
+    size = amount(diagnosis.detectable_m, diagnosis.coordinate, 0)
     if diagnosis.verdict == "missing-effect":
         return say("{who} lacks an effect: {missing}.", **values)
     if diagnosis.verdict == "ambiguous":

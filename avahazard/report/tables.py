@@ -9,7 +9,7 @@ from itertools import groupby
 from operator import itemgetter
 from typing import Any, TypeVar
 
-from avahazard.report.language import ENGLISH, Language
+from avahazard.report.language import say, spoken
 from avahazard.report.words import beyond, cubic, integer, number, place, share, some, span
 from avahazard.results.hazard import Design, HazardRow, PathVolumes, Quantiles, VolumeInterval
 from avahazard.results.terrain import PathSummary, TerrainRunout
@@ -54,7 +54,6 @@ def made(
     title: str,
     columns: Sequence[Column],
     rows: Iterable[Any],
-    language: Language = ENGLISH,
     legend: Sequence[str] = (),
     **more: Any,
 ) -> Table:
@@ -66,49 +65,47 @@ def made(
     values = [[show(row) for _, show in columns] for row in rows]
     empty = {k for k in range(1, len(columns)) if values and all(v[k] is None for v in values)}
     kept = [k for k in range(len(columns)) if k not in empty]
-    cells = [[cell(row[k], language) for k in kept] for row in values]
+    cells = [[cell(row[k]) for k in kept] for row in values]
     return Table(key, title, [columns[k][0] for k in kept], cells, legend, **more)
 
 
-def cell(value: object, language: Language = ENGLISH) -> str:
+def cell(value: object) -> str:
     """A value for people: four digits where they are enough, None as a dash."""
     if value is None:
         return "–"
     if isinstance(value, bool):
-        return language.say("yes") if value else language.say("no")
+        return say("yes") if value else say("no")
     if isinstance(value, float):
-        return number(value, language)
+        return number(value)
     return str(value)
 
 
-def _path(names: Names, language: Language, of: Callable[[Any], Any] = lambda r: r) -> Column:
-    return language.say("path"), lambda r: names.get(of(r).path_id, of(r).path_id)
+def _path(names: Names, of: Callable[[Any], Any] = lambda r: r) -> Column:
+    return say("path"), lambda r: names.get(of(r).path_id, of(r).path_id)
 
 
-def _years(language: Language, of: Callable[[Any], Any] = lambda r: r) -> Column:
-    return ">" + language.say("T, years"), lambda r: _period(of(r), language)
+def _years(of: Callable[[Any], Any] = lambda r: r) -> Column:
+    return ">" + say("T, years"), lambda r: _period(of(r))
 
 
-def _period(row: Any, language: Language) -> str | None:
+def _period(row: Any) -> str | None:
     """The return period of a row, marked where it is an extrapolation."""
     if row.return_period_years is None:
         return None
-    return language.number(f"{row.return_period_years:g}") + ("*" if row.extrapolated else "")
+    return spoken().number(f"{row.return_period_years:g}") + ("*" if row.extrapolated else "")
 
 
-def _far(language: Language) -> str:
-    return language.say(
-        "*: an extrapolation, past twice the observed years or the table of volumes."
-    )
+def _far() -> str:
+    return say("*: an extrapolation, past twice the observed years or the table of volumes.")
 
 
-def _intervals(rows: Iterable[Any], language: Language) -> Iterable[str]:
+def _intervals(rows: Iterable[Any]) -> Iterable[str]:
     """What the intervals of the rows hold, each once."""
-    return dict.fromkeys(language.note(row.interval) + "." for row in rows)
+    return dict.fromkeys(spoken().note(row.interval) + "." for row in rows)
 
 
-def _some(value: float, language: Language) -> str | None:
-    return share(value, language) if value else None
+def _some(value: float) -> str | None:
+    return share(value) if value else None
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +119,7 @@ class Answer:
     why: str = ""
 
 
-def answers(rows: HazardRows | Sequence[ZonedPath], language: Language) -> Iterator[Answer]:
+def answers(rows: HazardRows | Sequence[ZonedPath]) -> Iterator[Answer]:
     """The design runouts of `hazard` or of `zones`."""
     for row in rows:
         if isinstance(row, ZonedPath):
@@ -131,38 +128,31 @@ def answers(rows: HazardRows | Sequence[ZonedPath], language: Language) -> Itera
                 yield Answer(row.path_id, period, far, found.design)
         elif row.return_period_years is not None:
             held = row.p_not_released > 0.5
-            why = language.say("not released") if held else language.say("rate unknown")
+            why = say("not released") if held else say("rate unknown")
             far = bool(row.extrapolated)
             yield Answer(row.path_id, row.return_period_years, far, row.design, why)
 
 
-def farthest_words(
-    design: Design,
-    language: Language = ENGLISH,
-    written: Callable[[float | None, Language], str] = place,
-) -> str | None:
+def farthest_words(design: Design, written: Callable[[float | None], str] = place) -> str | None:
     """Where the farthest record stopped, as `written`, and its date."""
     found = design.farthest_record
     if found is None:
         return None
-    at, date = written(found.runout_x_m, language), found.date
+    at, date = written(found.runout_x_m), found.date
     if date is None:
         return at
-    return f"{at} ({date[:4] if language.plain else language.date(date)})"
+    return f"{at} ({date[:4] if spoken().plain else spoken().date(date)})"
 
 
-def past_words(design: Design, language: Language = ENGLISH) -> str | None:
+def past_words(design: Design) -> str | None:
     """How many of the records lie past the median."""
     n, total = design.records_beyond, design.n_records
-    return None if n is None or not total else language.say("{n} of {total}", n=n, total=total)
+    return None if n is None or not total else say("{n} of {total}", n=n, total=total)
 
 
-def design_table(
-    rows: HazardRows | Sequence[ZonedPath], language: Language = ENGLISH, names: Names = NO_NAMES
-) -> Table:
+def design_table(rows: HazardRows | Sequence[ZonedPath], names: Names = NO_NAMES) -> Table:
     """The answer for each return period, and what the records say of it."""
-    say = language.say
-    found = list(answers(rows, language))
+    found = list(answers(rows))
     designs = [answer.design for answer in found if answer.design is not None]
 
     def of(show: Callable[[Design], object]) -> Callable[[Answer], object]:
@@ -170,18 +160,18 @@ def design_table(
 
     def x(answer: Answer) -> str:
         design = answer.design
-        return answer.why if design is None else place(design.runout_x_m.q50, language)
+        return answer.why if design is None else place(design.runout_x_m.q50)
 
     columns = (
-        _path(names, language),
-        _years(language),
+        _path(names),
+        _years(),
         (">x, m", x),
-        (">5–95 %", of(lambda d: span(d.runout_x_m, language))),
-        (">z, m", of(lambda d: place(d.runout_elevation_m.q50, language))),
-        (">5–95 %", of(lambda d: span(d.runout_elevation_m, language))),
-        (">" + say("beyond"), of(lambda d: _some(d.p_beyond, language))),
-        (">" + say("records past it"), of(lambda d: past_words(d, language))),
-        (say("farthest record, m"), of(lambda d: farthest_words(d, language))),
+        (">5–95 %", of(lambda d: span(d.runout_x_m))),
+        (">z, m", of(lambda d: place(d.runout_elevation_m.q50))),
+        (">5–95 %", of(lambda d: span(d.runout_elevation_m))),
+        (">" + say("beyond"), of(lambda d: _some(d.p_beyond))),
+        (">" + say("records past it"), of(past_words)),
+        (say("farthest record, m"), of(farthest_words)),
     )
     legend = some(
         designs
@@ -190,59 +180,52 @@ def design_table(
             "and 90 % credible interval of the place that avalanches pass once in T years (in "
             "a year with chance 1/T)."
         ),
-        *_intervals(designs, language),
+        *_intervals(designs),
         any(design.p_beyond for design in designs)
         and say("beyond: probability that it lies past the end of the profile."),
-        any(answer.extrapolated for answer in found) and _far(language),
+        any(answer.extrapolated for answer in found) and _far(),
     )
     title = say("Design runout: exceeded once in T years by avalanches of all volumes")
-    return made("design", title, columns, found, language, legend, cards=True)
+    return made("design", title, columns, found, legend, cards=True)
 
 
-def models_table(rows: HazardRows, language: Language = ENGLISH, names: Names = NO_NAMES) -> Table:
+def models_table(rows: HazardRows, names: Names = NO_NAMES) -> Table:
     """What each of the averaged models says of a row."""
-    say = language.say
     each = [(row, one) for row in rows for one in row.by_model or ()]
     columns = (
-        _path(names, language, itemgetter(0)),
-        _years(language, itemgetter(0)),
-        (">V, m³", lambda r: cubic(r[0].volume_m3, language)),
+        _path(names, itemgetter(0)),
+        _years(itemgetter(0)),
+        (">V, m³", lambda r: cubic(r[0].volume_m3)),
         (say("model"), lambda r: r[1].model),
-        (">" + say("weight"), lambda r: language.number(f"{r[1].weight:.2f}")),
-        (">x, m", lambda r: place(r[1].runout_x_m.q50, language)),
-        (">5–95 %", lambda r: span(r[1].runout_x_m, language)),
+        (">" + say("weight"), lambda r: spoken().number(f"{r[1].weight:.2f}")),
+        (">x, m", lambda r: place(r[1].runout_x_m.q50)),
+        (">5–95 %", lambda r: span(r[1].runout_x_m)),
     )
     title = say("By model: what is averaged")
-    return made("models", title, columns, each, language, cards=True)
+    return made("models", title, columns, each, cards=True)
 
 
-def points_table(
-    rows: HazardRows, language: Language = ENGLISH, names: Names = NO_NAMES
-) -> Table | None:
+def points_table(rows: HazardRows, names: Names = NO_NAMES) -> Table | None:
     """The median design runouts on the map; None where no path has coordinates."""
-    say = language.say
     found = [row for row in rows if row.design is not None and row.design.point is not None]
 
     def at(row: Any, key: str) -> str:
         point = row.design.point
-        return language.number(f"{getattr(point, key):.{5 if abs(point.x) <= 180.0 else 0}f}")
+        return spoken().number(f"{getattr(point, key):.{5 if abs(point.x) <= 180.0 else 0}f}")
 
     columns = (
-        _path(names, language),
-        _years(language),
+        _path(names),
+        _years(),
         (">" + say("east"), lambda r: at(r, "x")),
         (">" + say("north"), lambda r: at(r, "y")),
         (say("coordinates"), lambda r: r.design.point.crs),
     )
     title = say("Median of the design runout on the map")
-    return made("points", title, columns, found, language) if found else None
+    return made("points", title, columns, found) if found else None
 
 
-def volume_runout_table(
-    rows: HazardRows, language: Language = ENGLISH, names: Names = NO_NAMES
-) -> Table:
+def volume_runout_table(rows: HazardRows, names: Names = NO_NAMES) -> Table:
     """Where avalanches of one volume stop: that of a return period, or a given one."""
-    say = language.say
 
     def of(
         show: Callable[[HazardRow], object], none: object = None
@@ -250,14 +233,14 @@ def volume_runout_table(
         return lambda r: none if r.p_not_released > 0.5 else show(r)
 
     columns = (
-        _path(names, language),
-        _years(language),
-        (">V, m³", lambda r: cubic(r.volume_m3, language)),
-        (">x, m", of(lambda r: place(r.runout_x_m.q50, language), say("not released"))),
-        (">5–95 %", of(lambda r: span(r.runout_x_m, language))),
-        (">z, m", of(lambda r: place(r.runout_elevation_m.q50, language))),
-        (">5–95 %", of(lambda r: span(r.runout_elevation_m, language))),
-        (">" + say("beyond"), lambda r: _some(r.p_left_profile, language)),
+        _path(names),
+        _years(),
+        (">V, m³", lambda r: cubic(r.volume_m3)),
+        (">x, m", of(lambda r: place(r.runout_x_m.q50), say("not released"))),
+        (">5–95 %", of(lambda r: span(r.runout_x_m))),
+        (">z, m", of(lambda r: place(r.runout_elevation_m.q50))),
+        (">5–95 %", of(lambda r: span(r.runout_elevation_m))),
+        (">" + say("beyond"), lambda r: _some(r.p_left_profile)),
     )
     legend = some(
         say("Median, and 5 to 95 % of the runouts of avalanches of the volume V."),
@@ -266,44 +249,38 @@ def volume_runout_table(
             "The median for the volume of T years is no design runout: it is passed more often "
             "than once in T years, as smaller avalanches with little friction come as far."
         ),
-        *_intervals(rows, language),
+        *_intervals(rows),
         any(row.p_left_profile for row in rows)
         and say("beyond: share of them that run past the end of the profile."),
-        any(row.extrapolated for row in rows) and _far(language),
+        any(row.extrapolated for row in rows) and _far(),
     )
     title = say("Runout of avalanches of one volume")
-    return made("volume", title, columns, rows, language, legend, cards=True)
+    return made("volume", title, columns, rows, legend, cards=True)
 
 
-def apart_table(
-    rows: HazardRows, language: Language = ENGLISH, names: Names = NO_NAMES
-) -> Table | None:
+def apart_table(rows: HazardRows, names: Names = NO_NAMES) -> Table | None:
     """Natural variability and the uncertainty of the parameters apart; None where not computed."""
-    say = language.say
     found = [row for row in rows if row.natural is not None and row.parameters is not None]
     columns: tuple[Column, ...] = (
-        _path(names, language),
-        _years(language),
-        (">V, m³", lambda r: cubic(r.volume_m3, language)),
-        (">" + say("x, natural variability"), lambda r: span(r.natural.runout_x_m, language)),
-        (">" + say("x, parameters"), lambda r: span(r.parameters.runout_x_m, language)),
+        _path(names),
+        _years(),
+        (">V, m³", lambda r: cubic(r.volume_m3)),
+        (">" + say("x, natural variability"), lambda r: span(r.natural.runout_x_m)),
+        (">" + say("x, parameters"), lambda r: span(r.parameters.runout_x_m)),
     )
     parts = [part for row in found for part in (row.natural, row.parameters) if part is not None]
-    legend = list(_intervals(parts, language))
+    legend = list(_intervals(parts))
     title = say("Runout of one volume: natural variability and parameters apart, 5–95 %")
-    return made("apart", title, columns, found, language, legend) if found else None
+    return made("apart", title, columns, found, legend) if found else None
 
 
-def period_volumes_table(
-    rows: HazardRows, language: Language = ENGLISH, names: Names = NO_NAMES
-) -> Table | None:
+def period_volumes_table(rows: HazardRows, names: Names = NO_NAMES) -> Table | None:
     """Volumes of the return periods, and what they rest on; None without return periods."""
-    say = language.say
     found = [row for row in rows if row.volume_interval_m3 is not None]
 
     def rate(row: HazardRow) -> str | None:
         each = row.events_per_year
-        return None if each is None else language.number(f"{each:.2f}")
+        return None if each is None else spoken().number(f"{each:.2f}")
 
     def origin(row: HazardRow) -> str:
         if row.volume_source != "records":
@@ -311,10 +288,10 @@ def period_volumes_table(
         return say("all paths") if row.pooled else say("this path")
 
     columns: tuple[Column, ...] = (
-        _path(names, language),
-        _years(language),
-        (">V, m³", lambda r: cubic(r.volume_m3, language)),
-        (">5–95 %", lambda r: _volumes(r.volume_interval_m3, language)),
+        _path(names),
+        _years(),
+        (">V, m³", lambda r: cubic(r.volume_m3)),
+        (">5–95 %", lambda r: _volumes(r.volume_interval_m3)),
         (">" + say("records"), lambda r: r.n_records),
         (say("years"), lambda r: None if r.first_year is None else f"{r.first_year}–{r.last_year}"),
         (">" + say("events a year"), rate),
@@ -326,57 +303,54 @@ def period_volumes_table(
     )
     observed = {(str(r.years_from), r.path_id): None for r in found if r.years_from is not None}
     for source, of in groupby(sorted(observed), key=itemgetter(0)):
-        few = language.few([names.get(path_id, path_id) for _, path_id in of])
+        few = spoken().few([names.get(path_id, path_id) for _, path_id in of])
         legend.append(say("Years: {source} ({paths}).", source=say(source), paths=few))
     title = say("Volumes of the return periods, with the 90 % credible interval")
-    return made("volumes", title, columns, found, language, legend) if found else None
+    return made("volumes", title, columns, found, legend) if found else None
 
 
-def _volumes(ends: VolumeInterval, language: Language) -> str:
-    return f"{cubic(ends.q05, language)}–{cubic(ends.q95, language)}"
+def _volumes(ends: VolumeInterval) -> str:
+    return f"{cubic(ends.q05)}–{cubic(ends.q95)}"
 
 
-def volumes_table(entries: Sequence[PathVolumes], language: Language = ENGLISH) -> Table:
+def volumes_table(entries: Sequence[PathVolumes]) -> Table:
     """Return levels of the volumes of each path."""
     rows = [(entry, level) for entry in entries for level in entry.levels]
     columns = (
-        _path(NO_NAMES, language, itemgetter(0)),
-        _years(language, itemgetter(1)),
-        (">V, m³", lambda r: cubic(r[1].volume_m3, language)),
-        (">5–95 %", lambda r: _volumes(VolumeInterval(r[1].q05_m3, r[1].q95_m3), language)),
+        _path(NO_NAMES, itemgetter(0)),
+        _years(itemgetter(1)),
+        (">V, m³", lambda r: cubic(r[1].volume_m3)),
+        (">5–95 %", lambda r: _volumes(VolumeInterval(r[1].q05_m3, r[1].q95_m3))),
     )
     legend = some(
         *(f"{entry.path_id}: {entry.method}." for entry in entries),
-        any(level.extrapolated for _, level in rows) and _far(language),
+        any(level.extrapolated for _, level in rows) and _far(),
     )
     title = "Volumes of the return periods, with the 90 % credible interval"
-    return made("volumes", title, columns, rows, language, legend)
+    return made("volumes", title, columns, rows, legend)
 
 
-def zones_table(
-    entries: Sequence[ZonedPath], language: Language = ENGLISH, names: Names = NO_NAMES
-) -> Table | None:
+def zones_table(entries: Sequence[ZonedPath], names: Names = NO_NAMES) -> Table | None:
     """The zones of each path; None where none were drawn."""
-    say = language.say
     rows = [(entry, zone) for entry in entries for zone in entry.zones]
     if not rows:
         return None
 
     def start(zone: Zone) -> str:
         if zone.to_x_m > zone.from_x_m:
-            return place(zone.from_x_m, language)
-        return beyond(language) if zone.beyond else say("none")
+            return place(zone.from_x_m)
+        return beyond() if zone.beyond else say("none")
 
     def end(zone: Zone) -> str | None:
         reached = zone.to_x_m > zone.from_x_m
-        return place(None if zone.beyond else zone.to_x_m, language) if reached else None
+        return place(None if zone.beyond else zone.to_x_m) if reached else None
 
     columns = (
-        _path(names, language, itemgetter(0)),
+        _path(names, itemgetter(0)),
         (say("zone"), lambda r: say(r[1].zone) + ("*" if r[1].extrapolated else "")),
         (">" + say("from x, m"), lambda r: start(r[1])),
         (">" + say("to x, m"), lambda r: end(r[1])),
-        (">5–95 %", lambda r: span((r[1].to_x_q05_m, r[1].to_x_q95_m), language)),
+        (">5–95 %", lambda r: span((r[1].to_x_q05_m, r[1].to_x_q95_m))),
     )
     density = entries[0].density_kg_m3
     legend = some(
@@ -386,18 +360,18 @@ def zones_table(
             "{interval}.",
             mean=f"{density.mean:.0f}",
             sd=f"{density.sd:.0f}",
-            interval=language.note(entries[0].interval),
+            interval=spoken().note(entries[0].interval),
         ),
-        any(zone.extrapolated for _, zone in rows) and _far(language),
+        any(zone.extrapolated for _, zone in rows) and _far(),
     )
-    return made("zones", say("Zones"), columns, rows, language, legend)
+    return made("zones", say("Zones"), columns, rows, legend)
 
 
 PLACES_SHOWN = 12
 """Places in the table of speeds of one path."""
 
 
-def speeds_table(entries: Sequence[ZonedPath], language: Language = ENGLISH) -> Table:
+def speeds_table(entries: Sequence[ZonedPath]) -> Table:
     """Speeds and pressures: at places of one path, of several the largest along each."""
     first = entries[0].places[0].by_return_period
     if len(entries) > 1:
@@ -412,28 +386,28 @@ def speeds_table(entries: Sequence[ZonedPath], language: Language = ENGLISH) -> 
             for k, found in enumerate(first)
         ]
         several = (
-            _path(NO_NAMES, language, itemgetter(0)),
-            _years(language, itemgetter(1)),
-            (">u, m/s", lambda r: integer(r[2].q50, language)),
-            (">5–95 %", lambda r: span((r[2].q05, r[2].q95), language)),
-            (">p, kPa", lambda r: integer(r[3].q50, language)),
-            (">5–95 %", lambda r: span((r[3].q05, r[3].q95), language)),
+            _path(NO_NAMES, itemgetter(0)),
+            _years(itemgetter(1)),
+            (">u, m/s", lambda r: integer(r[2].q50)),
+            (">5–95 %", lambda r: span((r[2].q05, r[2].q95))),
+            (">p, kPa", lambda r: integer(r[3].q50)),
+            (">5–95 %", lambda r: span((r[3].q05, r[3].q95))),
         )
         title = "Largest speed u and pressure p along each path"
-        return made("speeds", title, several, rows, language)
+        return made("speeds", title, several, rows)
     columns: list[Column] = [
-        (">x, m", lambda p: place(p.x_m, language)),
-        (">z, m", lambda p: place(p.elevation_m, language)),
-        (">p/year", lambda p: language.number(f"{p.p_reach_per_year:.2g}")),
+        (">x, m", lambda p: place(p.x_m)),
+        (">z, m", lambda p: place(p.elevation_m)),
+        (">p/year", lambda p: spoken().number(f"{p.p_reach_per_year:.2g}")),
     ]
     for k, found in enumerate(first):
         for sign, key in (("u", "speed_m_s"), ("p", "pressure_kpa")):
-            columns.append((f">{sign} {_period(found, language)}", partial(_median, k, key)))
+            columns.append((f">{sign} {_period(found)}", partial(_median, k, key)))
     where = entries[0].path_id
     title = f"{where}: median speed u (m/s) and pressure p (kPa) exceeded once in T years"
     legend = ["p/year: chance that an avalanche comes so far in a year."]
     shown = thinned(entries[0].places, PLACES_SHOWN)
-    return made("speeds", title, columns, shown, language, legend)
+    return made("speeds", title, columns, shown, legend)
 
 
 def _median(k: int, key: str, here: Place) -> str:
@@ -446,11 +420,8 @@ def thinned(rows: Sequence[R], n: int) -> list[R]:
     return [rows[i] for i in sorted({round(k * last / n) for k in range(n + 1)})]
 
 
-def alpha_beta_table(
-    rows: Sequence[TerrainRunout], language: Language = ENGLISH, names: Names = NO_NAMES
-) -> Table | None:
+def alpha_beta_table(rows: Sequence[TerrainRunout], names: Names = NO_NAMES) -> Table | None:
     """The α-β runouts of the paths; None where there are none."""
-    say = language.say
 
     def known(
         show: Callable[[TerrainRunout], object], none: object = None
@@ -458,40 +429,37 @@ def alpha_beta_table(
         return lambda r: none if r.beta_deg is None else show(r)
 
     columns = (
-        _path(names, language),
+        _path(names),
         (say("by"), lambda r: say(r.coefficients)),
-        (">β, °", known(lambda r: language.number(f"{r.beta_deg:.1f}"), say("no β-point"))),
-        (">" + say("β at x, m"), known(lambda r: place(r.beta_x_m, language))),
-        (">α, °", known(lambda r: language.number(f"{r.alpha_deg:.1f}"))),
-        (">" + say("± sd, °"), known(lambda r: language.number(f"{r.alpha_sd_deg:g}"))),
-        (">x, m", known(lambda r: place(r.runout_x_m, language))),
-        (">± 1 sd", known(lambda r: span((r.runout_x_low_m, r.runout_x_high_m), language))),
+        (">β, °", known(lambda r: spoken().number(f"{r.beta_deg:.1f}"), say("no β-point"))),
+        (">" + say("β at x, m"), known(lambda r: place(r.beta_x_m))),
+        (">α, °", known(lambda r: spoken().number(f"{r.alpha_deg:.1f}"))),
+        (">" + say("± sd, °"), known(lambda r: spoken().number(f"{r.alpha_sd_deg:g}"))),
+        (">x, m", known(lambda r: place(r.runout_x_m))),
+        (">± 1 sd", known(lambda r: span((r.runout_x_low_m, r.runout_x_high_m)))),
     )
     sources = {row.coefficients: row.source for row in rows}
-    plain = language.code == "en"  # names of papers and programs
-    legend = [f"{name}: {source}." for name, source in sources.items()] if plain else []
+    english = spoken().code == "en"  # names of papers and programs
+    legend = [f"{name}: {source}." for name, source in sources.items() if english]
     title = say("α-β: extreme runout by regression on the terrain alone")
-    return made("alpha-beta", title, columns, rows, language, legend) if rows else None
+    return made("alpha-beta", title, columns, rows, legend) if rows else None
 
 
-def paths_table(
-    rows: Sequence[PathSummary], language: Language = ENGLISH, names: Names = NO_NAMES
-) -> Table:
+def paths_table(rows: Sequence[PathSummary], names: Names = NO_NAMES) -> Table:
     """The paths, their profiles and their records."""
-    say = language.say
     sections = {"channelled": say("channelled"), "open": say("open")}
 
     def volumes(row: PathSummary) -> str | None:
         low, high = row.volume_min_m3, row.volume_max_m3
         if low is None or high is None:
             return None
-        return _volumes(VolumeInterval(low, high), language)
+        return _volumes(VolumeInterval(low, high))
 
     def size(key: str) -> Callable[[PathSummary], object]:
-        return lambda r: None if getattr(r, key) is None else place(getattr(r, key), language)
+        return lambda r: None if getattr(r, key) is None else place(getattr(r, key))
 
     columns = (
-        _path(names, language),
+        _path(names),
         (say("section"), lambda r: sections.get(r.section or "", r.section)),
         (">" + say("top, m"), size("top_m")),
         (">" + say("drop, m"), size("drop_m")),
@@ -503,4 +471,4 @@ def paths_table(
     )
     left = any(row.n_left_profile for row in rows)
     legend = some(left and say("beyond: events that ran past the end of the profile."))
-    return made("paths", say("Paths"), columns, rows, language, legend)
+    return made("paths", say("Paths"), columns, rows, legend)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from avahazard.report.language import ENGLISH, Language
+from avahazard.report.language import plural, say, spoken
 from avahazard.results.base import RATIO, bare, unit_of
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, Spread
 
@@ -25,9 +25,8 @@ def some(*sentences: object) -> list[str]:
     return [words for words in sentences if isinstance(words, str) and words]
 
 
-def coordinate_words(coordinate: str, language: Language = ENGLISH) -> str:
+def coordinate_words(coordinate: str) -> str:
     """What was recorded of a stop, in words."""
-    say = language.say
     return {
         "elevation": say("elevation"),
         "x": say("distance along the path"),
@@ -37,102 +36,97 @@ def coordinate_words(coordinate: str, language: Language = ENGLISH) -> str:
     }[coordinate]
 
 
-def integer(value: float, language: Language = ENGLISH) -> str:
+def integer(value: float) -> str:
     """A whole number with its thousands apart."""
-    return language.number(f"{value:,.0f}")
+    return spoken().number(f"{value:,.0f}")
 
 
-def amount(
-    value: float, coordinate: str | None, digits: int = 1, language: Language = ENGLISH
-) -> str:
+def amount(value: float, coordinate: str | None, digits: int = 1) -> str:
     """A number in the unit of the records, and the unit."""
-    return language.number(f"{bare(value, coordinate, digits)} {unit_of(coordinate)}")
+    return spoken().number(f"{bare(value, coordinate, digits)} {unit_of(coordinate)}")
 
 
-def beyond(language: Language = ENGLISH) -> str:
+def beyond() -> str:
     """That a place lies past the end of the profile."""
-    return language.say("beyond")
+    return say("beyond")
 
 
-def place(value: float | None, language: Language = ENGLISH) -> str:
+def place(value: float | None) -> str:
     """Whole metres without their unit, or that the place lies beyond the profile."""
-    return beyond(language) if value is None else integer(value, language)
+    return beyond() if value is None else integer(value)
 
 
-def metres(value: float | None, language: Language = ENGLISH) -> str:
+def metres(value: float | None) -> str:
     """Metres, or that the place lies beyond the profile."""
-    return beyond(language) if value is None else f"{integer(value, language)} m"
+    return beyond() if value is None else f"{integer(value)} m"
 
 
-def cubic(value: float | None, language: Language = ENGLISH) -> str:
+def cubic(value: float | None) -> str:
     """A volume in m3 to three digits, without its unit: its own error is larger."""
-    return language.say("any") if value is None else integer(float(f"{value:.3g}"), language)
+    return say("any") if value is None else integer(float(f"{value:.3g}"))
 
 
-def volume(value: float | None, language: Language = ENGLISH) -> str:
+def volume(value: float | None) -> str:
     """A volume to three digits, with its unit."""
-    return language.say("any") if value is None else f"{cubic(value, language)} m³"
+    return say("any") if value is None else f"{cubic(value)} m³"
 
 
-def share(value: float, language: Language = ENGLISH) -> str:
+def share(value: float) -> str:
     """A share in percent, never 0 or 100 where it is not."""
     if 0.0 < value < 0.001:
-        return language.say("under {share}", share=language.number("0.1 %"))
+        return say("under {share}", share=spoken().number("0.1 %"))
     text = f"{value:.1%}" if value < 0.1 else f"{value:.0%}"
-    return language.number(text.replace("%", " %"))
+    return spoken().number(text.replace("%", " %"))
 
 
-def number(value: float | None, language: Language = ENGLISH) -> str:
+def number(value: float | None) -> str:
     """Four digits where they are enough, a dash for what is not known."""
     if value is None:
         return "–"
     if value != 0 and (abs(value) < 1e-3 or abs(value) >= 1e7):
-        if language.plain:
+        if spoken().plain:
             return f"{value:.3g}"
         digits, power = f"{value:.2e}".split("e")
-        return f"{language.number(digits)} × 10{str(int(power)).translate(RAISED)}"
-    return integer(value, language) if abs(value) >= 1000 else language.number(f"{value:.4g}")
+        return f"{spoken().number(digits)} × 10{str(int(power)).translate(RAISED)}"
+    return integer(value) if abs(value) >= 1000 else spoken().number(f"{value:.4g}")
 
 
-def as_sure_as(sd: float, value: float, language: Language = ENGLISH) -> str:
+def as_sure_as(sd: float, value: float) -> str:
     """The value with as many decimals as two digits of its standard deviation have."""
     decimals = max(1 - math.floor(math.log10(sd)) if sd > 0.0 else 0, 0)
     if decimals < 6 and abs(value) < 1e6:
-        return language.number(f"{value:.{decimals}f}")
-    return number(value, language)
+        return spoken().number(f"{value:.{decimals}f}")
+    return number(value)
 
 
-def chance(p: float, floor: float = 0.0, language: Language = ENGLISH) -> str:
+def chance(p: float, floor: float = 0.0) -> str:
     """A p-value; at its floor, 1 in n synthetic datasets and the data themselves, as less."""
     if 0.0 < p <= 1.0001 * floor:
         return f"< 1/{1.0 / floor:.0f}"
-    return language.number("< 0.001" if p < 0.001 else f"{p:.3f}")
+    return spoken().number("< 0.001" if p < 0.001 else f"{p:.3f}")
 
 
-def span(
-    ends: Spread | PlaceQuantiles | tuple[float | None, float | None], language: Language = ENGLISH
-) -> str:
+def span(ends: Spread | PlaceQuantiles | tuple[float | None, float | None]) -> str:
     """From the 5 to the 95 % of a place, or between two places, in metres without the unit."""
     low, high = ends if isinstance(ends, tuple) else (ends.q05, ends.q95)
     if low is None and high is None:
-        return beyond(language)
-    ends_text = (OPEN if v is None and language.plain else place(v, language) for v in (low, high))
+        return beyond()
+    ends_text = (OPEN if v is None and spoken().plain else place(v) for v in (low, high))
     return "–".join(ends_text)
 
 
-def interval(spread: Spread | PlaceQuantiles, language: Language = ENGLISH) -> str:
+def interval(spread: Spread | PlaceQuantiles) -> str:
     """The 5 and 95 % quantiles of a spread in a sentence."""
     low, high = spread.q05, spread.q95
     if low is None and high is None:
-        return beyond(language)
-    return language.say("{low} to {high}", low=place(low, language), high=metres(high, language))
+        return beyond()
+    return say("{low} to {high}", low=place(low), high=metres(high))
 
 
-def unit_words(unit: str, language: Language = ENGLISH) -> str:
+def unit_words(unit: str) -> str:
     """A unit as people write it."""
-    if language.plain:
+    if spoken().plain:
         return unit.replace("log friction", "log μ").replace("m3", "m³").replace(")2", ")²")
-    say = language.say
     reference = "log friction against "
     if unit.startswith(reference):
         return say("log friction against {level}", level=unit.removeprefix(reference))
@@ -148,9 +142,8 @@ def unit_words(unit: str, language: Language = ENGLISH) -> str:
     return known.get(unit, unit.replace("m3", "m³"))
 
 
-def axis_words(axis: str, language: Language = ENGLISH) -> str:
+def axis_words(axis: str) -> str:
     """What a comparison is split by: its column's name without marks."""
-    say = language.say
     known = {
         "path": say("path"),
         "volume": say("volume"),
@@ -169,55 +162,52 @@ def axis_words(axis: str, language: Language = ENGLISH) -> str:
     return known.get(axis, axis.removesuffix("_m").replace("_", " "))
 
 
-def level_words(level: str, language: Language = ENGLISH) -> str:
+def level_words(level: str) -> str:
     """A level of an axis: a third of its numbers by the edges, a month, or a name as it is."""
-    say = language.say
     known = {"channelled": say("channelled"), "open": say("open"), "forest": say("forest")}
-    return known.get(level) or language.note(level)
+    return known.get(level) or spoken().note(level)
 
 
-def events(n: int, language: Language = ENGLISH) -> str:
+def events(n: int) -> str:
     """A number of events."""
-    return language.plural("{n} event", "{n} events", n)
+    return plural("{n} event", "{n} events", n)
 
 
-def paths(n: int, language: Language = ENGLISH) -> str:
+def paths(n: int) -> str:
     """A number of paths."""
-    return language.plural("{n} path", "{n} paths", n)
+    return plural("{n} path", "{n} paths", n)
 
 
-def years(period: float, language: Language = ENGLISH) -> str:
+def years(period: float) -> str:
     """A return period."""
-    return language.say("{period} years", period=language.number(f"{period:g}"))
+    return say("{period} years", period=spoken().number(f"{period:g}"))
 
 
-def case(row: HazardRow, language: Language = ENGLISH) -> str:
+def case(row: HazardRow) -> str:
     """What a row of bounds is for: a return period or a volume."""
     period = row.return_period_years
-    return volume(row.volume_m3, language) if period is None else years(period, language)
+    return volume(row.volume_m3) if period is None else years(period)
 
 
-def volume_words(row: HazardRow, language: Language = ENGLISH) -> str:
+def volume_words(row: HazardRow) -> str:
     """The volume of a row: given, or that of its return period."""
-    known = volume(row.volume_m3, language)
+    known = volume(row.volume_m3)
     if row.return_period_years is None:
         return known
-    period = language.number(f"{row.return_period_years:g}")
-    return language.say("the {period}-year volume ({volume})", period=period, volume=known)
+    period = spoken().number(f"{row.return_period_years:g}")
+    return say("the {period}-year volume ({volume})", period=period, volume=known)
 
 
-def event_words(event: EventView, names: Mapping[str, str], language: Language = ENGLISH) -> str:
+def event_words(event: EventView, names: Mapping[str, str]) -> str:
     """The event's name, path, date and volume."""
-    say = language.say
     path = [] if event.path_id is None else [names.get(event.path_id, event.path_id)]
-    date = language.date(event.date) if event.date else say("undated")
-    known = say("volume unknown") if event.volume_m3 is None else volume(event.volume_m3, language)
+    date = spoken().date(event.date) if event.date else say("undated")
+    known = say("volume unknown") if event.volume_m3 is None else volume(event.volume_m3)
     return " · ".join((event.event_id, *path, date, known))
 
 
-def part_words(source: str, language: Language = ENGLISH) -> str:
+def part_words(source: str) -> str:
     """A source of error as people call it."""
-    say = language.say
     known = {
         "record": say("errors of the recorded runouts"),
         "volume": say("errors of the recorded volumes"),
@@ -228,4 +218,4 @@ def part_words(source: str, language: Language = ENGLISH) -> str:
     }
     if source in known:
         return known[source]
-    return say("explained by {effect}", effect=language.effect(source))
+    return say("explained by {effect}", effect=spoken().effect(source))

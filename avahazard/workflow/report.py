@@ -37,7 +37,7 @@ from avahazard.report.html.content import (
     ReportContent,
     SpeedLine,
 )
-from avahazard.report.language import language_of
+from avahazard.report.language import language_of, speaking
 from avahazard.results.base import RATIO, Report, silent
 from avahazard.results.database import WrittenReport
 from avahazard.results.diagnosis import Diagnosis
@@ -101,8 +101,10 @@ def write_report(
         raise AvahazardError(f"There is no folder {file.parent}.", "Make the folder first.")
     from avahazard.report.html.page import render  # noqa: PLC0415 (plotly and jinja2 are slow)
 
+    language = language_of(request.language)
     content = gather(database, name, request, report)
-    text = render(content).encode("utf-8")
+    with speaking(language):
+        text = render(content).encode("utf-8")
     whole = file.with_name(f".{file.name}.part")
     try:
         whole.write_bytes(text)
@@ -143,7 +145,6 @@ def gather(
 
     Raises `AvahazardError` where there is no such model, or its own effects are not given.
     """
-    tongue = language_of(request.language)
     stored, records = load_stored(database, name, request.effect_files)
     with reading(database) as session:
         models = list_models(session)
@@ -210,7 +211,6 @@ def gather(
         ),
         loop=loop,
         cover=Cover(request.title, request.author, request.place, request.date),
-        language=tongue,
         brief=request.brief,
     )
 

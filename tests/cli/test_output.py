@@ -10,7 +10,7 @@ import pytest
 from rich.console import Console
 
 from avahazard.cli.output import show_error, table
-from avahazard.report.language import TERMINAL
+from avahazard.report.language import TERMINAL, speaking
 from avahazard.report.tables import cell
 
 
@@ -30,7 +30,8 @@ from avahazard.report.tables import cell
     ],
 )
 def test_numbers_for_people(value: object, text: str) -> None:
-    assert cell(value, TERMINAL) == text
+    with speaking(TERMINAL):
+        assert cell(value) == text
 
 
 def test_a_long_word_is_folded_not_cut() -> None:

@@ -7,7 +7,7 @@ import pytest
 from avahazard.notes import Note, grouped
 from avahazard.records.errors import AvahazardError
 from avahazard.report import words
-from avahazard.report.language import ENGLISH, LANGUAGES, language_of
+from avahazard.report.language import ENGLISH, LANGUAGES, language_of, speaking
 from avahazard.report.language import NARROW as S
 from avahazard.results.calibration import PathSpread
 
@@ -26,7 +26,8 @@ def test_numbers_and_dates_have_the_form_of_the_language(
 ) -> None:
     language = language_of(code)
     assert language.number(f"{-12345.6:,.1f}") == number
-    assert words.volume(123456.0, language) == volume
+    with speaking(language):
+        assert words.volume(123456.0) == volume
     assert language.date("1950-02-13") == date
     assert language.date("1950") == "1950"
     assert language.date("winter 1950") == "winter 1950"
@@ -46,12 +47,11 @@ def test_there_are_no_other_languages() -> None:
 
 
 def test_numbers_of_things_follow_the_language() -> None:
-    assert [words.paths(n, language_of("fr")) for n in (0, 1, 2)] == [
-        "0 couloir", "1 couloir", "2 couloirs",
-    ]  # fmt: skip
-    assert [words.events(n, language_of("it")) for n in (0, 1, 2)] == [
-        "0 eventi", "1 evento", "2 eventi",
-    ]  # fmt: skip
+    with speaking(language_of("fr")):
+        assert [words.paths(n) for n in (0, 1, 2)] == ["0 couloir", "1 couloir", "2 couloirs"]
+    with speaking(language_of("it")):
+        assert [words.events(n) for n in (0, 1, 2)] == ["0 eventi", "1 evento", "2 eventi"]
+    assert words.events(2) == "2 events"
 
 
 def test_a_note_is_said_in_the_language_with_its_numbers() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from avahazard.report.language import NARROW as S
-from avahazard.report.language import TERMINAL
+from avahazard.report.language import TERMINAL, speaking
 from avahazard.report.model_tables import (
     budget_table,
     candidates_table,
@@ -43,7 +43,8 @@ def test_parameters_have_as_many_digits_as_they_are_sure() -> None:
     assert cells(table)["mean"] == "0.5199"
     assert cells(table, 1)["mean"] == "3.20 × 10⁻⁷"
     assert cells(table, 1)["unit"] == "1/m³"
-    plain = parameters_table(model, TERMINAL)
+    with speaking(TERMINAL):
+        plain = parameters_table(model)
     assert len(plain.rows) == 3
     assert cells(plain, 1)["mean"] == "3.2e-07"
 
@@ -53,7 +54,7 @@ def test_scores_are_held_out_first_in_every_coordinate() -> None:
     runout = replace(RUNOUT, n=12, rmse_m=81.04, bias_m=-3.0, crps_m=40.0, coverage_90=0.916)
     scores = replace(COMPARISON.scores, runout=runout, runout_x=RUNOUT, speed=speed)
     found = replace(COMPARISON, coordinate="elevation", scores=scores)
-    table = scores_table("elevation", compared_parts(found, TERMINAL), TERMINAL)
+    table = scores_table("elevation", compared_parts(found))
     assert [row[:2] for row in table.rows][-3:] == [
         ["in-sample", "elevation, m"],
         ["in-sample", "distance along the path, m"],

@@ -10,7 +10,7 @@ import pytest
 
 from avahazard.criticism.scoring.error_budget import SOURCES, UNEXPLAINED
 from avahazard.report.html.score_figures import SOURCE_COLORS, budget_bars, parts_in_order
-from avahazard.report.language import LANGUAGES, language_of
+from avahazard.report.language import LANGUAGES, language_of, speaking
 from avahazard.report.score_pictures import draw_comparison, draw_diagnosis, draw_ladder
 from avahazard.report.words import part_words
 from avahazard.results.base import Rows
@@ -85,9 +85,10 @@ ALL = (*SOURCES, UNEXPLAINED)
 def test_every_source_is_told_everywhere() -> None:
     assert set(SOURCE_COLORS) == set(ALL)
     for code in LANGUAGES:
-        words = {part_words(source, language_of(code)) for source in ALL}
-        assert len(words) == len(ALL), code
-    assert part_words("release", language_of("de")) == "Fehler der aufgezeichneten Anrisse"
+        with speaking(language_of(code)):
+            assert len({part_words(source) for source in ALL}) == len(ALL), code
+    with speaking(language_of("de")):
+        assert part_words("release") == "Fehler der aufgezeichneten Anrisse"
 
 
 @pytest.mark.parametrize("with_release", [True, False])

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from avahazard.report.language import ENGLISH, TERMINAL, language_of, speaking
 from avahazard.report.language import NARROW as S
-from avahazard.report.language import TERMINAL, language_of
 from avahazard.report.tables import (
     Table,
     alpha_beta_table,
@@ -60,6 +60,7 @@ FAR = replace(
 )
 
 
+@speaking(TERMINAL)
 def test_the_design_runout_stands_with_the_records() -> None:
     table = design_table(
         [
@@ -67,7 +68,6 @@ def test_the_design_runout_stands_with_the_records() -> None:
             row(return_period_years=300.0, design=FAR, extrapolated=True),
             row(),
         ],
-        TERMINAL,
         {"p": "Path"},
     )
     assert heads(table) == [
@@ -89,7 +89,8 @@ def test_the_design_runout_stands_with_the_records() -> None:
 def test_numbers_have_the_form_of_the_language() -> None:
     rows = [row(return_period_years=100.0, design=DESIGN_RUNOUT)]
     assert cells(design_table(rows))[4] == f"1{S}537"
-    assert cells(design_table(rows, language_of("de")))[4] == "1.537"
+    with speaking(language_of("de")):
+        assert cells(design_table(rows))[4] == "1.537"
 
 
 def test_no_design_runout_where_the_rate_is_not_known() -> None:
@@ -109,13 +110,14 @@ def test_places_on_the_map() -> None:
     assert points_table([row()]) is None
 
 
+@speaking(TERMINAL)
 def test_a_volume() -> None:
-    table = volume_runout_table([row()], TERMINAL)
+    table = volume_runout_table([row()])
     assert cells(table) == ["p", "123000", "1800", "1200–2600", "1800", "1200–2600"]
     assert "what varies." in table.legend
     assert "no design runout" not in " ".join(table.legend)
     spread = Spread(None, 1200.0, 1800.0, None)
-    beyond = volume_runout_table([row(runout_x_m=spread, p_left_profile=0.12)], TERMINAL)
+    beyond = volume_runout_table([row(runout_x_m=spread, p_left_profile=0.12)])
     assert cells(beyond)[3] == "1200–…"
     assert cells(beyond)[-1] == "12 %"
 
@@ -127,18 +129,20 @@ def test_held_at_the_release() -> None:
     assert cells(volume_runout_table([held])) == ["p", "any", "not released"]
 
 
+@speaking(TERMINAL)
 def test_nature_and_parameters_apart() -> None:
     apart = {
         "natural": RunoutInterval(SPREAD, SPREAD, "nature"),
         "parameters": RunoutInterval(SPREAD, SPREAD, "ignorance"),
     }
-    table = apart_table([row(), row(return_period_years=300.0, **apart)], TERMINAL)
+    table = apart_table([row(), row(return_period_years=300.0, **apart)])
     assert cells(table) == ["p", "300", "123000", "1200–2600", "1200–2600"]
     assert table is not None
     assert table.legend == ["nature.", "ignorance."]
     assert apart_table([row()]) is None
 
 
+@speaking(TERMINAL)
 def test_return_periods_say_where_volumes_come_from() -> None:
     returned = {
         "return_period_years": 100.0,
@@ -153,31 +157,34 @@ def test_return_periods_say_where_volumes_come_from() -> None:
         "years_from": "the first to the last record of any path",
     }
     other = {**returned, "path_id": "q", "years_from": "observed_from to observed_to"}
-    table = period_volumes_table([row(**returned), row(**other), row()], TERMINAL)
+    table = period_volumes_table([row(**returned), row(**other), row()])
     assert table is not None
     assert cells(table)[3:] == ["50000–2500000", "12", "1900–2000", "0.12", "all paths"]
     assert "Years: the first to the last record of any path (p)." in table.legend
     assert "Years: observed_from to observed_to (q)." in table.legend
 
 
+@speaking(TERMINAL)
 def test_zones_and_speeds() -> None:
     one = entry()
-    table = zones_table([one], TERMINAL)
+    table = zones_table([one])
     assert cells(table) == ["P01", "red", "none", "–", "700–200"]
     assert cells(table, 1) == ["P01", "blue*", "100", "900", "700–…"]
-    assert cells(design_table([one], TERMINAL))[:4] == ["P01", "30", "850", "800–930"]
-    speeds = speeds_table([one], TERMINAL)
+    assert cells(design_table([one]))[:4] == ["P01", "30", "850", "800–930"]
+    speeds = speeds_table([one])
     assert heads(speeds) == ["x, m", "z, m", "p/year", "u 30", "p 30", "u 300*", "p 300*"]
     assert cells(speeds, -1) == ["900", "1600", "0.012", "100", "120", "100", "120"]
-    both = speeds_table([one, entry(beyond=True)], TERMINAL)
+    both = speeds_table([one, entry(beyond=True)])
     assert cells(both, 1) == ["P01", "300*", "100", "90–110", "120", "30–270"]
     beyond = entry(beyond=True)
     red, blue = beyond.zones
     moved = replace(beyond, zones=Rows((red, replace(blue, from_x_m=900.0))))
-    assert cells(zones_table([moved]), 1)[2:] == ["beyond", "700–beyond"]
+    with speaking(ENGLISH):
+        assert cells(zones_table([moved]), 1)[2:] == ["beyond", "700–beyond"]
     assert zones_table([]) is None
 
 
+@speaking(TERMINAL)
 def test_the_baseline() -> None:
     known = TerrainRunout(
         "p",
@@ -196,16 +203,17 @@ def test_the_baseline() -> None:
         (),
     )
     bare = replace(known, beta_deg=None, alpha_deg=None)
-    table = alpha_beta_table([known, bare], TERMINAL)
+    table = alpha_beta_table([known, bare])
     assert cells(table)[2:] == ["25.0", "900", "22.5", "2.3", "1400", "1300–…"]
     assert cells(table, 1)[2:] == ["no β-point", "–", "–", "–", "–", "–"]
     assert alpha_beta_table([]) is None
 
 
+@speaking(TERMINAL)
 def test_paths_with_their_records() -> None:
     known = PathSummary("p", "Path", "open", 9, 2000.0, 900.0, 1800.0, 4, 1, 1900, 2000, 1e4, 2e5)
     bare = PathSummary("q", None, None, 0, None, None, None, 0, 0, None, None, None, None)
-    table = paths_table([known, bare], TERMINAL)
+    table = paths_table([known, bare])
     assert cells(table)[1:] == [
         "open", "2000", "900", "1800", "4", "1", "1900–2000", "10000–200000",
     ]  # fmt: skip

@@ -8,7 +8,7 @@ from avahazard.notes import Note
 from avahazard.report import words
 from avahazard.report.html.content import EventView
 from avahazard.report.language import NARROW as S
-from avahazard.report.language import TERMINAL, language_of
+from avahazard.report.language import TERMINAL, language_of, speaking
 from avahazard.results.hazard import PlaceQuantiles
 from tests.results.samples import HAZARD_ROW
 
@@ -45,9 +45,10 @@ def test_an_interval_says_what_lies_beyond() -> None:
     assert words.interval(sure) == f"900 to 1{S}000 m"
     assert words.interval(open_end) == "900 to beyond"
     assert words.interval(beyond) == words.span(beyond) == "beyond"
-    assert words.span(sure, TERMINAL) == "900–1000"
     assert words.span(open_end) == "900–beyond"
-    assert words.span(open_end, TERMINAL) == "900–…"
+    with speaking(TERMINAL):
+        assert words.span(sure) == "900–1000"
+        assert words.span(open_end) == "900–…"
 
 
 def test_the_case_of_a_row() -> None:
@@ -55,10 +56,11 @@ def test_the_case_of_a_row() -> None:
     assert words.case(replace(HAZARD_ROW, volume_m3=2e4)) == f"20{S}000 m³"
 
 
+@speaking(TERMINAL)
 def test_a_terminal_has_the_numbers_of_programs() -> None:
-    assert words.number(3.167e-7, TERMINAL) == "3.17e-07"
-    assert words.metres(12345.0, TERMINAL) == "12345 m"
-    assert words.as_sure_as(0.0073, 0.51872, TERMINAL) == "0.5187"
+    assert words.number(3.167e-7) == "3.17e-07"
+    assert words.metres(12345.0) == "12345 m"
+    assert words.as_sure_as(0.0073, 0.51872) == "0.5187"
     assert words.as_sure_as(0.0, 1.0) == "1"
 
 
@@ -69,14 +71,14 @@ def test_an_event_is_named_with_what_is_known() -> None:
     assert words.event_words(event, {"P": "Path"}) == "e1 · Path · 1950 · volume unknown"
 
 
+@speaking(language_of("de"))
 def test_levels_have_the_words_and_signs_of_the_language() -> None:
-    german = language_of("de")
     volume = Note("up_to", edge=4.2e4, form=",.0f", unit=" m3")
     column = Note("from_to", low=-7.13, high=-4.5, form=".4g", unit="")
     share = Note("above", edge=0.37, form=".0%", unit="")
-    assert words.level_words(volume, german) == "bis 42.000 m³"
-    assert words.level_words(column, german) == "−7,13 bis −4,5"
-    assert words.level_words(share, german) == "über 37\u00a0%"
-    assert words.level_words("March", german) == "März"
-    assert words.level_words("channelled", german) == "kanalisiert"
-    assert words.level_words("P01", german) == "P01"
+    assert words.level_words(volume) == "bis 42.000 m³"
+    assert words.level_words(column) == "−7,13 bis −4,5"
+    assert words.level_words(share) == "über 37\u00a0%"
+    assert words.level_words("March") == "März"
+    assert words.level_words("channelled") == "kanalisiert"
+    assert words.level_words("P01") == "P01"

@@ -17,13 +17,8 @@ from avahazard.report.html.content import PathView, PlanView, ReportContent
 from avahazard.report.html.figure import GROUND, INK, VERMILION
 from avahazard.report.html.map_figure import round_length
 from avahazard.report.html.path_figure import shown_end
-from avahazard.report.language import Language
-from avahazard.report.sentences import (
-    change_words,
-    error_words,
-    failure_words,
-    verdict_words,
-)
+from avahazard.report.language import plural, say, spoken
+from avahazard.report.sentences import change_words, error_words, failure_words, verdict_words
 from avahazard.report.tables import farthest_words, past_words
 from avahazard.report.words import (
     SIGNIFICANT,
@@ -58,14 +53,14 @@ def conclusion(content: ReportContent) -> list[str]:
 
 
 def _how_far(content: ReportContent) -> str:
-    language, say, period = content.language, content.language.say, shown_period(content)
+    period = shown_period(content)
     rows = [r for r in content.rows if r.design and r.return_period_years == period]
     if not rows:
         return say("No design runout was computed.")
     past = [content.names[r.path_id] for r in rows if r.design and r.design.records_beyond]
-    values = {"period": f"{period:g}", "paths": paths(len(rows), language)}
+    values = {"period": f"{period:g}", "paths": paths(len(rows))}
     if past:
-        names = language.few(past, MOST_NAMES)
+        names = spoken().few(past, MOST_NAMES)
         return say(
             "The {period}-year design runout is given for {paths}; recorded avalanches went past "
             "its median on {names}.",
@@ -80,42 +75,38 @@ def _how_far(content: ReportContent) -> str:
 
 
 def _how_sure(content: ReportContent) -> str:
-    language, found = content.language, content.comparison
+    found = content.comparison
     if found is None:
-        return language.say("How far the model errs is not known: it was never compared.")
+        return say("How far the model errs is not known: it was never compared.")
     held = found.held_out.runout
-    values = {
-        "crps": amount(held.crps_m, found.coordinate, 0, language),
-        "share": share(held.coverage_90, language),
-    }
+    values = {"crps": amount(held.crps_m, found.coordinate, 0), "share": share(held.coverage_90)}
     if found.coordinate == "mixed":
-        return language.say(
+        return say(
             "On held-out records the mean error of the model (CRPS) is {crps}; {share} of them lie "
             "in the interval that should hold 90 %.",
             **values,
         )
-    return language.say(
+    return say(
         "On held-out records the mean error of the model (CRPS) is {crps} of {coordinate}; {share} "
         "of them lie in the interval that should hold 90 %.",
-        coordinate=coordinate_words(found.coordinate, language),
+        coordinate=coordinate_words(found.coordinate),
         **values,
     )
 
 
 def _what_lacks(content: ReportContent) -> str:
-    say, language = content.language.say, content.language
     if not content.model.diagnostics.converged:
         return say("The chains of the sampler have not converged: every number is provisional.")
     if content.records_changed:
         return say("The records have changed since the model was calibrated: calibrate it again.")
     if content.diagnosis is None:
         return say("Whether an effect is missing is not known: the model was not diagnosed.")
-    return verdict_words(content.diagnosis, language=language).split(". ")[0].rstrip(".") + "."
+    return verdict_words(content.diagnosis).split(". ")[0].rstrip(".") + "."
 
 
 def rests_on(content: ReportContent) -> list[str]:
     """The records behind the model."""
-    language, say, events = content.language, content.language.say, content.events
+    events = content.events
     years = [event.year for event in events if event.year is not None]
     bare = [view.name for view in content.paths if len(view.events) < FEW_EVENTS]
     return some(
@@ -133,19 +124,18 @@ def rests_on(content: ReportContent) -> list[str]:
         any(row.extrapolated for row in content.rows)
         and say("Return periods past twice the observed years are extrapolated."),
         0 < len(bare) < len(content.paths)
-        and language.plural(
+        and plural(
             "{paths} has fewer than {few} records: its design runout rests on the other paths.",
             "{paths} have fewer than {few} records: their design runouts rest on the other paths.",
             len(bare),
-            paths=language.few(bare),
+            paths=spoken().few(bare),
             few=FEW_EVENTS,
         ),
     )
 
 
-def limits(content: ReportContent) -> list[str]:
+def limits() -> list[str]:
     """The limits of every report, a line each."""
-    say = content.language.say
     return [
         say(
             "The avalanche is one block on one line: a runout is a point on that line, not an "
@@ -176,7 +166,7 @@ class PathCard:
 
 def path_cards(content: ReportContent) -> tuple[list[PathCard], list[str]]:
     """Every path with a profile, and what is to be noted on all of several."""
-    language, period = content.language, shown_period(content)
+    period = shown_period(content)
     cards = []
     for number, view in enumerate(content.paths, start=1):
         if view.smooth is None:
@@ -187,14 +177,14 @@ def path_cards(content: ReportContent) -> tuple[list[PathCard], list[str]]:
             PathCard(
                 number,
                 view.name,
-                profile_picture(view, shown, language),
+                profile_picture(view, shown),
                 (
-                    *(_line(row, design, language) for row, design in designs),
+                    *(_line(row, design) for row, design in designs),
                     *_average_lines(content, view),
-                    *_zone_lines(view, view.smooth, language),
+                    *_zone_lines(view, view.smooth),
                 ),
-                None if shown is None else farthest_words(shown, language, metres),
-                None if shown is None else past_words(shown, language),
+                None if shown is None else farthest_words(shown, metres),
+                None if shown is None else past_words(shown),
                 tuple(_mind(content, view, shown)),
             )
         )
@@ -207,49 +197,45 @@ def path_cards(content: ReportContent) -> tuple[list[PathCard], list[str]]:
     ], common
 
 
-def _line(row: HazardRow, design: Design, language: Language) -> tuple[str, str, str, str]:
+def _line(row: HazardRow, design: Design) -> tuple[str, str, str, str]:
     x, z = design.runout_x_m, design.runout_elevation_m
-    period = language.number(f"{row.return_period_years:g}") + ("*" if row.extrapolated else "")
-    return period, place(x.q50, language), span(x, language), place(z.q50, language)
+    period = spoken().number(f"{row.return_period_years:g}") + ("*" if row.extrapolated else "")
+    return period, place(x.q50), span(x), place(z.q50)
 
 
 def _average_lines(content: ReportContent, view: PathView) -> Iterable[tuple[str, str, str, str]]:
     """The design runout averaged over models, and by each of them with its weight."""
-    language = content.language
     for row in content.averages:
         if row.path_id != view.path.path_id or row.design is None:
             continue
-        period, x, interval, z = _line(row, row.design, language)
-        averaged = language.say("averaged")
+        period, x, interval, z = _line(row, row.design)
+        averaged = say("averaged")
         yield f"{period}, {averaged}", x, interval, z
         for one in row.by_model or ():
-            name = f"{one.model} ({language.number(f'{one.weight:.2f}')})"
+            name = f"{one.model} ({spoken().number(f'{one.weight:.2f}')})"
             own = one.runout_x_m
-            yield name, place(own.q50, language), span(own, language), ""
+            yield name, place(own.q50), span(own), ""
 
 
-def _zone_lines(
-    view: PathView, smooth: SmoothProfile, language: Language
-) -> Iterable[tuple[str, str, str, str]]:
+def _zone_lines(view: PathView, smooth: SmoothProfile) -> Iterable[tuple[str, str, str, str]]:
     """Where each zone ends."""
     for zone in view.zones.zones if view.zones else ():
         if zone.to_x_m <= zone.from_x_m:
             continue
         end = None if zone.beyond else zone.to_x_m
-        name = language.say(zone.zone) + ("*" if zone.extrapolated else "")
-        ends = span((zone.to_x_q05_m, zone.to_x_q95_m), language)
+        name = say(zone.zone) + ("*" if zone.extrapolated else "")
+        ends = span((zone.to_x_q05_m, zone.to_x_q95_m))
         height = None if end is None else float(smooth.height(end))
-        yield name, place(end, language), ends, place(height, language)
+        yield name, place(end), ends, place(height)
 
 
 def _mind(content: ReportContent, view: PathView, shown: Design | None) -> Iterable[str]:
     """What to mind on a path: of its answer, its records and its baseline."""
-    language, say = content.language, content.language.say
     if shown is None:
         yield say("No design runout: the block does not start, or the rate is not known.")
         return
     if shown.p_beyond > LEAST_BEYOND:
-        chance = share(shown.p_beyond, language)
+        chance = share(shown.p_beyond)
         yield say("Beyond the profile with a probability of {share}.", share=chance)
     if any(row.extrapolated for row in view.rows) or any(
         zone.extrapolated for zone in (view.zones.zones if view.zones else ())
@@ -260,13 +246,13 @@ def _mind(content: ReportContent, view: PathView, shown: Design | None) -> Itera
     for failure in content.comparison.where_it_fails if content.comparison else ():
         on_it = failure.axis == "path" and failure.level == view.path.path_id
         if on_it and failure.p_value < SIGNIFICANT and content.comparison:
-            bias = amount(failure.bias_m, content.comparison.coordinate, 0, language)
+            bias = amount(failure.bias_m, content.comparison.coordinate, 0)
             yield say("The model fails here: bias {bias} (predicted less recorded).", bias=bias)
     sides: dict[int, list[str]] = {}
     for row in view.alpha_beta:
         side = _side(row.runout_x_low_m, row.runout_x_high_m, shown.runout_x_m)
         if row.runout_x_m is not None:
-            words = f"{metres(row.runout_x_m, language)} ({say(row.coefficients)})"
+            words = f"{metres(row.runout_x_m)} ({say(row.coefficients)})"
             sides.setdefault(side, []).append(words)
     if -1 in sides:
         yield say("The α-β runout is shorter: {places}.", places=", ".join(sides[-1]))
@@ -289,7 +275,7 @@ FOOT, LIFT, UNDER = 10, 5, 14
 At = Callable[[float], tuple[float, float]]
 
 
-def profile_picture(view: PathView, design: Design | None, language: Language) -> Markup:
+def profile_picture(view: PathView, design: Design | None) -> Markup:
     """The profile, the recorded stops, the zones, and the design runout with its 90 %."""
     smooth = view.smooth
     assert smooth is not None
@@ -318,14 +304,12 @@ def profile_picture(view: PathView, design: Design | None, language: Language) -
             a, b = at(event.stop_x_m)
             parts.append(f'<path d="M{a:.1f} {b - 4:.1f}v8" stroke="{INK}" stroke-width="0.9"/>')
     parts += _design(design, end, at, LIFT)
-    words = language.say(
-        "{path}: the profile, the recorded stops and the design runout", path=view.name
-    )
+    words = say("{path}: the profile, the recorded stops and the design runout", path=view.name)
     parts.append(
         f'<text x="{WIDTH}" y="{HEIGHT + 11}" text-anchor="end">'
-        f"x {metres(end, language)}</text>"
-        f'<text x="0" y="{HEIGHT + 11}">x {metres(smooth.x_min, language)}</text>'
-        f'<text x="4" y="2">z {metres(high, language)}</text>'
+        f"x {metres(end)}</text>"
+        f'<text x="0" y="{HEIGHT + 11}">x {metres(smooth.x_min)}</text>'
+        f'<text x="4" y="2">z {metres(high)}</text>'
     )
     return _svg(f"0 -8 {WIDTH} {HEIGHT + 8 + UNDER}", words, parts)
 
@@ -406,13 +390,13 @@ def overview_map(content: ReportContent) -> Markup | None:
     bar, under, right = length * scale, high * scale + 28.0, wide * scale
     parts.append(
         f'<path d="M0 {under - 6:.0f}v6h{bar:.0f}v-6" fill="none" stroke="{INK}" stroke-width="2"/>'
-        f'<text x="{bar + 8:.0f}" y="{under:.0f}">{metres(length, content.language)}</text>'
+        f'<text x="{bar + 8:.0f}" y="{under:.0f}">{metres(length)}</text>'
         f'<path d="M{right:.0f} {under:.0f}v-34l-6 12m6 -12l6 12" fill="none" stroke="{INK}" '
         f'stroke-width="2"/><text x="{right - 22:.0f}" y="{under:.0f}">N</text>'
     )
     room, drawn = MAP_ROOM, high * scale + 3 * MAP_ROOM
     box = f"-{room:.0f} -{room:.0f} {right + 5 * room:.0f} {drawn:.0f}"
-    words = content.language.say("The paths from above, with their design runouts")
+    words = say("The paths from above, with their design runouts")
     return _svg(box, words, parts)
 
 
@@ -432,55 +416,53 @@ def chapters(content: ReportContent) -> list[Chapter]:
     """The story of the model from its first ancestor; empty where nothing was ever compared."""
     from avahazard.criticism.scoring.held_out import error_fall  # noqa: PLC0415 (slow)
 
-    loop, language = content.loop, content.language
+    loop = content.loop
     added = {row.model: row.added for row in content.ladder}
     found = []
     for k, name in enumerate(loop.lineage):
         compared, diagnosis = loop.comparisons.get(name), loop.diagnoses.get(name)
         if compared is None and diagnosis is None:
             continue
-        quoted = language.say("“{name}”", name=name)
+        quoted = say("“{name}”", name=name)
         parent = loop.lineage[k - 1] if k else None
         before = loop.comparisons.get(parent or "")
         words: list[str] = []
         if compared is not None and before is not None:
             was, now = (c.held_out.runout.crps_m for c in (before, compared))
             fall = error_fall(before, compared)
-            words.append(change_words(was, now, compared.coordinate, fall, language))
+            words.append(change_words(was, now, compared.coordinate, fall))
         elif compared is not None:
-            words += error_words(compared, language)[:1]
+            words += error_words(compared)[:1]
         if compared is not None and not (diagnosis and diagnosis.where):
-            words.append(failure_words(compared, language))
+            words.append(failure_words(compared))
         if diagnosis is not None:
-            words.append(verdict_words(diagnosis, language=language))
+            words.append(verdict_words(diagnosis))
         if name == loop.lineage[-1]:
-            words += _unexplained(compared, language)
+            words += _unexplained(compared)
         heading = quoted
         if parent is not None:
-            more = language.listed([language.effect(key) for key in added.get(name, ())])
-            heading = language.say(
-                "“{model}”: “{parent}” and {more}", model=name, parent=parent, more=more
-            )
+            more = spoken().listed([spoken().effect(key) for key in added.get(name, ())])
+            heading = say("“{model}”: “{parent}” and {more}", model=name, parent=parent, more=more)
         found.append(Chapter(name, heading, tuple(words)))
     return found
 
 
-def _unexplained(found: Comparison | None, language: Language) -> list[str]:
+def _unexplained(found: Comparison | None) -> list[str]:
     budget = {} if found is None else {part.source: part.rms_m for part in found.budget}
     if found is None or not budget.get("unexplained"):
         return []
     return [
-        language.say(
+        say(
             "Unexplained: {size} (rms), beyond errors of the records, scatter and uncertain "
             "parameters.",
-            size=amount(budget["unexplained"], found.coordinate, 0, language),
+            size=amount(budget["unexplained"], found.coordinate, 0),
         )
     ]
 
 
 def notes_of(content: ReportContent) -> list[str]:
     """The notes on the rows of bounds and on the model, a line for all of one kind."""
-    names, language, model = content.names, content.language, content.model.model
+    names, model = content.names, content.model.model
     # The brief says these.
     said = (Note("stale", model=model), Note("unconverged", model=model))
     where: dict[Note, dict[str, None]] = {}
@@ -490,24 +472,24 @@ def notes_of(content: ReportContent) -> list[str]:
                 where.setdefault(note, {})[names.get(row.path_id, row.path_id)] = None
     notes = placed(where, len({row.path_id for row in content.rows}))
     notes += [note for note in content.of_model if note not in said]
-    return [language.note(note) for note in grouped(notes)]
+    return [spoken().note(note) for note in grouped(notes)]
 
 
 def every_note(content: ReportContent) -> list[str]:
     """The same notes, each by itself."""
-    names, language = content.names, content.language
+    names = content.names
     notes = [
         note.about(names.get(row.path_id, row.path_id))
         for row in content.rows
         for note in row.notes
         if note not in content.of_model
     ]
-    return [language.note(note) for note in dict.fromkeys((*notes, *content.of_model))]
+    return [spoken().note(note) for note in dict.fromkeys((*notes, *content.of_model))]
 
 
 def unknown_words(content: ReportContent) -> list[str]:
     """What the records do not say, by count."""
-    events, say, plural = content.events, content.language.say, content.language.plural
+    events = content.events
     total = len(events)
     counts = {
         "volume": sum(e.volume_m3 is None for e in events),
@@ -541,7 +523,6 @@ def unknown_words(content: ReportContent) -> list[str]:
 
 def assumptions(content: ReportContent) -> list[str]:
     """Assumptions of the model, its data and its bounds, beside the limits of every report."""
-    say = content.language.say
     speeds = any(view.speeds or view.zones for view in content.paths)
     return some(
         say("Recorded volumes and runouts are taken with the errors that the records state."),
@@ -551,7 +532,7 @@ def assumptions(content: ReportContent) -> list[str]:
             "This model's scatter is in metres of elevation and holds all errors at once: "
             "natural variability, errors of the records and of the model."
         ),
-        speeds and not content.speed_limited and no_drag_words(content.language),
+        speeds and not content.speed_limited and no_drag_words(),
         any(view.alpha_beta for view in content.paths)
         and say(
             "The α-β runouts are regressions of other regions' extreme avalanches on the "
@@ -561,9 +542,9 @@ def assumptions(content: ReportContent) -> list[str]:
     )
 
 
-def no_drag_words(language: Language) -> str:
+def no_drag_words() -> str:
     """The caveat of every picture of speed by a model without drag."""
-    return language.say(
+    return say(
         "The model has no drag: nothing but friction limits its speeds, so that they and the "
         "pressures are too high where a path is steep and long."
     )
@@ -571,7 +552,7 @@ def no_drag_words(language: Language) -> str:
 
 def reading_words(content: ReportContent) -> list[str]:
     """How to read the figures of the paths: of what they hold, once for all."""
-    say, views = content.language.say, content.paths
+    views = content.paths
     rows = [row for view in views for row in view.rows]
     zones, speeds = any(view.zones for view in views), any(view.speeds for view in views)
     return some(
@@ -600,7 +581,7 @@ def reading_words(content: ReportContent) -> list[str]:
         speeds
         and not zones
         and say("Speeds are those of the block of median friction at that volume."),
-        (zones or speeds) and not content.speed_limited and no_drag_words(content.language),
+        (zones or speeds) and not content.speed_limited and no_drag_words(),
         any(row.reach for row in rows)
         and say(
             "The lowest panel: the chance that an avalanche comes as far in a year, with its "

@@ -9,7 +9,6 @@ from avahazard.arrays import Bools, Floats
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.path import Path, Profile, TerrainCrop
-from avahazard.report.language import ENGLISH, Language
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison, Rung
 from avahazard.results.diagnosis import Diagnosis
@@ -247,7 +246,6 @@ class ReportContent:
     lacking: Mapping[str, Note]
     loop: LoopView
     cover: Cover = Cover()
-    language: Language = ENGLISH
     brief: bool = False
 
     @property

@@ -12,7 +12,7 @@ import numpy as np
 from markupsafe import Markup
 
 from avahazard.report.html.content import EventView
-from avahazard.report.language import ENGLISH, Language
+from avahazard.report.language import say
 from avahazard.report.words import some
 from avahazard.results.base import plain
 
@@ -123,7 +123,7 @@ def layout(x: dict[str, Any], y: dict[str, Any], height: int = 420, **more: Any)
 
 
 def by_path(
-    events: Sequence[EventView], names: dict[str, str], language: Language = ENGLISH
+    events: Sequence[EventView], names: dict[str, str]
 ) -> Iterator[tuple[str, str, str, list[EventView]]]:
     """Name, colour, symbol and events of each path; all in one where there are many paths.
 
@@ -133,12 +133,12 @@ def by_path(
     for event in events:
         groups.setdefault(event.path_id, []).append(event)
     if len(names) > len(COLORS):
-        yield language.say("recorded events"), BLUE, "circle", list(events)
+        yield say("recorded events"), BLUE, "circle", list(events)
         return
     places = {path_id: k for k, path_id in enumerate(names)}
     for path_id, mine in groups.items():
         k = len(COLORS) - 1 if path_id is None else places[path_id]
-        name = language.say("recorded events") if path_id is None else names[path_id]
+        name = say("recorded events") if path_id is None else names[path_id]
         yield name, COLORS[k], SYMBOLS[k], mine
 
 

@@ -26,7 +26,7 @@ from avahazard.report.html.figure import (
     line,
     marks,
 )
-from avahazard.report.language import ENGLISH, Language
+from avahazard.report.language import say
 from avahazard.report.words import case, event_words, interval, metres
 from avahazard.results.hazard import HazardRow
 
@@ -38,7 +38,7 @@ SHARE, INSET, TICK = 0.3, 0.04, 0.012
 """Most of the width that the bar takes, its distance from the edges, the height of its ends."""
 
 
-def scale_bar(east: Span, north: Span, degrees: bool, language: Language) -> Trace:
+def scale_bar(east: Span, north: Span, degrees: bool) -> Trace:
     """A bar of a round length (m) in the lower left corner of what is shown."""
     middle = math.radians(0.5 * (north[0] + north[1]))
     unit = 1.0 / (M_PER_DEGREE * math.cos(middle)) if degrees else 1.0
@@ -54,7 +54,7 @@ def scale_bar(east: Span, north: Span, degrees: bool, language: Language) -> Tra
         mode="lines+text",
         meta="scale",
         showlegend=False,
-        text=["", "", "", metres(length, language), "", "", ""],
+        text=["", "", "", metres(length), "", "", ""],
         textposition="top center",
     )
 
@@ -102,12 +102,11 @@ EDGE = 0.08
 """Room around what is drawn, as a share of its size."""
 
 
-def map_figure(k: int, view: PathView, language: Language = ENGLISH) -> Figure | None:
+def map_figure(k: int, view: PathView) -> Figure | None:
     """The plan of a path; None where it has no coordinates."""
     plan = view.plan
     if plan is None or view.smooth is None or view.release_x is None:
         return None
-    say = language.say
     degrees = plan.crs is None
     data: list[Trace] = [line(plan.east, plan.north, INK, 1.6, name=say("path"))]
     for zone in view.zones.zones if view.zones else ():
@@ -116,7 +115,7 @@ def map_figure(k: int, view: PathView, language: Language = ENGLISH) -> Figure |
             ends = _along(plan, zone.from_x_m, zone.to_x_m)
             data.append(line(*ends, zone.color, 12.0, "%{fullData.name}", name=name, opacity=0.5))
     for number, row in enumerate(view.rows[: len(ROW_COLORS)]):
-        data += _runout(plan, row, ROW_COLORS[number], 9.0 - 1.5 * number, language)
+        data += _runout(plan, row, ROW_COLORS[number], 9.0 - 1.5 * number)
     stops = [e for e in view.events if e.stop_x_m is not None]
     if stops:
         names = {view.path.path_id: view.name}
@@ -126,30 +125,28 @@ def map_figure(k: int, view: PathView, language: Language = ENGLISH) -> Figure |
                 {"symbol": "circle-open", "size": 7, "color": INK, "line": {"width": 1.2}},
                 "%{text}",
                 name=say("recorded stops"),
-                text=[label(event_words(e, names, language)) for e in stops],
+                text=[label(event_words(e, names)) for e in stops],
             )
         )
     look = {"symbol": "triangle-down", "size": 11, "color": BLACK}
     release = _at(plan, np.array([view.release_x]))
     data.append(marks(*release, look, say("release"), name=say("release")))
     shown_east, shown_north, _ = _ranges(plan)
-    data.append(scale_bar(shown_east, shown_north, degrees, language))
+    data.append(scale_bar(shown_east, shown_north, degrees))
     return Figure(
         f"map-{k}",
         say("Seen from above"),
         say(
-            "{path} on the map, with the recorded stops and the predicted runouts.",
-            path=view.name,
+            "{path} on the map, with the recorded stops and the predicted runouts.", path=view.name
         ),
-        _caption(plan, language),
+        _caption(plan),
         data,
-        _layout(plan, degrees, language),
+        _layout(plan, degrees),
         digits=9,
     )
 
 
-def _layout(plan: PlanView, degrees: bool, language: Language) -> dict[str, Any]:
-    say = language.say
+def _layout(plan: PlanView, degrees: bool) -> dict[str, Any]:
     east, north, ratio = _ranges(plan)
     across = say("longitude (°)") if degrees else say("easting (m)")
     upwards = say("latitude (°)") if degrees else say("northing (m)")
@@ -192,15 +189,13 @@ def _span(values: Floats) -> tuple[float, float]:
     return float(np.min(values)), float(np.max(values))
 
 
-def _runout(
-    plan: PlanView, row: HazardRow, color: str, width: float, language: Language
-) -> list[Trace]:
+def _runout(plan: PlanView, row: HazardRow, color: str, width: float) -> list[Trace]:
     """The 90 % of a row along the line, and its median; rows lie on each other, narrower.
 
     Of the design runout; of avalanches of the volume where the row is for one.
     """
     spread = (row.design or row).runout_x_m
-    say, of = language.say, case(row, language)
+    of = case(row)
     name = (
         say("design runout, {case}", case=of)
         if row.design
@@ -210,7 +205,7 @@ def _runout(
         return []
     end = float(plan.x[-1]) if spread.q95 is None else float(spread.q95)
     group = f"row {of}"
-    hover = f"{name}: x {interval(spread, language)}"
+    hover = f"{name}: x {interval(spread)}"
     traces = [
         line(
             *_along(plan, float(spread.q05), end),
@@ -224,7 +219,7 @@ def _runout(
         )
     ]
     if spread.q50 is not None:
-        x = metres(spread.q50, language)
+        x = metres(spread.q50)
         traces.append(
             marks(
                 *_at(plan, np.array([spread.q50], dtype=np.float64)),
@@ -246,8 +241,7 @@ def _at(plan: PlanView, x: Floats) -> tuple[Floats, Floats]:
     return np.interp(x, plan.x, plan.east), np.interp(x, plan.x, plan.north)
 
 
-def _caption(plan: PlanView, language: Language) -> str:
-    say = language.say
+def _caption(plan: PlanView) -> str:
     return joined(
         say("Coordinates are longitude and latitude.")
         if plan.crs is None

@@ -29,20 +29,17 @@ from avahazard.report.html.figure import (
     marks,
     rows_axis,
 )
-from avahazard.report.language import ENGLISH, Language
+from avahazard.report.language import plural, say, spoken
 from avahazard.report.words import event_words, number, unit_words
 from avahazard.results.calibration import ParameterSummary
 from avahazard.results.friction import FrictionDensity
 
 
 def friction_figure(
-    view: FrictionView,
-    events: Sequence[EventView],
-    names: dict[str, str],
-    language: Language = ENGLISH,
+    view: FrictionView, events: Sequence[EventView], names: dict[str, str]
 ) -> Figure:
     """Median friction with the bands of the avalanches and of the law, and apparent frictions."""
-    say, x = language.say, view.volume
+    x = view.volume
     data: list[Trace] = []
     if view.scatter is not None:
         q05, q25, q75, q95 = view.scatter
@@ -58,7 +55,7 @@ def friction_figure(
         data.append(line(x, edge, BLUE, 1.2, dash="dash", legendgroup="law", showlegend=False))
     shown = [e for e in events if e.mu_reference is not None and e.volume_m3]
     hover = say("apparent friction {friction}", friction="%{y:.3f}")
-    for name, color, symbol, mine in by_path(shown, names, language):
+    for name, color, symbol, mine in by_path(shown, names):
         data.append(
             marks(
                 [e.volume_m3 for e in mine],
@@ -66,14 +63,14 @@ def friction_figure(
                 {"color": color, "symbol": symbol, "size": 7, "opacity": 0.8},
                 "%{text}<br>" + hover,
                 name=label(name),
-                text=[label(event_words(e, names, language)) for e in mine],
+                text=[label(event_words(e, names)) for e in mine],
             )
         )
     lacking = len(events) - len(shown)
     return Figure(
         "friction",
         say("Friction against volume"),
-        language.plural(
+        plural(
             "Apparent friction of {n} event against its volume, with the calibrated median and the "
             "bands that hold 50 and 90 % of avalanches.",
             "Apparent friction of {n} events against their volume, with the calibrated median and "
@@ -87,9 +84,9 @@ def friction_figure(
                 "it is taken off, as it is from the curve. Large avalanches run farther where the "
                 "curve falls. The model itself was fitted to the records, not to these points."
             ),
-            None if view.scatter is None else _inside(view, shown, language),
+            None if view.scatter is None else _inside(view, shown),
             lacking
-            and language.plural(
+            and plural(
                 "{n} event has no volume, or no friction stops the block at its record, and is "
                 "not shown.",
                 "{n} events have no volume, or no friction stops the block at their record, and "
@@ -106,26 +103,23 @@ def friction_figure(
     )
 
 
-def _inside(view: FrictionView, events: Sequence[EventView], language: Language) -> str:
+def _inside(view: FrictionView, events: Sequence[EventView]) -> str:
     """How many points lie in the wide band."""
     assert view.scatter is not None
     log_volume = np.log([e.volume_m3 or np.nan for e in events])
     low, high = (np.interp(log_volume, np.log(view.volume), view.scatter[k]) for k in (0, 3))
     mu = np.array([e.mu_reference for e in events], np.float64)
     n = int(np.sum((mu >= low) & (mu <= high)))
-    return language.say("{n} of {total} lie in the band of 90 %.", n=n, total=len(events))
+    return say("{n} of {total} lie in the band of 90 %.", n=n, total=len(events))
 
 
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
 
 
-def density_figure(
-    densities: Sequence[FrictionDensity], names: Mapping[str, str], language: Language = ENGLISH
-) -> Figure | None:
+def density_figure(densities: Sequence[FrictionDensity], names: Mapping[str, str]) -> Figure | None:
     """The density of all events thick, that of each path thin; None where there is none."""
     if not densities:
         return None
-    say = language.say
     many, all_events = len(densities) > len(COLORS), say("all events")
     span = np.asarray(densities[0].mu)
     data: list[Trace] = []
@@ -154,7 +148,7 @@ def density_figure(
     return Figure(
         "density",
         say("How apparent friction is spread"),
-        language.plural(
+        plural(
             "Probability density of apparent friction of all events and of {n} path.",
             "Probability density of apparent friction of all events and of {n} paths.",
             len(densities) - 1,
@@ -195,9 +189,7 @@ SMALL_PX, SMALL_MARGIN = 246, {"l": 62, "r": 20, "t": 10, "b": 62}
 
 
 def posterior_figures(
-    parameters: Mapping[str, ParameterSummary],
-    draws: Mapping[str, Floats],
-    language: Language = ENGLISH,
+    parameters: Mapping[str, ParameterSummary], draws: Mapping[str, Floats]
 ) -> list[Figure]:
     """A histogram for every parameter that moves, and the first two against each other.
 
@@ -205,22 +197,19 @@ def posterior_figures(
     """
     moving = {name: v for name, v in draws.items() if np.ptp(v) > 0.0}
     figures = [
-        _histogram(k, name, values, parameters[name], language)
+        _histogram(k, name, values, parameters[name])
         for k, (name, values) in enumerate(moving.items())
     ]
     if len(moving) > 1:
         one, other = islice(moving.items(), 2)
-        figures.append(_joint(one, other, language))
+        figures.append(_joint(one, other))
     return figures
 
 
 def offsets_figure(
-    parameters: Mapping[str, ParameterSummary],
-    names: Mapping[str, str],
-    language: Language = ENGLISH,
+    parameters: Mapping[str, ParameterSummary], names: Mapping[str, str]
 ) -> Figure | None:
     """How far each path's friction lies from that of all; None without a path effect."""
-    say = language.say
     rows = [(k.removeprefix(OFFSET), p) for k, p in parameters.items() if k.startswith(OFFSET)]
     if not rows:
         return None
@@ -253,15 +242,13 @@ def offsets_figure(
     )
 
 
-def _histogram(
-    k: int, name: str, values: Floats, summary: ParameterSummary, language: Language
-) -> Figure:
+def _histogram(k: int, name: str, values: Floats, summary: ParameterSummary) -> Figure:
     counts, edges = np.histogram(values, bins=BINS, density=True)
     middle = 0.5 * (edges[1:] + edges[:-1])
     inside = (middle >= summary.q05) & (middle <= summary.q95)
-    low, high, mean = (number(getattr(summary, key), language) for key in ("q05", "q95", "mean"))
-    unit = f" {unit_words(summary.unit, language)}" if summary.unit else ""
-    numbers = language.say(
+    low, high, mean = (number(getattr(summary, key)) for key in ("q05", "q95", "mean"))
+    unit = f" {unit_words(summary.unit)}" if summary.unit else ""
+    numbers = say(
         "mean {mean}{unit}; 90 % in {low} to {high}{unit}", mean=mean, low=low, high=high, unit=unit
     )
     histogram: Trace = {
@@ -277,9 +264,7 @@ def _histogram(
     return Figure(
         f"posterior-{k + 1}",
         name,
-        language.say(
-            "Histogram of the posterior draws of {name}: {numbers}.", name=name, numbers=numbers
-        ),
+        say("Histogram of the posterior draws of {name}: {numbers}.", name=name, numbers=numbers),
         numbers,
         [histogram, normal],
         layout(
@@ -299,20 +284,20 @@ def _small_axis(title: str, **more: Any) -> dict[str, Any]:
     return {**small, "title": {**small["title"], "font": {"size": 12}}}
 
 
-def _joint(one: tuple[str, Floats], other: tuple[str, Floats], language: Language) -> Figure:
+def _joint(one: tuple[str, Floats], other: tuple[str, Floats]) -> Figure:
     (name, x), (named, y) = one, other
     every = max(1, len(x) // JOINT_DRAWS)
-    r = language.number(f"{np.corrcoef(x, y)[0, 1]:.2f}")
+    r = spoken().number(f"{np.corrcoef(x, y)[0, 1]:.2f}")
     return Figure(
         "posterior-joint",
-        language.say("{one} and {other} together", one=name, other=named),
-        language.say(
+        say("{one} and {other} together", one=name, other=named),
+        say(
             "Posterior draws of {one} against {other}; their correlation is {r}.",
             one=name,
             other=named,
             r=r,
         ),
-        language.say("correlation {r}", r=r),
+        say("correlation {r}", r=r),
         [marks(x[::every], y[::every], {"color": VERMILION, "size": 3, "opacity": 0.5})],
         layout(
             _small_axis(label(name)),

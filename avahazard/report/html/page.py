@@ -38,7 +38,7 @@ from avahazard.report.html.score_figures import (
     force_figure,
     ladder_figure,
 )
-from avahazard.report.language import Language
+from avahazard.report.language import plural, say, spoken
 from avahazard.report.model_tables import (
     budget_table,
     candidates_table,
@@ -79,11 +79,11 @@ def switch_json(content: ReportContent) -> Markup:
     tables = {state.key: _state_rows(state, shared) for state in states}
     value = {
         "own": loop.lineage[-1],
-        "language": _language(content.language),
+        "language": _language(),
         "models": [state.key for state in loop.models],
         "states": {
             state.key: {
-                "name": state_name(state.key, loop, content.language),
+                "name": state_name(state.key, loop),
                 "held_out_m": state.held_out_m,
                 "crps_m": state.crps_m,
                 "rmse_m": state.rmse_m,
@@ -106,23 +106,22 @@ def switch_json(content: ReportContent) -> Markup:
     return script_json(value, DIGITS)
 
 
-def state_name(key: str, loop: LoopView, language: Language) -> str:
+def state_name(key: str, loop: LoopView) -> str:
     """A state as people read it: a model's name, or an effect and its strength."""
     for sweep in loop.sweeps:
         for known, strength in zip(sweep.keys, sweep.strengths, strict=True):
             if known == key and strength != 1.0:
-                return f"{language.effect(sweep.effect)} × {language.number(f'{strength:g}')}"
+                return f"{spoken().effect(sweep.effect)} × {spoken().number(f'{strength:g}')}"
     return key
 
 
-def _language(language: Language) -> dict[str, Any]:
+def _language() -> dict[str, Any]:
     """Signs of numbers, the words of the script, and those of Plotly's toolbar."""
-    say = language.say
     return {
-        "code": language.code,
-        "decimal": language.decimal,
-        "group": language.group,
-        "separators": language.separators,
+        "code": spoken().code,
+        "decimal": spoken().decimal,
+        "group": spoken().group,
+        "separators": spoken().separators,
         "shown": say("Shown: {model}. In-sample CRPS {crps}, root mean square error {rmse}."),
         "shown_held_out": say(
             "Shown: {model}. In-sample CRPS {crps}, root mean square error {rmse}; held-out "
@@ -171,9 +170,12 @@ class PathSection:
 
 
 def render(content: ReportContent) -> str:
-    """The whole report as HTML that needs nothing else: no network, no other file."""
+    """The whole report as HTML that needs nothing else: no network, no other file.
+
+    It is in the language that is spoken.
+    """
     folder = files("avahazard.report.html") / "templates"
-    language, model = content.language, content.model
+    model = content.model
     n_paths = len({e.path_id for e in content.events if e.path_id is not None})
     cards, common = brief.path_cards(content)
     period = brief.shown_period(content)
@@ -181,6 +183,7 @@ def render(content: ReportContent) -> str:
     values = {
         "content": content,
         "brief": brief,
+        "language": spoken(),
         "by_words": _by_words(content),
         "conclusion": brief.conclusion(content),
         "map": brief.overview_map(content),
@@ -188,12 +191,10 @@ def render(content: ReportContent) -> str:
         "common": common,
         "zoned": any(view.zones and view.zones.zones for view in content.paths),
         "period": period,
-        "design": design_table(shown, language, content.names),
-        "model_words": model_words(model, n_paths, language),
-        "why_words": why_words(model.model, list(content.ladder), language),
-        "error_words": []
-        if content.comparison is None
-        else error_words(content.comparison, language),
+        "design": design_table(shown, content.names),
+        "model_words": model_words(model, n_paths),
+        "why_words": why_words(model.model, list(content.ladder)),
+        "error_words": [] if content.comparison is None else error_words(content.comparison),
         "style": Markup((folder / "report.css").read_text(encoding="utf-8")),  # noqa: S704 (our own)
     }
     script = ""
@@ -202,20 +203,20 @@ def render(content: ReportContent) -> str:
         diagnosis, names = content.diagnosis, content.names
         values |= {
             "chapters": brief.chapters(content),
-            "verdict": None if diagnosis is None else verdict_words(diagnosis, None, language),
+            "verdict": None if diagnosis is None else verdict_words(diagnosis, None),
             "figures": _figures(content, names),
-            "posterior": posterior_figures(model.parameters, content.draws, language),
-            "predicted": predicted_figures(content.events, names, content.loop, language),
+            "posterior": posterior_figures(model.parameters, content.draws),
+            "predicted": predicted_figures(content.events, names, content.loop),
             "switch": switch_json(content),
             "sections": list(_sections(content)),
             "tables": _tables(content, names),
         }
     code = Markup(script)  # noqa: S704 (our own)
-    template = _environment(language).get_template("report.html.j2")
+    template = _environment().get_template("report.html.j2")
     return template.render(values, script=code, script_hash=_hash(script))
 
 
-def _environment(language: Language) -> Environment:
+def _environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("avahazard.report.html", "templates"),
         autoescape=True,
@@ -226,114 +227,106 @@ def _environment(language: Language) -> Environment:
     )
     # What the extension adds to an environment is not in its types.
     translations: Any = environment
-    translations.install_gettext_callables(language.say, language.plural)
+    translations.install_gettext_callables(say, plural)
     return environment
 
 
 def _by_words(content: ReportContent) -> str:
     """Under the title: which model, on how much."""
-    language, model = content.language, content.model
+    model = content.model
     values = {
         "model": model.model,
-        "date": language.date(content.created[:10]),
-        "events": events(len(content.events), language),
+        "date": spoken().date(content.created[:10]),
+        "events": events(len(content.events)),
     }
     if not content.paths:
-        return language.say("Model “{model}”, calibrated {date} on {events}.", **values)
-    return language.say(
+        return say("Model “{model}”, calibrated {date} on {events}.", **values)
+    return say(
         "Model “{model}”, calibrated {date} on {events}; {paths}.",
-        paths=paths(len(content.paths), language),
+        paths=paths(len(content.paths)),
         **values,
     )
 
 
 def _figures(content: ReportContent, names: dict[str, str]) -> dict[str, Figure | None]:
     """The figures that stand by their names; None where there is nothing to draw."""
-    comparison, diagnosis, language = content.comparison, content.diagnosis, content.language
+    comparison, diagnosis = content.comparison, content.diagnosis
     friction = content.friction
     force = () if comparison is None else comparison.measured_force
     return {
-        "record": record_figure(content.events, content.paths, language),
-        "ladder": ladder_figure(content.ladder, content.model.model, language),
-        "friction": None
-        if friction is None
-        else friction_figure(friction, content.events, names, language),
-        "density": density_figure(content.densities, names, language),
-        "residuals": residuals_figure(content.events, names, content.loop, language),
-        "failed": failed_figure(content.events, names, content.loop, language),
-        "suspect": suspect_figure(
-            content.events, names, content.loop, content.loop.suspect, language
-        ),
-        "budget": budget_figure(content.ladder, content.loop.comparisons, language),
-        "effects": None if diagnosis is None else effects_figure(diagnosis, language),
-        "offsets": offsets_figure(content.model.parameters, names, language),
-        "force": force_figure(force, language) if force else None,
+        "record": record_figure(content.events, content.paths),
+        "ladder": ladder_figure(content.ladder, content.model.model),
+        "friction": None if friction is None else friction_figure(friction, content.events, names),
+        "density": density_figure(content.densities, names),
+        "residuals": residuals_figure(content.events, names, content.loop),
+        "failed": failed_figure(content.events, names, content.loop),
+        "suspect": suspect_figure(content.events, names, content.loop, content.loop.suspect),
+        "budget": budget_figure(content.ladder, content.loop.comparisons),
+        "effects": None if diagnosis is None else effects_figure(diagnosis),
+        "offsets": offsets_figure(content.model.parameters, names),
+        "force": force_figure(force) if force else None,
     }
 
 
 def _sections(content: ReportContent) -> Iterator[PathSection]:
     for number, view in enumerate(content.paths, start=1):
-        language = content.language
         drawn = (
-            path_figure(
-                *(number, view, content.loop, content.events, language),
-                drag=content.speed_limited,
-            ),
-            map_figure(number, view, language),
+            path_figure(*(number, view, content.loop, content.events), drag=content.speed_limited),
+            map_figure(number, view),
         )
         yield PathSection(number, view, tuple(f for f in drawn if f is not None))
 
 
 def _tables(content: ReportContent, names: dict[str, str]) -> dict[str, Table | None]:
     """The tables of the annex; None where there is nothing to show."""
-    comparison, diagnosis, language = content.comparison, content.diagnosis, content.language
+    comparison, diagnosis = content.comparison, content.diagnosis
     rows = content.rows
     zones = [view.zones for view in content.paths if view.zones is not None]
     baseline = [row for view in content.paths for row in view.alpha_beta]
     found = {
-        "design": design_table(rows, language, names) if rows else None,
-        "volume": volume_runout_table(rows, language, names) if rows else None,
-        "apart": apart_table(rows, language, names),
-        "volumes": period_volumes_table(rows, language, names),
-        "points": points_table(rows, language, names),
-        "zones": zones_table(zones, language, names),
-        "alpha_beta": alpha_beta_table(baseline, language, names),
-        "paths": paths_table(content.summaries, language, names) if content.paths else None,
-        "models": ladder_table(content.ladder, language),
-        "parameters": parameters_table(content.model, language, offsets=False),
-        "kinds": kinds_table(content.model, language),
+        "design": design_table(rows, names) if rows else None,
+        "volume": volume_runout_table(rows, names) if rows else None,
+        "apart": apart_table(rows, names),
+        "volumes": period_volumes_table(rows, names),
+        "points": points_table(rows, names),
+        "zones": zones_table(zones, names),
+        "alpha_beta": alpha_beta_table(baseline, names),
+        "paths": paths_table(content.summaries, names) if content.paths else None,
+        "models": ladder_table(content.ladder),
+        "parameters": parameters_table(content.model, offsets=False),
+        "kinds": kinds_table(content.model),
         "made": made_table(content),
     }
     if comparison is not None:
-        parts = compared_parts(comparison, language)
-        found["scores"] = scores_table(comparison.coordinate, parts, language)
-        found["failures"] = failures_table(comparison, language, names)
-        found["budget"] = budget_table(comparison, language)
-        found["misfit"] = misfit_table(comparison, language)
+        parts = compared_parts(comparison)
+        found["scores"] = scores_table(comparison.coordinate, parts)
+        found["failures"] = failures_table(comparison, names)
+        found["budget"] = budget_table(comparison)
+        found["misfit"] = misfit_table(comparison)
     if diagnosis is not None:
-        found["candidates"] = candidates_table(diagnosis, language)
-        found["shape"] = shape_table(diagnosis, language)
-        found["laws"] = laws_table(diagnosis, language)
-        found["measure"] = measure_table(diagnosis, language)
+        found["candidates"] = candidates_table(diagnosis)
+        found["shape"] = shape_table(diagnosis)
+        found["laws"] = laws_table(diagnosis)
+        found["measure"] = measure_table(diagnosis)
     optional = ("scores", "failures", "budget", "misfit", "candidates", "shape", "laws", "measure")
     return dict.fromkeys(optional) | found
 
 
 def made_table(content: ReportContent) -> Table:
     """Seeds, versions and fingerprints."""
-    model, language = content.model, content.language
-    say, checks = language.say, content.model.diagnostics
+    model = content.model
+    checks = content.model.diagnostics
     day, _, hour = content.created.partition("T")
-    draws = ", ".join(integer(n, language) for n in sorted({row.n_draws for row in content.rows}))
+    draws = ", ".join(integer(n) for n in sorted({row.n_draws for row in content.rows}))
     rows = [
-        (say("calibrated (UTC)"), f"{language.date(day)} {hour.removesuffix('Z')}".rstrip()),
+        (say("calibrated (UTC)"), f"{spoken().date(day)} {hour.removesuffix('Z')}".rstrip()),
         (
             say("method"),
             say(
                 "{method}, {n} chains of {draws} draws",
                 method=model.method,
                 n=model.chains,
-                draws=integer(model.draws, language),
+                draws=integer(model.draws),
             ),
         ),
         (say("seed"), model.seed),
@@ -343,9 +336,9 @@ def made_table(content: ReportContent) -> Table:
                 "R-hat {rhat}, effective sample size at least {ess}, {share} accepted",
                 rhat=say("infinite")
                 if checks.rhat_max is None
-                else language.number(f"{checks.rhat_max:.3f}"),
-                ess=integer(checks.ess_min, language),
-                share=share(checks.acceptance, language),
+                else spoken().number(f"{checks.rhat_max:.3f}"),
+                ess=integer(checks.ess_min),
+                share=share(checks.acceptance),
             ),
         ),
         (say("fingerprint of the records (SHA-256)"), model.data_fingerprint),
@@ -365,7 +358,7 @@ def made_table(content: ReportContent) -> Table:
     ]
     columns = (("", itemgetter(0)), ("", itemgetter(1)))
     known = [row for row in rows if row[1] not in (None, "")]
-    return made("made", say("How to make it again"), columns, known, language)
+    return made("made", say("How to make it again"), columns, known)
 
 
 def _plotly() -> str:

@@ -31,7 +31,7 @@ from avahazard.report.html.figure import (
     line,
     marks,
 )
-from avahazard.report.language import ENGLISH, Language
+from avahazard.report.language import say, spoken
 from avahazard.report.words import case, event_words, integer, interval, metres, volume_words, years
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, ReachChance, Spread
 from avahazard.results.zones import ZonedPath
@@ -41,18 +41,13 @@ TREES_EVERY, ABOVE, POINTS = 0.016, 0.012, 30
 and the points of a band."""
 
 
-def place_traces(
-    places: Sequence[PlaceView],
-    smooth: SmoothProfile,
-    end: float,
-    language: Language = ENGLISH,
-) -> list[Trace]:
+def place_traces(places: Sequence[PlaceView], smooth: SmoothProfile, end: float) -> list[Trace]:
     """A trace for each effect that acts on a part of this path, which is drawn up to `end` (m)."""
     traces: list[Trace] = []
     length = end - smooth.x_min
     for place in places:
-        effect = language.effect(place.effect)
-        name = label(language.say("{effect} acts here", effect=effect))
+        effect = spoken().effect(place.effect)
+        name = label(say("{effect} acts here", effect=effect))
         if place.trees:
             parts = [np.arange(a, b, TREES_EVERY * length) for a, b in place.stretches]
             x = np.concatenate(parts)
@@ -75,31 +70,25 @@ BAR_PLACES = 24
 
 
 def runout_traces(
-    smooth: SmoothProfile,
-    row: HazardRow,
-    color: str,
-    above: float,
-    *,
-    first: bool,
-    language: Language = ENGLISH,
+    smooth: SmoothProfile, row: HazardRow, color: str, above: float, *, first: bool
 ) -> list[Trace]:
     """The design runout of a row, and thinner that of avalanches of its volume.
 
     The legend names the latter in the `first` row only: it stands for all.
     """
-    of = case(row, language)
+    of = case(row)
     group = f"row {of}"
     traces: list[Trace] = []
     design = row.design
     if design:
-        name = language.say("design runout, {case}", case=of)
+        name = say("design runout, {case}", case=of)
         found = design.runout_x_m
-        traces += _bar(smooth, found, name, group, above, color, 6.0, language)
+        traces += _bar(smooth, found, name, group, above, color, 6.0)
     volume = row.runout_x_m
     if volume.q05 is not None:
-        name = language.say("avalanches of {volume}", volume=volume_words(row, language))
+        name = say("avalanches of {volume}", volume=volume_words(row))
         shown = first or not design
-        traces += _bar(smooth, volume, name, group, above, color, 1.2, language, legend=shown)
+        traces += _bar(smooth, volume, name, group, above, color, 1.2, legend=shown)
         traces += _spread(smooth, row, color, above, group)
     return traces
 
@@ -112,7 +101,6 @@ def _bar(
     above: float,
     color: str,
     width: float,
-    language: Language,
     *,
     legend: bool = True,
 ) -> list[Trace]:
@@ -121,11 +109,11 @@ def _bar(
         return []
     end = smooth.x_max if found.q95 is None else found.q95
     x = np.linspace(found.q05, end, BAR_PLACES)
-    words = language.say(
+    words = say(
         "{name}: x {interval}, median {median}",
         name=name,
-        interval=interval(found, language),
-        median=metres(found.q50, language),
+        interval=interval(found),
+        median=metres(found.q50),
     )
     y = smooth.height(x) + above
     own = {"legendgroup": group, "text": [words] * BAR_PLACES, "opacity": 0.8}
@@ -134,7 +122,7 @@ def _bar(
     if middle is not None:
         look = {"symbol": "line-ns-open", "size": 9 + width, "color": color,
                 "line": {"width": 1.0 + width / 3.0, "color": color}}  # fmt: skip
-        hover = language.say("{name}, median: x {x} m", name=name, x="%{x:.0f}")
+        hover = say("{name}, median: x {x} m", name=name, x="%{x:.0f}")
         place = [float(smooth.height(middle)) + above]
         traces.append(marks([middle], place, look, hover, legendgroup=group, showlegend=False))
     return traces
@@ -175,9 +163,8 @@ def profile_range(smooth: SmoothProfile, n_rows: int) -> list[float]:
     return [float(y.min()) - FOOT * drop, float(y.max()) + top * drop]
 
 
-def profile_traces(view: PathView, language: Language = ENGLISH) -> list[Trace]:
+def profile_traces(view: PathView) -> list[Trace]:
     """Ground, release, recorded stops, and for every row its runout above the ground."""
-    say = language.say
     smooth, release = view.smooth, view.release_x
     assert smooth is not None
     assert release is not None
@@ -191,13 +178,11 @@ def profile_traces(view: PathView, language: Language = ENGLISH) -> list[Trace]:
         line(x, y, INK, 1.4, hover, name=say("profile, smoothed"), showlegend=False),
     ]
     if view.zones:
-        traces += _zones(view.zones, foot, drop, language)
+        traces += _zones(view.zones, foot, drop)
     for level, row in enumerate(view.rows[:MOST_ROWS], start=1):
         above = level * STEP * drop
-        traces += runout_traces(
-            smooth, row, ROW_COLORS[level - 1], above, first=level == 1, language=language
-        )
-    traces += _alpha_beta(view, smooth, 0.5 * STEP * drop, language)
+        traces += runout_traces(smooth, row, ROW_COLORS[level - 1], above, first=level == 1)
+    traces += _alpha_beta(view, smooth, 0.5 * STEP * drop)
     look: dict[str, Any] = {"symbol": "triangle-down", "size": 11, "color": BLACK}
     hover = say("release: x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}")
     own = {"name": say("release"), "cliponaxis": False}
@@ -207,7 +192,7 @@ def profile_traces(view: PathView, language: Language = ENGLISH) -> list[Trace]:
         places = np.array([e.stop_x_m for e in stops], dtype=np.float64)
         names = {view.path.path_id: view.name}
         hover = "%{text}<br>" + say("stopped at x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}")
-        text = [label(event_words(e, names, language)) for e in stops]
+        text = [label(event_words(e, names)) for e in stops]
         own = {"name": say("recorded stops"), "cliponaxis": False, "text": text}
         y = smooth.height(np.clip(places, smooth.x_min, smooth.x_max))
         traces.append(marks(places, y, _tick(13, 1.3), hover, **own))
@@ -220,11 +205,8 @@ def _tick(size: float, width: float) -> dict[str, Any]:
             "line": {"width": width, "color": INK}}  # fmt: skip
 
 
-def _alpha_beta(
-    view: PathView, smooth: SmoothProfile, below: float, language: Language
-) -> list[Trace]:
+def _alpha_beta(view: PathView, smooth: SmoothProfile, below: float) -> list[Trace]:
     """The α-β runouts, under the ground."""
-    say = language.say
     traces: list[Trace] = []
     for number, row in enumerate(view.alpha_beta):
         place = row.runout_x_m
@@ -238,8 +220,8 @@ def _alpha_beta(
         hover = say(
             "α-β, {coefficients}: x {x} m ({low} to {high})",
             x="%{x:.0f}",
-            low=integer(low, language),
-            high=integer(high, language),
+            low=integer(low),
+            high=integer(high),
             **values,
         )
         traces.append(
@@ -255,7 +237,7 @@ def _alpha_beta(
     return traces
 
 
-def _zones(zones: ZonedPath, foot: float, drop: float, language: Language) -> list[Trace]:
+def _zones(zones: ZonedPath, foot: float, drop: float) -> list[Trace]:
     """A strip in the colour of each zone at the foot of the panel."""
     return [
         line(
@@ -263,8 +245,8 @@ def _zones(zones: ZonedPath, foot: float, drop: float, language: Language) -> li
             [foot + 0.03 * drop] * 2,
             zone.color,
             10.0,
-            label(language.say(zone.zone)) + ": x %{x:.0f} m",
-            name=label(language.say("zone: {zone}", zone=language.say(zone.zone))),
+            label(say(zone.zone)) + ": x %{x:.0f} m",
+            name=label(say("zone: {zone}", zone=say(zone.zone))),
         )
         for zone in zones.zones
         if zone.to_x_m > zone.from_x_m
@@ -280,7 +262,7 @@ def reach_of(view: PathView) -> ReachChance | None:
     return next(found, None)
 
 
-def reach_traces(view: PathView, language: Language = ENGLISH) -> list[Trace]:
+def reach_traces(view: PathView) -> list[Trace]:
     """Median and 90 % of what the yearly chance may be, for a logarithmic axis."""
     reach = reach_of(view)
     assert reach is not None
@@ -289,36 +271,34 @@ def reach_traces(view: PathView, language: Language = ENGLISH) -> list[Trace]:
         [max(p or 0.0, LEAST) for p in getattr(reach.p_per_year, key)]
         for key in ("q05", "q50", "q95")
     )
-    name = language.say("chance to be reached in a year")
-    hover = language.say("x {x} m: {chance} a year", x="%{x:.0f}", chance="%{y:.2g}")
+    name = say("chance to be reached in a year")
+    hover = say("x {x} m: {chance} a year", x="%{x:.0f}", chance="%{y:.2g}")
     return [
         area(x, low, high, "rgba(0,114,178,0.18)", showlegend=False),
         line(x, middle, BLUE, 2.0, hover, name=name, showlegend=False),
     ]
 
 
-def speed_traces(view: PathView, language: Language = ENGLISH) -> list[Trace]:
+def speed_traces(view: PathView) -> list[Trace]:
     """Speed in m/s over x; empty where nothing is known of it."""
     if view.zones and view.zones.places:
-        return _quantiles(view, language)
-    cases = [case(row, language) for row in view.rows]
+        return _quantiles(view)
+    cases = [case(row) for row in view.rows]
     traces = []
     for found in view.speeds:
-        of = case(found.row, language)
-        hover = language.say(
-            "{case}: {speed} m/s at x {x} m", case=of, speed="%{y:.1f}", x="%{x:.0f}"
-        )
+        of = case(found.row)
+        hover = say("{case}: {speed} m/s at x {x} m", case=of, speed="%{y:.1f}", x="%{x:.0f}")
         color = ROW_COLORS[cases.index(of) % len(ROW_COLORS)]
-        traces.append(line(found.x, found.speed, color, 2.0, hover, **_speed_of(of, language)))
+        traces.append(line(found.x, found.speed, color, 2.0, hover, **_speed_of(of)))
     return traces
 
 
-def _speed_of(of: str, language: Language) -> dict[str, Any]:
-    name = language.say("speed, {case}", case=of)
+def _speed_of(of: str) -> dict[str, Any]:
+    name = say("speed, {case}", case=of)
     return {"name": name, "legendgroup": f"row {of}", "showlegend": False}
 
 
-def _quantiles(view: PathView, language: Language) -> list[Trace]:
+def _quantiles(view: PathView) -> list[Trace]:
     """The 5, 50 and 95 % of the speed of each return period, with the pressure on hover."""
     assert view.zones is not None
     places = view.zones.places
@@ -327,10 +307,10 @@ def _quantiles(view: PathView, language: Language) -> list[Trace]:
     traces: list[Trace] = []
     for k, period in enumerate(periods):
         color = ROW_COLORS[(known.index(period) if period in known else k) % len(ROW_COLORS)]
-        of = years(period, language)
+        of = years(period)
         entries = [place.by_return_period[k] for place in places]
         for key, width, dash in (("q50", 2.0, "solid"), ("q95", 1.0, "dash"), ("q05", 1.0, "dot")):
-            hover = language.say(
+            hover = say(
                 "{case}, {share} %: {speed} m/s, {pressure} kPa at x {x} m",
                 case=of,
                 share=str(int(key[1:])),
@@ -347,7 +327,7 @@ def _quantiles(view: PathView, language: Language) -> list[Trace]:
                     hover,
                     dash=dash,
                     customdata=[getattr(entry.pressure_kpa, key) for entry in entries],
-                    **_speed_of(of, language),
+                    **_speed_of(of),
                 )
             )
     return traces
@@ -382,17 +362,12 @@ def stops_height(n: int) -> int:
 
 
 def stops_traces(
-    view: PathView,
-    loop: LoopView,
-    events: Sequence[EventView],
-    shown: Sequence[int],
-    language: Language = ENGLISH,
+    view: PathView, loop: LoopView, events: Sequence[EventView], shown: Sequence[int]
 ) -> tuple[list[Trace], dict[str, Mapping[int, Trace]]]:
     """Bands of the parent and of the model, the medians, the records; and what states change.
 
     A band holds 90 % of where the block of that record is expected to stop.
     """
-    say = language.say
     states = {state.key: state for state in (*loop.models, *loop.swept)}
     name = loop.lineage[-1]
     parent = loop.lineage[-2] if len(loop.lineage) > 1 and loop.lineage[-2] in states else None
@@ -409,7 +384,7 @@ def stops_traces(
     dot = {"color": BLUE, "size": 4}
     traces.append(marks(states[name].x[shown, 1], rows, dot, median, showlegend=False))
     hover = "%{text}<br>" + say("stopped at x {x} m", x="%{x:.0f}")
-    text = [label(event_words(events[k], names, language)) for k in shown]
+    text = [label(event_words(events[k], names)) for k in shown]
     stops = [events[k].stop_x_m for k in shown]
     traces.append(marks(stops, rows, _tick(8, 1.6), hover, showlegend=False, text=text))
     changes: dict[str, Mapping[int, Trace]] = {
@@ -437,13 +412,7 @@ PROFILE_PX, PANEL_PX, GAP_PX = 340, 140, 32
 
 
 def path_figure(
-    k: int,
-    view: PathView,
-    loop: LoopView,
-    all_events: Sequence[EventView],
-    language: Language = ENGLISH,
-    *,
-    drag: bool = True,
+    k: int, view: PathView, loop: LoopView, all_events: Sequence[EventView], *, drag: bool = True
 ) -> Figure | None:
     """Panels above one another over the same x; None for a path without a profile.
 
@@ -452,16 +421,11 @@ def path_figure(
     """
     if view.smooth is None or view.release_x is None:
         return None
-    say = language.say
     shown = stops_of(view, loop, all_events)
     bands = [float(np.max(state.x[shown, 2])) for state in loop.models if shown]
     end = shown_end(view, bands)
     here = [place for place in loop.places if place.path_id == view.path.path_id]
-    ground = [
-        *profile_traces(view, language),
-        *place_traces(here, view.smooth, end, language),
-        block_trace(view, language),
-    ]
+    ground = [*profile_traces(view), *place_traces(here, view.smooth, end), block_trace(view)]
     panels: list[tuple[list[Trace], dict[str, Any], int]] = [
         (
             ground,
@@ -473,14 +437,14 @@ def path_figure(
     states: States = {}
     if shown:
         words.append(say("every record beside where it was expected"))
-        traces, changes = stops_traces(view, loop, all_events, shown, language)
+        traces, changes = stops_traces(view, loop, all_events, shown)
         states = {
             key: {len(ground) + number: trace for number, trace in change.items()}
             for key, change in changes.items()
         }
         rows = axis(say("records"), range=[0.0, len(shown) + 1.0], showticklabels=False)
         panels.append((traces, {**rows, "ticks": "", "showgrid": False}, stops_height(len(shown))))
-    speeds = speed_traces(view, language)
+    speeds = speed_traces(view)
     if speeds:
         words.append(say("the speeds"))
         of_speed = say("speed (m/s)") if drag else say("speed without drag (m/s)")
@@ -490,7 +454,7 @@ def path_figure(
         ticks = [1.0, 0.1, 0.01, 0.001, 0.0001]
         panels.append(
             (
-                reach_traces(view, language),
+                reach_traces(view),
                 axis(
                     say("reached a year"),
                     type="log",
@@ -511,11 +475,7 @@ def path_figure(
         axes[f"yaxis{name}"] = {**y_axis, "domain": [(top - px) / total, top / total]}
         top -= px + GAP_PX
     last = "y" if len(panels) == 1 else f"y{len(panels)}"
-    x_axis = axis(
-        say("distance along the path x (m)"),
-        anchor=last,
-        range=[view.smooth.x_min, end],
-    )
+    x_axis = axis(say("distance along the path x (m)"), anchor=last, range=[view.smooth.x_min, end])
     places = layout(x_axis, axes.pop("yaxis"), height=total + 130, margin=MARGIN, **axes)
     return Figure(
         f"path-{k}",
@@ -545,7 +505,7 @@ def shown_end(view: PathView, more: Sequence[float] = ()) -> float:
     return float(min(smooth.x_min + length, smooth.x_max))
 
 
-def block_trace(view: PathView, language: Language = ENGLISH) -> Trace:
+def block_trace(view: PathView) -> Trace:
     """The block, on its release until a slider moves it."""
     assert view.smooth is not None
     return marks(
@@ -557,8 +517,8 @@ def block_trace(view: PathView, language: Language = ENGLISH) -> Trace:
             "color": VERMILION,
             "line": {"color": "white", "width": 2},
         },
-        language.say("the block stops: x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}"),
-        name=language.say("the block"),
+        say("the block stops: x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}"),
+        name=say("the block"),
         meta="block",
         showlegend=False,
         cliponaxis=False,

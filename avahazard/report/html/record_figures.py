@@ -27,7 +27,7 @@ from avahazard.report.html.figure import (
     marks,
     rows_axis,
 )
-from avahazard.report.language import ENGLISH, Language
+from avahazard.report.language import plural, say, spoken
 from avahazard.report.words import event_words
 from avahazard.results.base import RATIO
 
@@ -36,9 +36,7 @@ DASHED = {"color": BLACK, "width": 1.0, "dash": "dash"}
 Names = dict[str, str]
 
 
-def predicted_figures(
-    events: Sequence[EventView], names: Names, loop: LoopView, language: Language = ENGLISH
-) -> list[Figure]:
+def predicted_figures(events: Sequence[EventView], names: Names, loop: LoopView) -> list[Figure]:
     """A figure for each coordinate that was recorded: elevation, x, runout length, H/L.
 
     The states of the loop are those that the page's switch can show.
@@ -51,26 +49,20 @@ def predicted_figures(
             if e.coordinate == coordinate and e.predicted is not None
         ]
         if rows:
-            figures.append(_predicted(coordinate, events, rows, names, loop, language))
+            figures.append(_predicted(coordinate, events, rows, names, loop))
     return figures
 
 
 def _predicted(
-    coordinate: str,
-    events: Sequence[EventView],
-    rows: list[int],
-    names: Names,
-    loop: LoopView,
-    language: Language,
+    coordinate: str, events: Sequence[EventView], rows: list[int], names: Names, loop: LoopView
 ) -> Figure:
-    say = language.say
-    title, predicted, recorded = _titles(coordinate, language)
+    title, predicted, recorded = _titles(coordinate)
     stopped = [k for k in rows if events[k].observed_m is not None]
     place = {events[k].event_id: k for k in stopped}
     states = (*loop.models, *loop.swept)
     data: list[Trace] = []
     changes: dict[str, dict[int, Trace]] = {state.key: {} for state in states}
-    for name, color, symbol, mine in by_path([events[k] for k in stopped], names, language):
+    for name, color, symbol, mine in by_path([events[k] for k in stopped], names):
         members = [place[e.event_id] for e in mine]
         for state in states:
             low, middle, high = state.predicted[members].T
@@ -78,11 +70,11 @@ def _predicted(
             changes[state.key][len(data)] = {"x": middle, **bars}
         marker = {"color": color, "symbol": symbol, "size": 7}
         expected = np.array([e.predicted for e in mine])
-        shown = _against(expected, mine, marker, names, language)
+        shown = _against(expected, mine, marker, names)
         data.append({**shown, "name": label(name), "opacity": 0.8})
     ends = [v for k in stopped for v in (events[k].observed_m, _middle(events[k])) if v is not None]
     if ends:
-        data.append(_equal(min(ends), max(ends), language))
+        data.append(_equal(min(ends), max(ends)))
     left, inside = len(rows) - len(stopped), sum(_inside(events[k]) for k in stopped)
     return Figure(
         f"predicted-{coordinate}",
@@ -101,7 +93,7 @@ def _predicted(
                 inside=inside,
             ),
             left
-            and language.plural(
+            and plural(
                 "{n} event ran beyond its profile and has no stop to show.",
                 "{n} events ran beyond their profile and have no stop to show.",
                 left,
@@ -118,14 +110,13 @@ def _against(
     events: Sequence[EventView],
     marker: dict[str, Any],
     names: Names,
-    language: Language,
     recorded: Sequence[float | None] | None = None,
 ) -> Trace:
     """Records upwards, their 5, 50 and 95 % `expected` `[n_events, 3]` across."""
     ratio = events[0].coordinate == RATIO and recorded is None
     form, unit = (".4g", "") if ratio else (".0f", " m")
     low, middle, high = expected.T
-    hover = language.say(
+    hover = say(
         "predicted {predicted}, recorded {recorded}",
         predicted=f"%{{x:{form}}}{unit}",
         recorded=f"%{{y:{form}}}{unit}",
@@ -136,18 +127,17 @@ def _against(
         marker,
         "%{text}<br>" + hover,
         error_x=error_bar(low, middle, high, marker["color"], thickness=0.7, width=0),
-        text=[label(event_words(e, names, language)) for e in events],
+        text=[label(event_words(e, names)) for e in events],
     )
 
 
-def _equal(low: float, high: float, language: Language) -> Trace:
-    name = language.say("predicted = recorded")
+def _equal(low: float, high: float) -> Trace:
+    name = say("predicted = recorded")
     return line([low, high], [low, high], BLACK, 1.0, dash="dash", name=name)
 
 
-def _titles(coordinate: str, language: Language) -> tuple[str, str, str]:
+def _titles(coordinate: str) -> tuple[str, str, str]:
     """Title of the figure, and of the axes of what was predicted and recorded."""
-    say = language.say
     return {
         "elevation": (
             say("Elevations of the stops: recorded against predicted"),
@@ -164,11 +154,7 @@ def _titles(coordinate: str, language: Language) -> tuple[str, str, str]:
             say("predicted runout length (m)"),
             say("recorded runout length (m)"),
         ),
-        RATIO: (
-            say("H/L: recorded against predicted"),
-            say("predicted H/L"),
-            say("recorded H/L"),
-        ),
+        RATIO: (say("H/L: recorded against predicted"), say("predicted H/L"), say("recorded H/L")),
     }[coordinate]
 
 
@@ -194,11 +180,8 @@ def _inside(event: EventView) -> bool:
 ROOM = 1.08
 
 
-def residuals_figure(
-    events: Sequence[EventView], names: Names, loop: LoopView, language: Language = ENGLISH
-) -> Figure | None:
+def residuals_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> Figure | None:
     """Predicted mean less record of every event with a volume; None where there are none."""
-    say = language.say
     states = (*loop.models, *loop.swept)
     own = next((s for s in loop.models if s.key == loop.lineage[-1]), None)
     with_volume = [e for e in events if e.volume_m3 is not None]
@@ -209,7 +192,7 @@ def residuals_figure(
     hover = say("predicted less recorded: {error}", error="%{y:.4f}" if ratio else "%{y:.0f} m")
     data: list[Trace] = []
     changes: dict[str, dict[int, Trace]] = {state.key: {} for state in states}
-    for name, color, symbol, mine in by_path(with_volume, names, language):
+    for name, color, symbol, mine in by_path(with_volume, names):
         rows = [place[e.event_id] for e in mine]
         for state in states:
             changes[state.key][len(data)] = {"y": state.error[rows]}
@@ -221,7 +204,7 @@ def residuals_figure(
                 "%{text}<br>" + hover,
                 name=label(name),
                 opacity=0.8,
-                text=[label(event_words(e, names, language)) for e in mine],
+                text=[label(event_words(e, names)) for e in mine],
             )
         )
     most = ROOM * max(float(np.nanmax(np.abs(state.error))) for state in states)
@@ -237,7 +220,7 @@ def residuals_figure(
                 "record. A model that lacks nothing scatters evenly about the dashed line."
             ),
             lost
-            and language.plural(
+            and plural(
                 "{n} event without a volume is left out.",
                 "{n} events without a volume are left out.",
                 lost,
@@ -255,14 +238,11 @@ def residuals_figure(
     )  # fmt: skip
 
 
-def failed_figure(
-    events: Sequence[EventView], names: Names, loop: LoopView, language: Language = ENGLISH
-) -> Figure | None:
+def failed_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> Figure | None:
     """Recorded against predicted place by the model before the last step, failing levels in colour.
 
     Of a model without a parent, that model. None where no event has a place on a profile.
     """
-    say = language.say
     before = loop.before
     if before is None:
         return None
@@ -271,16 +251,14 @@ def failed_figure(
     if not known:
         return None
     data: list[Trace] = []
-    for name, color, fails in _kinds(before, language):
+    for name, color, fails in _kinds(before):
         rows = [k for k in known if bool(before.failed[k]) is fails]
         if rows:
             mine, places = [events[k] for k in rows], [events[k].stop_x_m for k in rows]
-            shown = _against(
-                before.x[rows], mine, {"color": color, "size": 7}, names, language, places
-            )
+            shown = _against(before.x[rows], mine, {"color": color, "size": 7}, names, places)
             data.append({**shown, "name": name, "opacity": 0.8})
     ends = [v for k in known for v in (events[k].stop_x_m, before.x[k, 1]) if v is not None]
-    data.append(_equal(min(ends), max(ends), language))
+    data.append(_equal(min(ends), max(ends)))
     n = int(before.failed[known].sum())
     return Figure(
         "failed",
@@ -301,33 +279,29 @@ def failed_figure(
     )  # fmt: skip
 
 
-def _kinds(state: StateView, language: Language) -> list[tuple[str, str, bool]]:
+def _kinds(state: StateView) -> list[tuple[str, str, bool]]:
     """The events where the model holds and those where it fails: words, colour, which."""
-    fails = language.say("where “{model}” fails", model=state.key)
-    return [(language.say("elsewhere"), BLUE, False), (fails, VERMILION, True)]
+    fails = say("where “{model}” fails", model=state.key)
+    return [(say("elsewhere"), BLUE, False), (fails, VERMILION, True)]
 
 
 def suspect_figure(
-    events: Sequence[EventView],
-    names: Names,
-    loop: LoopView,
-    found: SuspectView | None,
-    language: Language = ENGLISH,
+    events: Sequence[EventView], names: Names, loop: LoopView, found: SuspectView | None
 ) -> Figure | None:
     """Partial residuals of the added effects, over what they go by."""
-    say, before = language.say, loop.before
+    before = loop.before
     if found is None or before is None:
         return None
-    effects = language.listed([language.effect(key) for key in found.effects])
+    effects = spoken().listed([spoken().effect(key) for key in found.effects])
     explained = say("explained by {effect}", effect=effects)
     values: Any = found.explained if found.column is None else found.values
     known = np.isfinite(found.missed) & np.isfinite(found.explained)
     data: list[Trace] = []
-    for name, color, fails in _kinds(before, language):
+    for name, color, fails in _kinds(before):
         rows = [int(k) for k in np.flatnonzero(known & (before.failed == fails))]
         if rows:
             x, y = [values[k] for k in rows], found.missed[rows]
-            text = [label(event_words(events[k], names, language)) for k in rows]
+            text = [label(event_words(events[k], names)) for k in rows]
             look = {"color": color, "size": 7, "opacity": 0.8}
             data.append(marks(x, y, look, "%{text}<br>%{y:+.2f}", name=name, text=text))
     rows = np.flatnonzero(known).tolist()
@@ -369,16 +343,13 @@ def suspect_figure(
 ROW_PX = 24
 
 
-def record_figure(
-    events: Sequence[EventView], paths: Sequence[PathView], language: Language = ENGLISH
-) -> Figure | None:
+def record_figure(events: Sequence[EventView], paths: Sequence[PathView]) -> Figure | None:
     """Dated events by year and path, larger where the volume was; None where none is dated."""
-    say = language.say
     names = {view.path.path_id: view.name for view in paths}
     dated = [e for e in events if e.year is not None]
     if not dated:
         return None
-    rows = list(dict.fromkeys(_row(e, names, language) for e in dated))
+    rows = list(dict.fromkeys(_row(e, names) for e in dated))
     rows += [label(view.name) for view in paths if label(view.name) not in rows]
     data: list[Trace] = []
     spans = [
@@ -401,11 +372,11 @@ def record_figure(
             data.append(
                 marks(
                     [e.year for e in mine],
-                    [_row(e, names, language) for e in mine],
+                    [_row(e, names) for e in mine],
                     marker,
                     "%{text}",
                     name=name,
-                    text=[label(event_words(e, names, language)) for e in mine],
+                    text=[label(event_words(e, names)) for e in mine],
                 )
             )
     undated = len(events) - len(dated)
@@ -424,7 +395,7 @@ def record_figure(
                 "without events, or years in which nobody looked."
             ),
             undated
-            and language.plural(
+            and plural(
                 "{n} event without a date is not shown.",
                 "{n} events without a date are not shown.",
                 undated,
@@ -439,9 +410,9 @@ def record_figure(
     )
 
 
-def _row(event: EventView, names: Mapping[str, str], language: Language) -> str:
+def _row(event: EventView, names: Mapping[str, str]) -> str:
     if event.path_id is None:
-        return language.say("no path")
+        return say("no path")
     return label(names.get(event.path_id, event.path_id))
 
 

@@ -21,15 +21,8 @@ from avahazard.report.html.figure import (
     marks,
     rows_axis,
 )
-from avahazard.report.language import ENGLISH, Language
-from avahazard.report.words import (
-    SIGNIFICANT,
-    amount,
-    axis_words,
-    chance,
-    level_words,
-    part_words,
-)
+from avahazard.report.language import plural, say, spoken
+from avahazard.report.words import SIGNIFICANT, amount, axis_words, chance, level_words, part_words
 from avahazard.results.base import RATIO, unit_of
 from avahazard.results.comparison import Comparison, MeasuredForce, Rung
 from avahazard.results.diagnosis import Diagnosis
@@ -68,9 +61,8 @@ def parts_in_order(found: Mapping[str, Mapping[str, float]]) -> dict[str, str]:
     return colors | ({UNEXPLAINED: SOURCE_COLORS[UNEXPLAINED]} if UNEXPLAINED in sources else {})
 
 
-def ladder_figure(ladder: Sequence[Rung], name: str, language: Language = ENGLISH) -> Figure | None:
+def ladder_figure(ladder: Sequence[Rung], name: str) -> Figure | None:
     """A bar for every compared model, this one blue; None where none was compared."""
-    say = language.say
     rows = [row for row in ladder if row.held_out_crps_m is not None]
     if not rows:
         return None
@@ -80,7 +72,7 @@ def ladder_figure(ladder: Sequence[Rung], name: str, language: Language = ENGLIS
     places = layout(errors, rows_axis(), height=120 + 34 * len(rows), bargap=0.35)
     floors = [row.noise_floor_crps_m for row in rows if row.noise_floor_crps_m is not None]
     if floors:
-        floor, size = min(floors), amount(min(floors), coordinate, 0, language)
+        floor, size = min(floors), amount(min(floors), coordinate, 0)
         look = {"color": VERMILION, "width": 2, "dash": "dash"}
         places["shapes"] = [
             {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "x0": floor, "x1": floor,
@@ -96,7 +88,7 @@ def ladder_figure(ladder: Sequence[Rung], name: str, language: Language = ENGLIS
     return Figure(
         "ladder",
         say("Held-out error of each model"),
-        language.plural(
+        plural(
             "Bar of the held-out CRPS of {n} model, with the measurement-error floor.",
             "Bars of the held-out CRPS of {n} models, with the measurement-error floor.",
             len(rows),
@@ -107,7 +99,7 @@ def ladder_figure(ladder: Sequence[Rung], name: str, language: Language = ENGLIS
                 "runout, volume and release); natural variability comes on top for every model."
             ),
             lost
-            and language.plural(
+            and plural(
                 "Left out: {n} model never compared.", "Left out: {n} models never compared.", lost
             ),
         ),
@@ -117,7 +109,7 @@ def ladder_figure(ladder: Sequence[Rung], name: str, language: Language = ENGLIS
                 [label(row.model) for row in rows],
                 [BLUE if row.model == name else PALE for row in rows],
                 f"%{{y}}: %{{x:.4g}} {unit}",
-                text=[_changed(row, rows, language) for row in rows],
+                text=[_changed(row, rows) for row in rows],
                 textposition="auto",
                 showlegend=False,
             )
@@ -126,26 +118,23 @@ def ladder_figure(ladder: Sequence[Rung], name: str, language: Language = ENGLIS
     )
 
 
-def _changed(row: Rung, rows: Sequence[Rung], language: Language) -> str:
+def _changed(row: Rung, rows: Sequence[Rung]) -> str:
     """The error of a model, and how it differs from that of its parent."""
     errors = {known.model: known.held_out_crps_m for known in rows}
     now, before = errors[row.model], errors.get(row.parent or "")
     assert now is not None
-    words = amount(now, row.coordinate, 0, language)
+    words = amount(now, row.coordinate, 0)
     if not before:
         return words
-    return f"{words} ({language.number(f'{now / before - 1.0:+.0%}'.replace('%', ' %'))})"
+    return f"{words} ({spoken().number(f'{now / before - 1.0:+.0%}'.replace('%', ' %'))})"
 
 
 LEAST_SHARE = 0.06
 """Of the longest bar: shorter segments have their metres on hover only."""
 
 
-def budget_figure(
-    ladder: Sequence[Rung], comparisons: Mapping[str, Comparison], language: Language = ENGLISH
-) -> Figure | None:
+def budget_figure(ladder: Sequence[Rung], comparisons: Mapping[str, Comparison]) -> Figure | None:
     """A bar for every compared model with a budget; None where there is none."""
-    say = language.say
     found = budget_bars([row.model for row in ladder], comparisons)
     if not found:
         return None
@@ -162,9 +151,9 @@ def budget_figure(
                 [label(name) for name in found],
                 color,
                 f"%{{y}}, %{{fullData.name}}: {size}",
-                name=label(part_words(source, language)),
+                name=label(part_words(source)),
                 text=[
-                    amount(v, coordinate, 0, language) if v * v >= LEAST_SHARE * longest else ""
+                    amount(v, coordinate, 0) if v * v >= LEAST_SHARE * longest else ""
                     for v in metres
                 ],
                 textposition="inside",
@@ -177,7 +166,7 @@ def budget_figure(
     return Figure(
         "budget",
         say("Where the error comes from"),
-        language.plural(
+        plural(
             "Stacked bars of the error budget of {n} model.",
             "Stacked bars of the error budget of {n} models.",
             len(found),
@@ -203,12 +192,12 @@ def budget_figure(
 MOST_ROWS = 16
 
 
-def effects_figure(diagnosis: Diagnosis, language: Language = ENGLISH) -> Figure | None:
+def effects_figure(diagnosis: Diagnosis) -> Figure | None:
     """The gain of every candidate, and the gain that chance alone reaches 19 times in 20."""
-    say, rows = language.say, diagnosis.candidates[:MOST_ROWS]
+    rows = diagnosis.candidates[:MOST_ROWS]
     if not rows:
         return None
-    names = [label(language.effect(row.effect)) for row in rows]
+    names = [label(spoken().effect(row.effect)) for row in rows]
     floor = 1.0 / (diagnosis.n_worlds + 1)
     colors = [
         VERMILION if row.effect in diagnosis.missing
@@ -244,7 +233,7 @@ def effects_figure(diagnosis: Diagnosis, language: Language = ENGLISH) -> Figure
                 textposition="middle right",
                 cliponaxis=False,
                 name=say("with the effect"),
-                text=[label(f"p {chance(row.p_value, floor, language)}") for row in rows],
+                text=[label(f"p {chance(row.p_value, floor)}") for row in rows],
             ),
         ],
         layout(
@@ -280,9 +269,8 @@ def bias_figure(found: Comparison) -> Figure | None:
     return Figure("bias", "Where it fails", "Bias of the worst levels.", "", data, places)
 
 
-def force_figure(force: Sequence[MeasuredForce], language: Language = ENGLISH) -> Figure:
+def force_figure(force: Sequence[MeasuredForce]) -> Figure:
     """Resisting force per mass against speed, a colour for each event."""
-    say = language.say
     events = list(dict.fromkeys(row.event_id for row in force))
     data = []
     for k, event in enumerate(events):
@@ -303,7 +291,7 @@ def force_figure(force: Sequence[MeasuredForce], language: Language = ENGLISH) -
     return Figure(
         "force",
         say("Force measured along the tracks"),
-        language.plural(
+        plural(
             "Resisting force per mass against speed, measured on {n} event.",
             "Resisting force per mass against speed, measured on {n} events.",
             len(events),

@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 
 from avahazard.cli.main import app
 from avahazard.cli.project import _show_demo, show_loop
+from avahazard.report.language import TERMINAL, speaking
 from avahazard.results.base import Rows
 from avahazard.results.made import Demo
 from avahazard.store.upkeep import status
@@ -63,11 +64,13 @@ def found(run: tuple[Path, Any, str]) -> Demo:
     return Demo.from_dict(run[1])
 
 
+@speaking(TERMINAL)
 def printed(found: Demo, capsys: pytest.CaptureFixture[str]) -> str:
     _show_demo(Console(width=80, markup=False, highlight=False), found)
     return capsys.readouterr().out
 
 
+@speaking(TERMINAL)
 def loop_words(found: Demo, capsys: pytest.CaptureFixture[str]) -> str:
     show_loop(Console(width=80, markup=False, highlight=False), found.loop)
     return capsys.readouterr().out

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ import pytest
 
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.page import render
-from avahazard.report.language import language_of
+from avahazard.report.language import language_of, speaking
 from tests.report.html.chromium import Seen, chromium
 from tests.report.html.test_browser_loop import MOVE, OVERLAPS
 
@@ -83,8 +82,8 @@ def page_file(
 ) -> Path:
     """Give the report of the loop in a language."""
     file: Path = tmp_path_factory.mktemp("languages") / f"{request.param}.html"
-    content = replace(loop_content, language=language_of(request.param))
-    file.write_text(render(content), encoding="utf-8")
+    with speaking(language_of(request.param)):
+        file.write_text(render(loop_content), encoding="utf-8")
     return file
 
 

@@ -15,7 +15,7 @@ import pytest
 from avahazard.notes import Note
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.page import render
-from avahazard.report.language import language_of
+from avahazard.report.language import language_of, speaking
 from tests.report.html.world import EVENT, NAMES
 
 SLOW = pytest.mark.slow
@@ -90,8 +90,8 @@ def pages(content: ReportContent, loop_content: ReportContent) -> Any:
 
     @cache
     def read(code: str) -> list[Texts]:
-        language = language_of(code)
-        return [Texts(render(replace(c, language=language))) for c in (content, loop_content)]
+        with speaking(language_of(code)):
+            return [Texts(render(c)) for c in (content, loop_content)]
 
     return read
 
@@ -156,5 +156,6 @@ def test_cells_have_the_decimal_sign_of_the_language(
 
 def test_an_unknown_note_does_not_break_a_page(content: ReportContent) -> None:
     row = replace(content.rows[0], notes=(Note.ready("Nobody knows {this} note."),))
-    page = render(replace(content, rows=[row], language=language_of("de")))
+    with speaking(language_of("de")):
+        page = render(replace(content, rows=[row]))
     assert "Nobody knows {this} note." in page
