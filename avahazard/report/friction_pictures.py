@@ -1,11 +1,13 @@
-"""Pictures of friction and of volumes: densities, laws on their points, return levels."""
+"""Pictures of friction and of volumes: densities, laws, return levels, figures of Ancey (2005)."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import ceil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from math import floor, log10
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,7 +15,7 @@ from avahazard.arrays import Floats
 from avahazard.inference.model.laws import law
 from avahazard.report.html.content import FrictionView
 from avahazard.report.path_pictures import BOUNDS, STOPS
-from avahazard.report.picture import figure, picture
+from avahazard.report.picture import figure, panels, picture
 from avahazard.results.friction import Fits, FrictionDensity, Frictions
 from avahazard.results.hazard import PathVolumes, ReturnLevel
 
@@ -25,9 +27,6 @@ def draw_densities(file: Path, densities: Sequence[FrictionDensity]) -> None:
     """Draw densities to `file`.
 
     Parts beyond the records are dashed; the density of all events is the thick line.
-
-    Raises:
-        AvahazardError: `file` is not the name of a picture.
     """
     with picture(file) as axes:
         _densities(axes, densities)
@@ -40,9 +39,6 @@ def draw_frictions(
 
     `volume` (m3) and `reference`, μ less what effects on friction and the path add, are
     `[n_events]`. Without a volume on record (`view` is None) there is no law to draw.
-
-    Raises:
-        AvahazardError: `file` is not the name of a picture.
     """
     with figure(file, (8.0, 5.0) if view is None else (12.0, 5.0)) as drawn:
         panels = drawn.subplots(1, 1 if view is None else 2, squeeze=False)[0]
@@ -74,35 +70,36 @@ def _law(axes: Axes, view: FrictionView, volume: Floats, reference: Floats) -> N
         markersize=4,
         label=f"{int(known.sum())} events",
     )
+    _over_volume(axes, "μ less effects on friction and of the path")
+
+
+def _over_volume(axes: Axes, upwards: str, **legend: Any) -> None:
     axes.set_xscale("log")
     axes.set_ylim(bottom=0.0)
-    axes.set_xlabel("volume, m3")
-    axes.set_ylabel("μ less effects on friction and of the path")
-    axes.legend(fontsize="small")
+    axes.set_xlabel("volume (m³)")
+    axes.set_ylabel(upwards)
+    axes.legend(**{"fontsize": "small", **legend})
 
 
 def _densities(axes: Axes, densities: Sequence[FrictionDensity]) -> None:
     for density in densities:
-        whole = density.path_id == "all"
-        (line,) = axes.plot(
-            density.mu,
-            np.where(density.extrapolated, np.nan, density.pdf),
-            color="black" if whole else None,
-            linewidth=2.5 if whole else 1.2,
-            label=f"{density.path_id} ({density.n})",
-        )
-        axes.plot(
-            density.mu,
-            np.where(density.extrapolated, density.pdf, np.nan),
-            "--",
-            color=line.get_color(),
-            linewidth=0.8,
-        )
+        width, color = (2.5, "black") if density.path_id == "all" else (1.2, None)
+        _curve(axes, density, width, color, f"{density.path_id} ({density.n})")
     axes.set_xlim(left=0.0)
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("apparent friction μ")
     axes.set_ylabel("probability density")
     axes.legend()
+
+
+def _curve(
+    axes: Axes, density: FrictionDensity, width: float, color: str | None, words: str
+) -> None:
+    """A density, dashed beyond the records."""
+    inside = np.where(density.extrapolated, np.nan, density.pdf)
+    beyond = np.where(density.extrapolated, density.pdf, np.nan)
+    (line,) = axes.plot(density.mu, inside, color=color, linewidth=width, label=words)
+    axes.plot(density.mu, beyond, "--", color=line.get_color(), linewidth=0.8)
 
 
 N_VOLUMES = 200
@@ -111,11 +108,7 @@ LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
 
 
 def draw_laws(file: Path, fits: Fits, volume: Floats, mu: Floats) -> None:
-    """Draw the fitted laws over points of volume (m3) and apparent friction `[n_events]`.
-
-    Raises:
-        AvahazardError: `file` is not the name of a picture.
-    """
+    """Draw the fitted laws over points of volume (m3) and apparent friction `[n_events]`."""
     points = np.asarray(volume, np.float64)
     x = np.geomspace(points.min() / ROOM, points.max() * ROOM, N_VOLUMES)
     with picture(file) as axes:
@@ -124,11 +117,7 @@ def draw_laws(file: Path, fits: Fits, volume: Floats, mu: Floats) -> None:
             item = law(entry.law)
             natural = np.array([entry.parameters[name].value for name in item.names])
             axes.plot(x, item.friction(natural, x), linestyle=style, label=item.formula)
-        axes.set_xscale("log")
-        axes.set_ylim(bottom=0.0)
-        axes.set_xlabel("volume, m3")
-        axes.set_ylabel("apparent friction μ")
-        axes.legend(fontsize="small")
+        _over_volume(axes, "apparent friction μ")
 
 
 COLUMNS = 3
@@ -141,19 +130,11 @@ def draw_return_levels(
     """Draw a panel for each of the `entries` of `volumes` to `file`.
 
     `curves` are their levels at many periods. Where they are extrapolated, the line is dotted.
-
-    Raises:
-        AvahazardError: `file` is not the name of a picture.
     """
-    columns = min(COLUMNS, len(entries))
-    rows = ceil(len(entries) / columns)
-    with figure(file, (3.6 * columns + 0.6, 2.9 * rows + 0.5)) as drawn:
-        panels = drawn.subplots(rows, columns, squeeze=False, sharex=True).ravel()
-        for panel, entry, curve in zip(panels, entries, curves, strict=False):
+    with panels(file, len(entries), COLUMNS, (3.8, 2.9), sharex=True) as (drawn, each):
+        for panel, entry, curve in zip(each, entries, curves, strict=True):
             _draw(panel, entry, curve)
-        for panel in panels[len(entries) :]:
-            panel.axis("off")
-        panels[0].legend(frameon=False, fontsize=8, loc="upper left")
+        each[0].legend(frameon=False, fontsize=8, loc="upper left")
         drawn.supxlabel("return period (years)", fontsize=10)
         drawn.supylabel("volume (m³)", fontsize=10)
 
@@ -191,3 +172,221 @@ def _draw(panel: Axes, entry: PathVolumes, curve: Sequence[ReturnLevel]) -> None
     panel.tick_params(labelbottom=True)
     panel.set_title(entry.path_id, fontsize=10, loc="left")
     panel.spines[["top", "right"]].set_visible(False)
+
+
+BINS = 40
+MOST_PANELS = 11
+"""Parameters shown: one more panel is for the first two together, and rows of three are full."""
+JOINT_DRAWS = 1500
+LEVELS = (0.5, 0.9)
+
+
+def draw_posterior(
+    file: Path, model: str, draws: Mapping[str, Floats], units: Mapping[str, str]
+) -> None:
+    """Draw a histogram of each parameter with the normal of its mean and sd, and a joint of two.
+
+    `draws` `[n_draws]` by name in the order to be shown; `units` by the same names. Those that do
+    not move are left out.
+    """
+    moving = {name: v for name, v in draws.items() if np.ptp(v) > 0.0}
+    shown = dict(islice(moving.items(), MOST_PANELS))
+    n_panels = len(shown) + (len(shown) > 1)
+    with panels(file, n_panels, COLUMNS, (4.0, 3.3)) as (drawn, each):
+        for panel, (name, values) in zip(each, shown.items(), strict=False):
+            _marginal(panel, name, values, units.get(name, ""))
+        if len(shown) > 1:
+            _joint(each[-1], *islice(shown.items(), 2))
+        left_out = f" (the first {len(shown)} of {len(moving)})" if len(moving) > len(shown) else ""
+        drawn.suptitle(f"Posterior of {model}{left_out}, with normal approximations", fontsize=11)
+
+
+def normal_density(x: Floats, mean: float, sd: float) -> Floats:
+    """The density of a normal at x `[n_points]`."""
+    return np.asarray(np.exp(-0.5 * ((x - mean) / sd) ** 2) / (sd * np.sqrt(2.0 * np.pi)))
+
+
+def draw_normal(panel: Axes, mean: float, sd: float, words: str) -> None:
+    """Draw a normal over four standard deviations on either side; it leads the legend."""
+    x = np.linspace(mean - 4.0 * sd, mean + 4.0 * sd, 201)
+    told = f"{words}: {_to_digits_of(mean, sd):.6g} ± {sd:.2g}"
+    panel.plot(x, normal_density(x, mean, sd), color=BOUNDS, label=told)
+
+
+def _to_digits_of(mean: float, sd: float) -> float:
+    """The mean to the second digit of its standard deviation."""
+    return round(mean, 1 - floor(log10(sd)))
+
+
+def _marginal(panel: Axes, name: str, values: Floats, unit: str) -> None:
+    panel.hist(values, bins=BINS, density=True, color=STOPS, alpha=0.45)
+    draw_normal(panel, float(values.mean()), float(values.std(ddof=1)), "normal")
+    panel.set_xlabel(f"{name} ({unit})" if unit else name)
+    panel.set_yticks([])
+    panel.set_ylim(top=1.25 * panel.get_ylim()[1])
+    panel.ticklabel_format(axis="x", style="sci", scilimits=(-3, 4))
+    panel.legend(fontsize="small", loc="upper center", frameon=False)
+
+
+def _joint(panel: Axes, one: tuple[str, Floats], other: tuple[str, Floats]) -> None:
+    """Draws of two parameters, and the ellipses that hold 50 and 90 % of their joint normal."""
+    x, y = one[1], other[1]
+    every = max(1, len(x) // JOINT_DRAWS)
+    panel.plot(x[::every], y[::every], ".", color=STOPS, markersize=2, alpha=0.4)
+    root = np.linalg.cholesky(np.cov(x, y) + 1e-12 * np.diag([x.var(), y.var()]))
+    angle = np.linspace(0.0, 2.0 * np.pi, 121)
+    circle = np.stack([np.cos(angle), np.sin(angle)])
+    for level, style in zip(LEVELS, ("-", "--"), strict=True):
+        # χ² with two degrees of freedom is exponential.
+        ring = root @ circle * np.sqrt(-2.0 * np.log1p(-level))
+        panel.plot(
+            x.mean() + ring[0], y.mean() + ring[1], style, color=BOUNDS,
+            label=f"normal, {100 * level:.0f} %",
+        )  # fmt: skip
+    panel.set_xlabel(one[0])
+    panel.set_ylabel(other[0])
+    panel.ticklabel_format(style="sci", scilimits=(-3, 4))
+    panel.set_title(f"correlation {np.corrcoef(x, y)[0, 1]:.2f}".replace("-", "−"), fontsize=9)
+    panel.legend(fontsize="small")
+
+
+FEWEST_BINS = 5
+
+
+def draw_with_normals(
+    file: Path,
+    title: str,
+    densities: Sequence[FrictionDensity],
+    frictions: Mapping[str, Floats],
+    moved: Mapping[str, Floats] | None = None,
+) -> None:
+    """Draw each density with its histogram and the normal of the same mean and sd.
+
+    `frictions` `[n]` by the density's `path_id`; `moved` `[2, n_points]` is the 90 % band of the
+    density when the records are moved within their errors.
+    """
+    n, size = len(densities), (8.0, 4.5) if len(densities) == 1 else (4.0, 3.0)
+    with panels(file, n, COLUMNS, size, sharex=True) as (drawn, each):
+        for panel, density in zip(each, densities, strict=True):
+            band = (moved or {}).get(density.path_id)
+            _density(panel, density, frictions[density.path_id], band)
+        for panel in each[-COLUMNS:]:
+            panel.tick_params(labelbottom=True)  # nothing stands below it
+        drawn.suptitle(title, fontsize=11)
+        drawn.supxlabel("apparent friction μ", fontsize=10)
+        drawn.supylabel("probability density", fontsize=10)
+
+
+def _density(panel: Axes, density: FrictionDensity, mu: Floats, band: Floats | None) -> None:
+    n_bins = max(FEWEST_BINS, round(2.0 * len(mu) ** (1 / 3)))
+    panel.hist(mu, bins=n_bins, density=True, color=STOPS, alpha=0.2)
+    if band is not None:
+        panel.fill_between(
+            density.mu, *band, color="0.5", alpha=0.5, linewidth=0,
+            label="90 % when records move by their errors",
+        )  # fmt: skip
+    _curve(panel, density, 1.8, "black", f"Holy, κ = {density.kappa:g}")
+    if np.ptp(mu) > 0.0:
+        draw_normal(panel, float(mu.mean()), float(mu.std(ddof=1)), "normal")
+    panel.set_xlim(left=0.0)
+    panel.set_ylim(0.0, 1.35 * panel.get_ylim()[1])
+    whole = density.path_id == "all"
+    panel.set_title(f"{'all events' if whole else density.path_id} ({density.n})", fontsize=9)
+    panel.legend(fontsize="x-small", loc="upper right", frameon=False)
+
+
+# Told apart by colour-blind readers too (Okabe and Ito).
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+MARKS = ("o", "s", "^", "D", "v", "P", "X")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ModelLaw:
+    """A model's law with its scatter, and the events that it is a law of.
+
+    `volume` (m3) and `friction`, apparent and less what effects on friction and the path add,
+    are `[n_events]`.
+    """
+
+    name: str
+    view: FrictionView
+    volume: Floats
+    friction: Floats
+
+
+def draw_model_laws(file: Path, laws: Sequence[ModelLaw]) -> None:
+    """Draw the median law, its 90 %, the band of 90 % of avalanches, and the events, by model.
+
+    Events that an earlier model shows already, with the same frictions, are not drawn again.
+    """
+    with picture(file) as axes:
+        drawn: list[ModelLaw] = []
+        for k, law in enumerate(laws):
+            color, mark = COLORS[k % len(COLORS)], MARKS[k % len(MARKS)]
+            view = law.view
+            low, middle, high = view.law
+            if not any(_same(law, other) for other in drawn):
+                known = np.isfinite(law.volume) & np.isfinite(law.friction)
+                axes.plot(
+                    law.volume[known], law.friction[known], mark, color=color, markersize=4,
+                    alpha=0.6, markeredgewidth=0, label=f"{law.name}: {int(known.sum())} events",
+                )  # fmt: skip
+                drawn.append(law)
+            if view.scatter is not None:
+                axes.fill_between(
+                    view.volume, view.scatter[0], view.scatter[3], color=color, alpha=0.13,
+                    linewidth=0, label=f"{law.name}: 90 % of avalanches",
+                )  # fmt: skip
+                for edge in (view.scatter[0], view.scatter[3]):
+                    axes.plot(view.volume, edge, ":", color=color, linewidth=0.9)
+            axes.plot(
+                view.volume, middle, color=color, linewidth=2, label=f"{law.name}: law, median"
+            )
+            axes.plot(view.volume, low, "--", color=color, linewidth=0.9)
+            axes.plot(
+                view.volume, high, "--", color=color, linewidth=0.9, label=f"{law.name}: law, 90 %"
+            )
+        _over_volume(axes, "friction μ", fontsize="x-small", ncols=2 if len(laws) > 2 else 1)
+
+
+def _same(one: ModelLaw, other: ModelLaw) -> bool:
+    return (
+        one.volume.shape == other.volume.shape
+        and np.array_equal(one.volume, other.volume, equal_nan=True)
+        and np.allclose(one.friction, other.friction, rtol=1e-3, equal_nan=True)
+    )
+
+
+def draw_residuals(
+    file: Path, model: str, standardised: Floats, expected: tuple[Floats, Floats], of: str
+) -> None:
+    """Draw the residuals over σ as a histogram and against quantiles.
+
+    `standardised` `[n_events]`, all finite; `expected` is the density (x, y) that the model's
+    scatter has by itself; `of` says what the residuals are of.
+    """
+    n = len(standardised)
+    with figure(file, (11.0, 4.6)) as drawn:
+        left, right = drawn.subplots(1, 2)
+        bins = max(6, round(2.0 * n ** (1 / 3)))
+        left.hist(
+            standardised, bins=bins, density=True, color=STOPS, alpha=0.45, label=f"{n} events"
+        )
+        mean, sd = float(standardised.mean()), float(standardised.std(ddof=1))
+        draw_normal(left, mean, sd, "their normal")
+        left.plot(*expected, "--", color="black", label="scatter of the model")
+        left.set_xlabel(f"residual of {of}, over σ")
+        left.set_ylabel("probability density")
+        left.set_ylim(top=1.3 * left.get_ylim()[1])
+        left.legend(fontsize="small")
+        x, y = expected
+        below = np.concatenate([[0.0], np.cumsum(0.5 * (y[1:] + y[:-1]) * np.diff(x))])
+        share = (np.arange(n) + 0.5) / n
+        quantile = np.interp(share, below / below[-1], x)
+        right.plot(quantile, np.sort(standardised), "o", color=STOPS, markersize=4)
+        ends = [float(quantile[0]), float(quantile[-1])]
+        right.plot(ends, ends, "--", color="black", label="as the model says")
+        right.set_xlabel("quantile of the model’s scatter")
+        right.set_ylabel("residual over σ, in order")
+        right.legend(fontsize="small")
+        drawn.suptitle(f"Residuals of {model}", fontsize=11)

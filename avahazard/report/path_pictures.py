@@ -1,20 +1,22 @@
-"""Pictures of paths, a panel each: profiles with their points, runs of the block, zones."""
+"""Pictures of paths, a panel each: profiles, runs of the block, zones, design and α-β runouts."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from math import ceil
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.physics.smooth_profile import SmoothProfile
+from avahazard.effects.site import recorded_stops, release_place
+from avahazard.hazard.alpha_beta import REGRESSIONS, AlphaBeta, alpha_beta
+from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
+from avahazard.records.collection import Records
 from avahazard.records.path import Path, Profile
-from avahazard.report.picture import figure, picture
-from avahazard.results.hazard import PlaceQuantiles, Spread
+from avahazard.report.picture import figure, panels, picture
+from avahazard.results.hazard import HazardRow, PlaceQuantiles, Spread
 from avahazard.results.terrain import Runout, RunoutAt
 from avahazard.results.zones import ZonedPath
 
@@ -40,23 +42,15 @@ def draw_panels(
     """Draw a panel of `height` inches for each path to `file`; the legend stands in the last.
 
     `draw_path` returns the axes whose marks belong in the legend.
-
-    Raises:
-        AvahazardError: `file` is not the name of a picture.
     """
-    rows = ceil((len(paths) + 1) / COLUMNS)
-    with figure(file, (11.0, height * rows + 0.5)) as drawn:
-        panels = drawn.subplots(rows, COLUMNS, squeeze=False).ravel()
+    with panels(file, len(paths) + 1, COLUMNS, (5.5, height)) as (drawn, (*each, last)):
         legend: dict[str, Any] = {}
-        for panel, path in zip(panels, paths, strict=False):
+        for panel, path in zip(each, paths, strict=True):
             for axes in draw_path(panel, path):
                 handles, labels = axes.get_legend_handles_labels()
                 legend |= dict(zip(labels, handles, strict=True))
-        for panel in panels[len(paths) :]:
-            panel.axis("off")
-        panels[len(paths)].legend(
-            legend.values(), legend.keys(), loc="center", frameon=False, fontsize=9
-        )
+        last.axis("off")
+        last.legend(legend.values(), legend.keys(), loc="center", frameon=False, fontsize=9)
         if title is not None:
             drawn.suptitle(title, fontsize=13)
         drawn.supxlabel("horizontal distance along the path x (m)", fontsize=10)
@@ -77,6 +71,20 @@ def draw_profile(
     panel.set_ylim(bottom - below * tick, top + above * tick)
     panel.set_xlim(smooth.x_min, smooth.x_max)
     return tick
+
+
+def draw_along(
+    panel: Axes,
+    smooth: SmoothProfile,
+    low: float | None,
+    high: float | None,
+    above: float = 0.0,
+    **look: Any,
+) -> None:
+    """Draw a line between two places (m), None the end of the profile, `above` the ground (m)."""
+    low, high = (smooth.x_max if end is None else end for end in (low, high))
+    x = np.linspace(low, high, 200)
+    panel.plot(x, smooth.height(x) + above, solid_capstyle="butt", **look)
 
 
 def mark_stops(panel: Axes, smooth: SmoothProfile, stop_x: Floats, tick: float) -> None:
@@ -100,17 +108,8 @@ def mark_runout(
     """
     if runout_x.q05 is None:
         return
-    high = smooth.x_max if runout_x.q95 is None else runout_x.q95
-    along = np.linspace(runout_x.q05, high, 200)
-    panel.plot(
-        along,
-        smooth.height(along) + above,
-        color=color,
-        linewidth=4,
-        alpha=0.55,
-        solid_capstyle="butt",
-        label=f"{words} 5 to 95 %",
-    )
+    look = {"color": color, "linewidth": 4, "alpha": 0.55, "label": f"{words} 5 to 95 %"}
+    draw_along(panel, smooth, runout_x.q05, runout_x.q95, above, **look)
     if runout_x.q50 is not None:
         y = float(smooth.height(runout_x.q50)) + above
         panel.vlines(
@@ -126,9 +125,6 @@ def draw_run(file: FilePath, smooth: SmoothProfile, found: Runout, *, drag: bool
     """Draw the profile with the release, the way and the stop, and beneath it the speeds.
 
     The axis of speeds says so where no `drag` limits them.
-
-    Raises:
-        AvahazardError: `file` is not the name of a picture.
     """
     x = np.array([place.x_m for place in found.speeds])
     speed = np.array([place.speed_m_s for place in found.speeds])
@@ -148,11 +144,7 @@ def draw_run(file: FilePath, smooth: SmoothProfile, found: Runout, *, drag: bool
 
 
 def draw_curve(file: FilePath, found: Runout) -> None:
-    """Draw F(μ) by x and by elevation, and F'(μ); jumps are gaps, the run's place is marked.
-
-    Raises:
-        AvahazardError: `file` is not the name of a picture.
-    """
+    """Draw F(μ) by x and by elevation, and F'(μ); jumps are gaps, the run's place is marked."""
     rows, jumps = found.table or (), found.jumps or ()
     shown = _stopping(rows)
     after = {jump.mu_low for jump in jumps}
@@ -230,11 +222,7 @@ class DrawnZones:
 
 
 def draw_zones(file: FilePath, title: str, paths: Sequence[DrawnZones]) -> None:
-    """Draw one panel for each path to `file`.
-
-    Raises:
-        AvahazardError: `file` is not the name of a picture.
-    """
+    """Draw one panel for each path to `file`."""
     draw_panels(file, title, paths, _draw_zones)
 
 
@@ -243,24 +231,11 @@ def _draw_zones(panel: Axes, path: DrawnZones) -> list[Axes]:
     smooth = path.smooth
     tick = draw_profile(panel, path.name, smooth, below=3.5)
     for k, zone in enumerate(path.entry.zones):
-        along = np.linspace(zone.from_x_m, zone.to_x_m, 100)
-        panel.plot(
-            along,
-            smooth.height(along),
-            color=zone.color,
-            linewidth=5,
-            solid_capstyle="butt",
-            label=f"{zone.zone} zone",
-        )
-        low, high = (smooth.x_max if x is None else x for x in (zone.to_x_q05_m, zone.to_x_q95_m))
-        ends = np.linspace(low, high, 60)
-        panel.plot(
-            ends,
-            smooth.height(ends) - (1.2 + 0.9 * k) * tick,
-            color=zone.color,
-            linewidth=1.6,
-            label=f"end of {zone.zone}, 5 to 95 %",
-        )
+        look: dict[str, Any] = {"color": zone.color, "linewidth": 5, "label": f"{zone.zone} zone"}
+        draw_along(panel, smooth, zone.from_x_m, zone.to_x_m, **look)
+        look |= {"linewidth": 1.6, "label": f"end of {zone.zone}, 5 to 95 %"}
+        below = (1.2 + 0.9 * k) * tick
+        draw_along(panel, smooth, zone.to_x_q05_m, zone.to_x_q95_m, -below, **look)
     return [panel, _draw_pressures(panel, path.entry)]
 
 
@@ -296,11 +271,7 @@ def draw_path(
     release_x: Floats,
     stop_x: Floats,
 ) -> None:
-    """Draw the profile to `file`; `release_x` and `stop_x` (m), any number, lie on the curve.
-
-    Raises:
-        AvahazardError: `file` is not the name of a picture.
-    """
+    """Draw the profile to `file`; `release_x` and `stop_x` (m), any number, lie on the curve."""
     with picture(file) as axes:
         x = np.linspace(smooth.x_min, smooth.x_max, 1000)
         axes.plot(profile.x_m, profile.y_m, ".", color="0.6", markersize=3, label="points")
@@ -327,3 +298,182 @@ def draw_path(
         axes.set_ylabel("elevation (m)")
         axes.set_title(path.name or path.path_id, parse_math=False)
         axes.legend()
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnPath:
+    """A path with its α-β runouts, drawn under the ground, and a row of `hazard` if there is one.
+
+    `stop_x` (m) of the recorded stops, any number; `n_left` records lie past the profile's end.
+    """
+
+    name: str
+    smooth: SmoothProfile
+    stop_x: Floats
+    row: HazardRow | None
+    baseline: tuple[AlphaBeta, ...] = ()
+    release_x: float = 0.0
+    n_left: int = 0
+
+
+def draw_bounds(file: FilePath, title: str, paths: Sequence[DrawnPath]) -> None:
+    """Draw the rows of `hazard` to `file`, a panel for each path."""
+    draw_panels(file, title, paths, _draw_bounds, height=2.6)
+
+
+def _draw_bounds(panel: Axes, path: DrawnPath) -> list[Axes]:
+    smooth, end, row = path.smooth, path.smooth.x_max, path.row
+    assert row is not None
+    tick = draw_profile(panel, path.name, smooth, below=4.5 if path.baseline else 2.0, above=8.0)
+    panel.plot(
+        path.release_x, smooth.height(path.release_x), "v", color="black", label="release", ms=7
+    )
+    mark_stops(panel, smooth, path.stop_x, tick)
+    design = row.design
+    _mark_design(panel, smooth, row, tick)
+    above = 2.2 * tick if design is None else 4.0 * tick
+    words = "avalanches of its volume V:" if design is not None else "avalanches of the volume V:"
+    mark_runout(panel, smooth, row.runout_x_m, above, 0.6 * tick, OF_VOLUME, words)
+    leading = row.runout_x_m if design is None else design.runout_x_m
+    if leading.q95 is None:
+        panel.annotate(
+            "beyond", (end, smooth.height(end)), color=BOUNDS, fontsize=8, ha="right", va="top"
+        )
+    mark_alpha_beta(panel, smooth, path.baseline, tick)
+    panel.text(
+        0.98, 0.93, _words(path, row), transform=panel.transAxes, ha="right", va="top", fontsize=8
+    )
+    return [panel]
+
+
+def _mark_design(panel: Axes, smooth: SmoothProfile, row: HazardRow, tick: float) -> None:
+    if row.design is not None:
+        words = f"design runout, exceeded once in {row.return_period_years:g} years:"
+        mark_runout(panel, smooth, row.design.runout_x_m, 2.2 * tick, tick, BOUNDS, words)
+
+
+def _words(path: DrawnPath, row: HazardRow) -> str:
+    lines, design = [], row.design
+    if design is not None:
+        lines.append(f"{row.return_period_years:g}-year runout x = {_x(design.runout_x_m)}")
+    if row.volume_m3 is not None:
+        volume = float(f"{row.volume_m3:.3g}")
+        lines.append(f"V = {volume:,.0f} m³{', extrapolated' if row.extrapolated else ''}")
+    if design is None:
+        lines.append(f"runout x = {_x(row.runout_x_m)}")
+    left = f", {path.n_left} ran past the end" if path.n_left else ""
+    lines.append(f"{len(path.stop_x) + path.n_left} records{left}")
+    if design is not None and design.records_beyond is not None:
+        lines[-1] += f"; {design.records_beyond} past the median"
+    return "\n".join(lines)
+
+
+def _x(found: Spread | PlaceQuantiles) -> str:
+    """The median and its 90 %."""
+    middle, low, high = (
+        "beyond" if v is None else f"{v:.0f}" for v in (found.q50, found.q05, found.q95)
+    )
+    return f"{middle} m ({low} to {high})"
+
+
+COLORS = {
+    "norway": "#009e73",
+    "austria": "#e69f00",
+    "avaframe": "#cc79a7",
+    "avaframe-small": "#56b4e9",
+}
+
+
+def draw_alpha_beta(file: FilePath, paths: Sequence[DrawnPath]) -> None:
+    """Draw the α-β runouts to `file`, a panel for each path."""
+    draw_panels(file, None, paths, _draw_lines)
+
+
+def _draw_lines(panel: Axes, path: DrawnPath) -> list[Axes]:
+    smooth = path.smooth
+    tick = draw_profile(panel, path.name, smooth, below=5.0)
+    mark_stops(panel, smooth, path.stop_x, tick)
+    first = path.baseline[0]
+    if first.beta_x is not None:
+        panel.plot(
+            [first.release_x, first.beta_x],
+            [first.release_y, float(smooth.height(first.beta_x))],
+            color="black",
+            linewidth=0.9,
+            linestyle=":",
+            marker="o",
+            markersize=4,
+            label="β: from the release to where the path is 10° steep",
+        )
+    else:
+        panel.text(0.97, 0.9, "no β-point", transform=panel.transAxes, ha="right", fontsize=8)
+    for found in path.baseline:
+        _draw_line(panel, found, smooth)
+    mark_alpha_beta(panel, smooth, path.baseline, tick)
+    row = path.row
+    if row is not None:
+        _mark_design(panel, smooth, row, tick)
+        if row.design is None:
+            words = "model, avalanches of the volume V:"
+            mark_runout(panel, smooth, row.runout_x_m, 2.2 * tick, tick, OF_VOLUME, words)
+    return [panel]
+
+
+def _draw_line(panel: Axes, found: AlphaBeta, smooth: SmoothProfile) -> None:
+    """The line at α, to the ground or to the end of the profile."""
+    if found.alpha_deg is None:
+        return
+    end = smooth.x_max if found.runout_x is None else found.runout_x
+    drop = np.tan(np.radians(found.alpha_deg)) * (end - found.release_x)
+    panel.plot(
+        [found.release_x, end],
+        [found.release_y, found.release_y - drop],
+        color=COLORS[found.regression.name],
+        linewidth=1.0,
+    )
+
+
+def mark_alpha_beta(
+    panel: Axes, smooth: SmoothProfile, both: Sequence[AlphaBeta], tick: float
+) -> None:
+    """Runouts as marks under the ground, with a bar of one standard deviation of α each way.
+
+    A bar that ends at the profile's end goes on beyond it. `tick` is the distance of the marks.
+    """
+    for k, found in enumerate(both):
+        if found.runout_low_x is None:
+            continue
+        color, name = COLORS[found.regression.name], found.regression.name
+        down = (1.6 + 1.3 * k) * tick
+        look = {"color": color, "linewidth": 2.5, "alpha": 0.8, "label": f"α-β, {name}: α ± 1 sd"}
+        draw_along(panel, smooth, found.runout_low_x, found.runout_high_x, -down, **look)
+        if found.runout_x is not None:
+            panel.plot(found.runout_x, smooth.height(found.runout_x) - down, "^", color=color, ms=6)
+
+
+def draw_hazard(file: FilePath, title: str, records: Records, rows: Sequence[HazardRow]) -> None:
+    """Draw the rows of `hazard` to `file`, a panel each.
+
+    The recorded stops and the α-β runouts of their paths are shown beside them.
+    """
+    paths = {path.path_id: path for path in records.paths}
+    smooth = {
+        p.path_id: smooth_profile(p.x_m, p.y_m, p.elevation_sigma_m) for p in records.profiles
+    }
+    drawn = []
+    for row in rows:
+        path, ground = paths[row.path_id], smooth[row.path_id]
+        release_x = release_place(ground, path.release_elevation_m)
+        events = [e for e in records.events if e.path_id == path.path_id]
+        drawn.append(
+            DrawnPath(
+                name=path.name or path.path_id,
+                smooth=ground,
+                release_x=release_x,
+                stop_x=recorded_stops(ground, events),
+                n_left=sum(e.left_profile for e in events),
+                row=row,
+                baseline=tuple(alpha_beta(ground, release_x, by) for by in REGRESSIONS),
+            )
+        )
+    draw_bounds(file, title, drawn)

@@ -1,9 +1,13 @@
-"""Pictures without a screen, into a file; matplotlib loads when one is drawn."""
+"""Pictures without a screen, into a file; matplotlib loads when one is drawn.
+
+What draws to a file raises `AvahazardError` where its name does not end in one of `FORMATS`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,22 +27,14 @@ FORMATS = (".png", ".svg", ".pdf")
 
 @contextmanager
 def picture(file: Path) -> Iterator[Axes]:
-    """Give axes to draw on; the picture is written to `file` at the end.
-
-    Raises:
-        AvahazardError: the name does not end in one of `FORMATS`.
-    """
+    """Give axes to draw on; the picture is written to `file` at the end."""
     with figure(file, (8.0, 5.0)) as drawn:
         yield drawn.add_subplot()
 
 
 @contextmanager
 def figure(file: Path, size_in: tuple[float, float]) -> Iterator[Figure]:
-    """Give an empty figure of that size (inches), written to `file` at the end.
-
-    Raises:
-        AvahazardError: the name does not end in one of `FORMATS`.
-    """
+    """Give an empty figure of that size (inches), written to `file` at the end."""
     require_picture(file)
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 (slow)
     from matplotlib.figure import Figure  # noqa: PLC0415
@@ -52,6 +48,21 @@ def figure(file: Path, size_in: tuple[float, float]) -> Iterator[Figure]:
         put_in_place(part, file)
     finally:
         part.unlink(missing_ok=True)
+
+
+@contextmanager
+def panels(
+    file: Path, n: int, columns: int, size_in: tuple[float, float], *, sharex: bool = False
+) -> Iterator[tuple[Figure, list[Axes]]]:
+    """Give a figure of `n` panels of that size (inches), at most so many `columns` side by side."""
+    columns = max(min(n, columns), 1)
+    rows = max(ceil(n / columns), 1)
+    width, height = size_in
+    with figure(file, (width * columns, height * rows + 0.5)) as drawn:
+        every = drawn.subplots(rows, columns, squeeze=False, sharex=sharex).ravel()
+        for panel in every[n:]:
+            panel.axis("off")
+        yield drawn, list(every[:n])
 
 
 def require_picture(file: Path | None) -> None:

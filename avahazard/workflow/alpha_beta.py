@@ -143,17 +143,17 @@ def _draw(
     found: list[tuple[Path, SmoothProfile, tuple[AlphaBeta, ...]]],
     bounds: list[HazardRow],
 ) -> None:
-    from avahazard.report.bounds_pictures import AlphaBetaPath, draw_alpha_beta  # noqa: PLC0415
+    from avahazard.report.path_pictures import DrawnPath, draw_alpha_beta  # noqa: PLC0415 (slow)
 
     rows = {row.path_id: row for row in sorted(bounds, key=_unlike, reverse=True)}
     events = {p.path_id: [e for e in records.events if e.path_id == p.path_id] for p, _, _ in found}
     draw_alpha_beta(
         plot,
         [
-            AlphaBetaPath(
+            DrawnPath(
                 name=path.name or path.path_id,
                 smooth=smooth,
-                found=both,
+                baseline=both,
                 stop_x=recorded_stops(smooth, events[path.path_id]),
                 row=rows.get(path.path_id),
             )

@@ -7,8 +7,8 @@ from pathlib import Path as FilePath
 from typing import Any, cast
 
 from avahazard.records.errors import AvahazardError
-from avahazard.report.bounds_pictures import draw_hazard
 from avahazard.report.hazard_tables import write_hazard
+from avahazard.report.path_pictures import draw_hazard
 from avahazard.results.base import Report, silent, steps
 from avahazard.results.made import Demo, HiddenEffect
 from avahazard.store.records import load_records

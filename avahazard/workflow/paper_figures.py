@@ -146,7 +146,7 @@ def _draw_densities(
     """`moved` holds the records moved within their errors, for the band of the first density."""
     if not densities:
         raise AvahazardError("There are no two events with an apparent friction on one path.")
-    from avahazard.report.paper_pictures import draw_with_normals  # noqa: PLC0415 (slow)
+    from avahazard.report.friction_pictures import draw_with_normals  # noqa: PLC0415 (slow)
 
     bands = {}
     if moved is not None:
@@ -246,14 +246,14 @@ def plot_residuals(stored: FittedModel, file: Path) -> None:
     x = np.linspace(-REACH, REACH, 401)
     student = stored.specification.tails == "student"
     density = (x, np.exp(log_density(x, student)))
-    from avahazard.report.paper_pictures import draw_residuals  # noqa: PLC0415 (slow)
+    from avahazard.report.friction_pictures import draw_residuals  # noqa: PLC0415 (slow)
 
     draw_residuals(file, stored.name, off, density, of)
 
 
 def plot_posterior(database: str, stored: FittedModel, file: Path) -> None:
     """The posterior of each parameter, with its normal."""
-    from avahazard.report.paper_pictures import draw_posterior  # noqa: PLC0415 (slow)
+    from avahazard.report.friction_pictures import draw_posterior  # noqa: PLC0415 (slow)
 
     draws = load_parameter_draws(database, stored.name)
     units = {name: told.unit for name, told in stored.calibration.parameters.items()}
@@ -262,7 +262,7 @@ def plot_posterior(database: str, stored: FittedModel, file: Path) -> None:
 
 def plot_laws(models: Sequence[FittedModel], file: Path) -> None:
     """Friction against volume of all models, with the events."""
-    from avahazard.report.paper_pictures import ModelLaw, draw_model_laws  # noqa: PLC0415
+    from avahazard.report.friction_pictures import ModelLaw, draw_model_laws  # noqa: PLC0415
 
     laws = []
     for stored in models:
