@@ -6,13 +6,14 @@ import json
 import struct
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path as FilePath
-from typing import Any
-from xml.etree.ElementTree import Element, SubElement, tostring
+from typing import Any, Literal
 
 import numpy as np
 import pyogrio
 import shapely
+from jinja2 import Environment, PackageLoader
 from numpy.typing import NDArray
 from pyogrio.errors import DataLayerError, DataSourceError
 from shapely.geometry import mapping
@@ -28,10 +29,6 @@ GREY, ORANGE, SKY, GREEN, BLUE, RED = (
 )  # fmt: skip
 BY_QUANTILE = {"q05": SKY, "q50": BLUE, "q95": RED}
 BY_PERIOD = {"300 years": SKY, "100 years": BLUE, "30 years": ORANGE, "10 years": RED}
-SLD = "http://www.opengis.net/sld"
-SE = "http://www.opengis.net/se"
-OGC = "http://www.opengis.net/ogc"
-XLINK = "http://www.w3.org/1999/xlink"
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,103 +66,15 @@ def layer_style(layer: MapLayer) -> LayerStyle:
     return styles[layer.topic]
 
 
-def qml(style: LayerStyle) -> str:
-    """The style as QGIS stores it."""
-    root = Element("qgis", version="3.28.0", styleCategories="Symbology")
-    kind = "categorizedSymbol" if style.attribute else "singleSymbol"
-    renderer = SubElement(root, "renderer-v2", type=kind, symbollevels="0", forceraster="0")
-    if style.attribute:
-        renderer.set("attr", style.attribute)
-        categories = SubElement(renderer, "categories")
-        for i, value in enumerate(style.colors):
-            SubElement(
-                categories, "category",
-                symbol=str(i), value=value, label=value, render="true", type="string",
-            )  # fmt: skip
-    symbols = SubElement(renderer, "symbols")
-    shape, layer, options = _QGIS[style.kind]
-    for i, color in enumerate(style.colors.values()):
-        symbol = SubElement(symbols, "symbol", type=shape, name=str(i), alpha=f"{style.opacity:g}")
-        one = SubElement(symbol, "layer", {"class": layer, "enabled": "1", "locked": "0"})
-        one.set("pass", "0")
-        values = SubElement(one, "Option", type="Map")
-        for name, value in options.items():
-            filled = value.format(color=_rgba(color), size=f"{style.size:g}")
-            SubElement(values, "Option", name=name, type="QString", value=filled)
-    return "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n" + tostring(
-        root, encoding="unicode"
-    )
+@cache
+def _templates() -> Environment:
+    loader = PackageLoader("avahazard.gis", "styles")
+    return Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
 
 
-_QGIS = {
-    "Point": (
-        "marker",
-        "SimpleMarker",
-        {"name": "circle", "color": "{color}", "size": "{size}", "size_unit": "MM",
-         "outline_color": "255,255,255,255", "outline_width": "0.3", "outline_width_unit": "MM"},
-    ),
-    "LineString": (
-        "line",
-        "SimpleLine",
-        {"line_color": "{color}", "line_width": "{size}", "line_width_unit": "MM",
-         "line_style": "solid", "capstyle": "flat", "joinstyle": "round"},
-    ),
-    "Polygon": (
-        "fill",
-        "SimpleFill",
-        {"color": "{color}", "style": "solid", "outline_color": "{color}",
-         "outline_style": "solid", "outline_width": "0.3", "outline_width_unit": "MM"},
-    ),
-}  # fmt: skip
-"""Of each kind the type of symbol, its layer, and what that is made of."""
-
-
-def sld(name: str, style: LayerStyle) -> str:
-    """The style as a Styled Layer Descriptor (OGC, version 1.1)."""
-    root = Element(
-        "StyledLayerDescriptor",
-        {"version": "1.1.0", "xmlns": SLD, "xmlns:se": SE, "xmlns:ogc": OGC, "xmlns:xlink": XLINK},
-    )
-    layer = SubElement(root, "NamedLayer")
-    SubElement(layer, "se:Name").text = name
-    user = SubElement(layer, "UserStyle")
-    SubElement(user, "se:Name").text = name
-    rules = SubElement(user, "se:FeatureTypeStyle")
-    for value, color in style.colors.items():
-        rule = SubElement(rules, "se:Rule")
-        SubElement(rule, "se:Name").text = value or name
-        if style.attribute:
-            equal = SubElement(SubElement(rule, "ogc:Filter"), "ogc:PropertyIsEqualTo")
-            SubElement(equal, "ogc:PropertyName").text = style.attribute
-            SubElement(equal, "ogc:Literal").text = value
-        _symbolizer(rule, style, color)
-    return tostring(root, encoding="unicode", xml_declaration=True)
-
-
-def _symbolizer(rule: Element, style: LayerStyle, color: str) -> None:
-    pixels = f"{style.size / 0.28:.0f}"  # the OGC's pixel is 0.28 mm
-    if style.kind == "LineString":
-        stroke = SubElement(SubElement(rule, "se:LineSymbolizer"), "se:Stroke")
-        _parameters(stroke, {"stroke": color, "stroke-width": pixels})
-    elif style.kind == "Polygon":
-        fill = SubElement(SubElement(rule, "se:PolygonSymbolizer"), "se:Fill")
-        _parameters(fill, {"fill": color, "fill-opacity": f"{style.opacity:g}"})
-    else:
-        graphic = SubElement(SubElement(rule, "se:PointSymbolizer"), "se:Graphic")
-        mark = SubElement(graphic, "se:Mark")
-        SubElement(mark, "se:WellKnownName").text = "circle"
-        _parameters(SubElement(mark, "se:Fill"), {"fill": color})
-        _parameters(SubElement(mark, "se:Stroke"), {"stroke": "#ffffff"})
-        SubElement(graphic, "se:Size").text = pixels
-
-
-def _parameters(element: Element, values: Mapping[str, str]) -> None:
-    for name, value in values.items():
-        SubElement(element, "se:SvgParameter", name=name).text = value
-
-
-def _rgba(color: str) -> str:
-    return ",".join(str(int(color[i : i + 2], 16)) for i in (1, 3, 5)) + ",255"
+def style_text(form: Literal["qml", "sld"], name: str, style: LayerStyle) -> str:
+    """The style of a layer as QGIS stores it, or as a Styled Layer Descriptor (OGC 1.1)."""
+    return _templates().get_template(f"layer.{form}.j2").render(name=name, style=style)
 
 
 DIGITS = 7
@@ -266,8 +175,8 @@ def write_geopackage(file: FilePath, layers: Sequence[MapLayer], day: np.datetim
             "f_table_name": layer.name,
             "f_geometry_column": GEOMETRY,
             "styleName": layer.name,
-            "styleQML": qml(layer_style(layer)),
-            "styleSLD": sld(layer.name, layer_style(layer)),
+            "styleQML": style_text("qml", layer.name, layer_style(layer)),
+            "styleSLD": style_text("sld", layer.name, layer_style(layer)),
             "useAsDefault": True,
             "description": "Written by avahazard",
             "owner": OWNER,

@@ -20,8 +20,7 @@ from avahazard.gis.map_files import (
     is_own_geojson,
     is_own_geopackage,
     layer_style,
-    qml,
-    sld,
+    style_text,
     write_geojson,
     write_geopackage,
 )
@@ -113,14 +112,16 @@ SPACES = {"se": "http://www.opengis.net/se", "ogc": "http://www.opengis.net/ogc"
 @pytest.mark.parametrize("layer", LAYERS.values(), ids=LAYERS)
 def test_every_category_has_a_symbol_and_every_feature_a_category(layer: MapLayer) -> None:
     style = layer_style(layer)
-    root = ElementTree.fromstring(qml(style))
+    root = ElementTree.fromstring(style_text("qml", layer.name, style))
     renderer = root.find("renderer-v2")
     assert renderer is not None
     symbols = [s.get("name") for s in renderer.findall("symbols/symbol")]
     assert [s.get("type") for s in renderer.findall("symbols/symbol")] == [
         {"Point": "marker", "LineString": "line", "Polygon": "fill"}[layer.kind]
     ] * len(symbols)
-    rules = ElementTree.fromstring(sld(layer.name, style)).findall(".//se:Rule", SPACES)
+    rules = ElementTree.fromstring(style_text("sld", layer.name, style)).findall(
+        ".//se:Rule", SPACES
+    )
     if style.attribute is None:
         assert (renderer.get("type"), symbols, len(rules)) == ("singleSymbol", ["0"], 1)
         return
@@ -133,12 +134,13 @@ def test_every_category_has_a_symbol_and_every_feature_a_category(layer: MapLaye
 
 
 def test_zones_have_their_own_colours() -> None:
-    red = ElementTree.fromstring(qml(layer_style(LAYERS["zones"]))).find(
+    style = layer_style(LAYERS["zones"])
+    red = ElementTree.fromstring(style_text("qml", "zones", style)).find(
         ".//Option[@name='line_color']"
     )
     assert red is not None
     assert red.get("value") == "200,16,46,255"
-    assert "#c8102e" in sld("zones", layer_style(LAYERS["zones"]))
+    assert "#c8102e" in style_text("sld", "zones", style)
 
 
 def test_one_collection_in_degrees_with_the_kind_of_each_feature(tmp_path: Path) -> None:

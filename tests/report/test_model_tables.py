@@ -49,6 +49,7 @@ def test_parameters_have_as_many_digits_as_they_are_sure() -> None:
     assert cells(plain, 1)["mean"] == "3.2e-07"
 
 
+@speaking(TERMINAL)
 def test_scores_are_held_out_first_in_every_coordinate() -> None:
     speed = SpeedScores(12, 8.1, -0.3, 4.0, 0.5, 0.9, 1.5)
     runout = replace(RUNOUT, n=12, rmse_m=81.04, bias_m=-3.0, crps_m=40.0, coverage_90=0.916)

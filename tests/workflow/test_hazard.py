@@ -20,8 +20,8 @@ from avahazard.physics.cells import Cells
 from avahazard.physics.runout_curve import RunoutCurve
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.errors import AvahazardError
-from avahazard.report.path_pictures import draw_hazard
 from avahazard.report.hazard_tables import write_hazard
+from avahazard.report.path_pictures import draw_hazard
 from avahazard.results.base import Rows, plain
 from avahazard.results.hazard import HazardRow, Spread
 from avahazard.store.results import AVERAGE, BOUNDS, latest_documents
