@@ -24,9 +24,8 @@ c = 2 ∂(μ N + R₀ + β T)/∂u²,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -92,16 +91,21 @@ def force_witness(posterior: Posterior, mode: Mode, key: str) -> ForceWitness | 
 
 
 @dataclass(slots=True, eq=False)
-class _Track:
-    """A track with what resists on it, and the energies `[n]` and friction fitted to it so far."""
+class ForceTrack:
+    """A track with what resists on it, and the energies `[n]` and friction fitted to it so far.
+
+    `rest` resists without the effect, `whole` with it.
+    """
 
     course: Course
-    linear: Callable[[Floats, float, float], Linear]
+    site: Site
+    rest: Resistance
+    whole: Resistance
     energy: Floats
     mu: float
 
 
-def _tracks(posterior: Posterior, u: Floats, key: str) -> list[_Track]:
+def _tracks(posterior: Posterior, u: Floats, key: str) -> list[ForceTrack]:
     """The tracks that have enough speeds, on the courses that were measured."""
     observations = posterior.observations
     values = posterior.layout.effect_values(u)
@@ -113,19 +117,14 @@ def _tracks(posterior: Posterior, u: Floats, key: str) -> list[_Track]:
             continue
         site = observations.sites[int(observations.columns.path_index[track.event])]
         course = course_of(site, track)
-        about = partial(
-            linear_about,
-            course,
-            site,
-            posterior.resistance(site, {**values, key: effect.neutral}),
-            posterior.resistance(site, values),
-        )
+        rest = posterior.resistance(site, {**values, key: effect.neutral})
+        whole = posterior.resistance(site, values)
         mu = float(friction[track.event])
-        tracks.append(_Track(course, about, course.measured_energy(), mu))
+        tracks.append(ForceTrack(course, site, rest, whole, course.measured_energy(), mu))
     return tracks
 
 
-def _common_share(tracks: Sequence[_Track]) -> tuple[float, float] | None:
+def _common_share(tracks: Sequence[ForceTrack]) -> tuple[float, float] | None:
     """The share of the effect in all tracks, with its standard error.
 
     None where no course depends on it, or Gauss and Newton's steps find no end. The standard error
@@ -134,7 +133,7 @@ def _common_share(tracks: Sequence[_Track]) -> tuple[float, float] | None:
     """
     share = 1.0
     for _ in range(MOST_STEPS):
-        fits = [(t, t.linear(t.energy, t.mu, share)) for t in tracks]
+        fits = [(t, linear_about(t, share)) for t in tracks]
         if not all(np.isfinite(linear).all() for _, linear in fits):
             return None
         left = [_residuals(t, linear) for t, linear in fits]
@@ -153,7 +152,7 @@ def _common_share(tracks: Sequence[_Track]) -> tuple[float, float] | None:
     return None
 
 
-def _standardised(track: _Track, linear: Linear) -> tuple[Floats, Floats]:
+def _standardised(track: ForceTrack, linear: Linear) -> tuple[Floats, Floats]:
     """What the course must explain, in standard errors of the speeds, and what may explain it.
 
     The energies at the speeds less what is fixed `[n_speeds]`, as errors of the speeds about the
@@ -168,7 +167,7 @@ def _standardised(track: _Track, linear: Linear) -> tuple[Floats, Floats]:
     return (energy - linear.fixed[at]) / error, columns[at] / error[:, None]
 
 
-def _residuals(track: _Track, linear: Linear) -> tuple[Floats, Floats]:
+def _residuals(track: ForceTrack, linear: Linear) -> tuple[Floats, Floats]:
     """Energies and the effect's work `[n_speeds]` in standard errors, less what is its own."""
     energy, columns = _standardised(track, linear)
     both = np.stack([energy, columns[:, 2]], axis=1)
@@ -177,7 +176,7 @@ def _residuals(track: _Track, linear: Linear) -> tuple[Floats, Floats]:
     return energy, work
 
 
-def _follow(track: _Track, linear: Linear, share: float) -> None:
+def _follow(track: ForceTrack, linear: Linear, share: float) -> None:
     """Set the energies and the friction of a track to those that fit it best."""
     energy, columns = _standardised(track, linear)
     left = energy - share * columns[:, 2]
@@ -257,24 +256,13 @@ def course_of(site: Site, track: SpeedRecord) -> Course:
     return Course(x, height, stretch, bend / stretch**3, at, track.speed, track.sigma)
 
 
-def linear_about(
-    course: Course,
-    site: Site,
-    rest: Resistance,
-    whole: Resistance,
-    energy: Floats,
-    mu: float,
-    share: float,
-) -> Linear:
-    """The linear solution about a course of energies `[n]`, and friction and share there.
-
-    `rest` resists without the effect, `whole` with it.
-    """
-    square = course.square(energy)
+def linear_about(track: ForceTrack, share: float) -> Linear:
+    """The linear solution about a track's energies and friction, and a share of the effect."""
+    course = track.course
+    square = course.square(track.energy)
     step = np.maximum(0.01 * square, 0.1)
-    forces = _forces(course, site, rest, whole, square, mu)
-    faster = _forces(course, site, rest, whole, square + step, mu)
-    grows = (faster.sum(mu, share) - forces.sum(mu, share)) / step
+    forces, faster = _forces(track, square), _forces(track, square + step)
+    grows = (faster.sum(track.mu, share) - forces.sum(track.mu, share)) / step
     # Any c has the same end. One far below 0 (friction that falls with speed) would not find it.
     pull = np.maximum(2.0 * grows, -1.0 / _integral(course.x, course.stretch)[-1])
     decay = np.minimum(_integral(course.x, pull * course.stretch), MOST_DECAY)
@@ -284,45 +272,39 @@ def linear_about(
         grown = np.exp(decay) * force * course.stretch
         return np.asarray(-np.exp(-decay) * _integral(course.x, grown))
 
-    fixed = taken(forces.other - pull * energy)
+    fixed = taken(forces.other - pull * track.energy)
     return Linear(np.exp(-decay), taken(forces.load), taken(forces.effect), fixed)
 
 
-def _forces(
-    course: Course, site: Site, rest: Resistance, whole: Resistance, square: Floats, mu: float
-) -> Forces:
-    """The forces at squared speeds along a course."""
-    load = GRAVITY / course.stretch + rest.curvature * course.curvature * square
+def _forces(track: ForceTrack, square: Floats) -> Forces:
+    """The forces at squared speeds along a track."""
+    course = track.course
+    load = GRAVITY / course.stretch + track.rest.curvature * course.curvature * square
     load = np.maximum(load, 0.0)
-    with_it = _force(site, whole, course.x, square, load, mu)
-    without = _force(site, rest, course.x, square, load, mu)
-    plain = _friction_factor(site, rest, course.x, square) * load
-    return Forces(plain, without - mu * plain, with_it - without)
+    _, with_it = _force(track, track.whole, square, load)
+    factor, without = _force(track, track.rest, square, load)
+    plain = factor * load
+    return Forces(plain, without - track.mu * plain, with_it - without)
 
 
 def _force(
-    site: Site, resistance: Resistance, x: Floats, square: Floats, load: Floats, mu: float
-) -> Floats:
-    """Resisting force per mass (m/s2) at places x with squared speeds, as `Resistance` has it."""
-    cell = _cells(site, resistance, x)
-    force = mu * _friction_factor(site, resistance, x, square) * load
+    track: ForceTrack, resistance: Resistance, square: Floats, load: Floats
+) -> tuple[Floats, Floats]:
+    """What friction is multiplied by, and the resisting force per mass (m/s2), at squared speeds.
+
+    As `Resistance` has it.
+    """
+    terrain = track.site.terrain_for(resistance)
+    inside = np.searchsorted(terrain.x, track.course.x, side="right") - 1
+    cell = np.clip(inside, 0, terrain.n_cells - 1)
+    factor = resistance.factor[cell]
+    if resistance.speed_factor is not None:
+        factor = factor * np.interp(np.sqrt(square), SPEEDS, resistance.speed_factor)
+    force = track.mu * factor * load
     force = force + resistance.offset[cell] * load + resistance.constant[cell]
     if resistance.speed_constant is not None:
         force = force + np.interp(np.sqrt(square), SPEEDS, resistance.speed_constant)
-    return np.asarray(force + resistance.drag[cell] * square)
-
-
-def _friction_factor(site: Site, resistance: Resistance, x: Floats, square: Floats) -> Floats:
-    factor = resistance.factor[_cells(site, resistance, x)]
-    if resistance.speed_factor is not None:
-        factor = factor * np.interp(np.sqrt(square), SPEEDS, resistance.speed_factor)
-    return np.asarray(factor)
-
-
-def _cells(site: Site, resistance: Resistance, x: Floats) -> NDArray[np.int64]:
-    terrain = site.terrain_for(resistance)
-    inside = np.searchsorted(terrain.x, x, side="right") - 1
-    return np.clip(inside, 0, terrain.n_cells - 1)
+    return factor, force + resistance.drag[cell] * square
 
 
 def _integral(x: Floats, values: Floats) -> Floats:

@@ -66,7 +66,17 @@ def largest_volume(
     from scipy.optimize import minimize_scalar  # noqa: PLC0415 (slow to import)
 
     count = np.bincount(path, minlength=len(centre))
-    told = partial(_log_likelihood, recorded, sigma, path, count, centre, spread)
+
+    def told(largest: float) -> float:
+        """Log likelihood of the records where no true volume is over the `largest` (log)."""
+        cut = cut_normals(centre, count, spread, largest)
+        middle, total2 = cut.centre[path], cut.spread**2 + sigma**2
+        away = recorded - middle
+        mean = middle + away * cut.spread**2 / total2
+        sd = np.maximum(cut.spread * sigma / np.sqrt(total2), 1e-9)
+        seen = log_ndtr((largest - mean) / sd) - log_ndtr((largest - middle) / cut.spread)
+        return float(np.sum(seen - 0.5 * (np.log(total2) + away**2 / total2)))
+
     beyond = recorded.max() + spread * np.array([0.25, 0.5, 1.0, 2.0])
     tried = np.concatenate([np.quantile(recorded, TRIED), beyond])
     found = np.array([told(largest) for largest in tried])
@@ -75,25 +85,6 @@ def largest_volume(
     finer = minimize_scalar(lambda v: -told(v), bounds=near, method="bounded")
     largest = float(finer.x if -finer.fun > found[best] else tried[best])
     return largest, float(max(-finer.fun, found[best]) - told(np.inf) - 0.5 * np.log(len(recorded)))
-
-
-def _log_likelihood(
-    recorded: Floats,
-    sigma: Floats,
-    path: Ints,
-    count: Ints,
-    centre: Floats,
-    spread: float,
-    largest: float,
-) -> float:
-    """Log likelihood of the records where no true volume is over the `largest` (log)."""
-    cut = cut_normals(centre, count, spread, largest)
-    middle, total2 = cut.centre[path], cut.spread**2 + sigma**2
-    away = recorded - middle
-    mean = middle + away * cut.spread**2 / total2
-    sd = np.maximum(cut.spread * sigma / np.sqrt(total2), 1e-9)
-    seen = log_ndtr((largest - mean) / sd) - log_ndtr((largest - middle) / cut.spread)
-    return float(np.sum(seen - 0.5 * (np.log(total2) + away**2 / total2)))
 
 
 STEP, BEYOND = 0.25, 1.0

@@ -205,20 +205,8 @@ def gibbs(
 
     `volume` [n_events] in m3 and `mu` [n_events] the apparent friction. Priors are independent
     normals on the law's coordinates (by default the law's own) and inverse gamma (shape, scale)
-    on σ². Raises `AvahazardError` for a law whose log friction is not linear in its
-    parameters, and for frictions or volumes that are not positive.
+    on σ². The law is one whose log friction is linear in its parameters.
     """
-    if law.form != "line":
-        raise AvahazardError(
-            f"Gibbs sampling does not work with the {law.name} law.",
-            "Take --method metropolis or marginal, or another law.",
-        )
-    volume, mu = np.asarray(volume, np.float64), np.asarray(mu, np.float64)
-    if not (np.isfinite(volume) & np.isfinite(mu) & (volume > 0) & (mu > 0)).all():
-        raise AvahazardError(
-            "Gibbs sampling needs a positive friction and volume of every event.",
-            "Leave out the events without, or take --method marginal.",
-        )
     mean = (law.prior_mean if prior_mean is None else prior_mean) * [-1.0, 1.0][: len(law.names)]
     sd = law.prior_sd if prior_sd is None else prior_sd
     if not law.uses_volume:  # a slope on no covariate: it stays in its prior and is dropped
@@ -244,17 +232,10 @@ def regression(
     """Draws [n_chains, n_draws, 3] of α, β, σ in y = α + β x + N(0, σ²).
 
     Priors: α and β normal (an infinite sd is flat), σ² inverse gamma (shape, scale); shape -1/2
-    and scale 0 are flat on σ. Chains start dispersed over β and σ. Raises `AvahazardError` when
-    there are too few records for the priors.
+    and scale 0 are flat on σ. Chains start dispersed over β and σ.
     """
-    if sigma_prior[0] + 0.5 * x.size <= 0.5 or x.size < 2:
-        raise AvahazardError("Too few events to calibrate on.", "At least three are needed.")
     sums, fitted = _sums(x, y)
     precision = 1.0 / np.square(np.asarray(prior_sd, np.float64))
-    if sums[3] == 0 and precision[1] == 0:
-        raise AvahazardError(
-            "All volumes are equal, so no law of volume can be fitted.", "Take --law constant."
-        )
     draws = np.empty((n_chains, n_draws, 3))
     burn = np.empty((N_BURN, 3))
     variance = max(sums[4] / x.size, 1e-12)

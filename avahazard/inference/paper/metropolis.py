@@ -21,7 +21,6 @@ from avahazard.inference.fitted_model import Chains, chains
 from avahazard.inference.model.laws import Law
 from avahazard.inference.seeds import generator
 from avahazard.kernels import kernel
-from avahazard.records.errors import AvahazardError
 
 FLAT_ON_SIGMA = (-0.5, 0.0)  # inverse-gamma shape and scale of σ² whose limit is flat on σ
 TARGET_ACCEPTANCE = 0.35
@@ -71,7 +70,7 @@ def metropolis(
     `volume` [n_events] in m3, `runout` [n_events] the recorded elevations in m, `table` [n_events]
     the row of `stop_y` [n_tables, n_mu] of each event, `start` [n_coordinates] from `Law.start`.
     Priors are independent normals on the law's coordinates (by default the law's own; an infinite
-    sd is flat) and inverse gamma (shape, scale) on σ². Raises `AvahazardError` on gaps in the data.
+    sd is flat) and inverse gamma (shape, scale) on σ².
     """
     records = runout_records(law, volume, runout, table, stop_y, mu_min, mu_step)
     mean = law.prior_mean if prior_mean is None else prior_mean
@@ -266,16 +265,8 @@ def runout_records(
 
     `stop_y` [n_tables, n_mu] holds the elevation of the stop on the grid mu_min + j mu_step, and
     must be finite: the end of the profile where it was left, the release where nothing moved.
-    Friction outside of the grid counts as its end. Raises `AvahazardError` on gaps in the data.
+    Friction outside of the grid counts as its end.
     """
-    volume, runout = np.asarray(volume, np.float64), np.asarray(runout, np.float64)
-    if not np.isfinite(stop_y).all():
-        raise AvahazardError("A runout table has gaps.", "Tabulate every friction of the grid.")
-    if not (np.isfinite(runout).all() and np.isfinite(volume).all() and (volume > 0).all()):
-        raise AvahazardError(
-            "An event lacks a runout or a positive volume.",
-            "Leave such events out, or use marginal.",
-        )
     x = law.covariate(volume)
     stops = np.ascontiguousarray(stop_y, np.float64)
     n_mu = int(stops.shape[1])

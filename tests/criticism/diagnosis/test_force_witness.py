@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 from avahazard.criticism.diagnosis.force_witness import (
     Course,
+    ForceTrack,
     ForceWitness,
     course_of,
     force_witness,
@@ -186,19 +187,20 @@ def test_steps_end_on_the_solution(site: Site, share: float, weakens: bool) -> N
     if weakens:
         plain = no_resistance(site.fine_terrain)
     whole = with_effect(plain, weakens=weakens)
-    energy = course.measured_energy()
+    of = ForceTrack(course, site, plain, whole, course.measured_energy(), MU)
     for _ in range(30):
-        linear = linear_about(course, site, plain, whole, energy, MU, share)
-        energy = linear.fixed + energy[0] * linear.start + MU * linear.load + share * linear.effect
+        linear = linear_about(of, share)
+        start = of.energy[0] * linear.start
+        of.energy = linear.fixed + start + MU * linear.load + share * linear.effect
     exact = solved(site, course, share, weakens=weakens)
-    assert energy == pytest.approx(exact, abs=0.002 * np.ptp(exact))
+    assert of.energy == pytest.approx(exact, abs=0.002 * np.ptp(exact))
 
 
 def test_the_share_moves_the_course_as_its_derivative_says(site: Site) -> None:
     course, plain = track(site), no_resistance(site.terrain)
     exact = solved(site, course, 0.5, weakens=False)
     whole = with_effect(plain, weakens=False)
-    linear = linear_about(course, site, plain, whole, exact, MU, 0.5)
+    linear = linear_about(ForceTrack(course, site, plain, whole, exact, MU), 0.5)
     by_scipy = (
         solved(site, course, 0.51, weakens=False) - solved(site, course, 0.49, weakens=False)
     ) / 0.02

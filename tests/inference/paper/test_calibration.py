@@ -239,15 +239,3 @@ def test_the_seed_decides() -> None:
     one = gibbs(law("power"), *data, seed=5, n_draws=50).draws
     np.testing.assert_array_equal(one, gibbs(law("power"), *data, seed=5, n_draws=50).draws)
     assert not np.array_equal(one, gibbs(law("power"), *data, seed=6, n_draws=50).draws)
-
-
-def test_what_gibbs_cannot_do_is_said() -> None:
-    volume, mu = frictions("power", [1.0, 0.06], 0.1, 30, 1)
-    with pytest.raises(AvahazardError, match="rational"):
-        gibbs(law("rational"), volume, mu, seed=1)
-    with pytest.raises(AvahazardError, match="positive friction"):
-        gibbs(law("power"), volume, np.where(mu > mu.mean(), np.nan, mu), seed=1)
-    with pytest.raises(AvahazardError, match="All volumes are equal"):
-        gibbs(law("power"), np.full(30, 1e4), mu, seed=1, prior_sd=np.full(2, np.inf))
-    with pytest.raises(AvahazardError, match="Too few events"):
-        gibbs(law("power"), volume[:1], mu[:1], seed=1)

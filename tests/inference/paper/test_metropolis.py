@@ -15,7 +15,6 @@ from avahazard.inference.paper.metropolis import (
     squared_residuals,
     walk,
 )
-from avahazard.records.errors import AvahazardError
 from tests.inference import naive
 from tests.inference.paper.regression import line_records
 from tests.inference.reference import reference_regression
@@ -132,14 +131,3 @@ def test_without_tables_it_is_a_line() -> None:
     x, y = rng.normal(size=(2, 20))
     ours = squared_residuals(np.array([0.4, -1.3]), line_records(x, y), np.empty(20))
     assert ours == pytest.approx(np.sum((y - 0.4 - 1.3 * x) ** 2))
-
-
-def test_gaps_are_refused() -> None:
-    volume, runout, table, stop_y = runouts("constant", [0.5], 100.0, 5, 1)
-    broken = stop_y.copy()
-    broken[1, 3] = np.nan
-    with pytest.raises(AvahazardError, match="gaps"):
-        runout_records(law("constant"), volume, runout, table, broken, MU_MIN, MU_STEP)
-    volume[2] = 0.0
-    with pytest.raises(AvahazardError, match="positive volume"):
-        runout_records(law("constant"), volume, runout, table, stop_y, MU_MIN, MU_STEP)
