@@ -178,7 +178,7 @@ class Model:
         >>> base.plot_posterior()
         Picture(...)
         """
-        from avahazard.workflow.paper_figures import plot_posterior  # noqa: PLC0415
+        from avahazard.workflow.friction import plot_posterior  # noqa: PLC0415
 
         return drawn(partial(plot_posterior, self.database, self._fitted()), file)
 
@@ -190,7 +190,7 @@ class Model:
         >>> base.plot_friction(folder.parent / "friction.png").suffix
         '.png'
         """
-        from avahazard.workflow.paper_figures import plot_laws  # noqa: PLC0415
+        from avahazard.workflow.friction import plot_laws  # noqa: PLC0415
 
         return drawn(partial(plot_laws, [self._fitted()]), file)
 
@@ -202,7 +202,7 @@ class Model:
         >>> base.plot_residuals()
         Picture(...)
         """
-        from avahazard.workflow.paper_figures import plot_residuals  # noqa: PLC0415
+        from avahazard.workflow.friction import plot_residuals  # noqa: PLC0415
 
         return drawn(partial(plot_residuals, self._fitted()), file)
 
@@ -260,7 +260,7 @@ class Model:
         >>> len(base.predict(folder / "events.csv").events)
         60
         """
-        from avahazard.workflow.predict import predict  # noqa: PLC0415
+        from avahazard.workflow.compare import predict  # noqa: PLC0415
 
         return predict(self.database, self.name, Path(events), effect_files=self.effect_files)
 
@@ -355,7 +355,7 @@ class Model:
         return export(self.database, self.name, Path(file))
 
     def _fitted(self) -> FittedModel:
-        from avahazard.workflow.paper_figures import load_models  # noqa: PLC0415
+        from avahazard.workflow.friction import load_models  # noqa: PLC0415
 
         return load_models(self.database, [self.name], self.effect_files)[0]
 
@@ -563,7 +563,7 @@ class Region:
         >>> region.alpha_beta("P01")[0].coefficients
         'norway'
         """
-        from avahazard.workflow.alpha_beta import alpha_beta_paths  # noqa: PLC0415
+        from avahazard.workflow.path import alpha_beta_paths  # noqa: PLC0415
 
         return alpha_beta_paths(self.database, path_id, AlphaBetaRequest(by=many(by)))
 

@@ -184,7 +184,7 @@ def show_prediction(console: Console, found: Prediction) -> None:
 
 
 @answers(
-    "predict.predict",
+    "compare.predict",
     show_prediction,
     # Elevations, unless `coordinate` of a row says otherwise (docs/results.md).
     document=lambda found: (

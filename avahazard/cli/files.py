@@ -256,7 +256,7 @@ def paper_figures(
       avahazard paper-figures all-metropolis all-gibbs --folder figures
       avahazard paper-figures first --path P01 --format pdf
     """
-    found = ask("paper_figures.paper_figures", names=names or (), request=request)
+    found = ask("friction.paper_figures", names=names or (), request=request)
     emit(found, _figures, notes=_not_drawn)
 
 

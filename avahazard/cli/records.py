@@ -364,9 +364,7 @@ def fit(
     """
 
 
-@answers(
-    "alpha_beta.alpha_beta_paths", lambda console, found: show(console, alpha_beta_table(found))
-)
+@answers("path.alpha_beta_paths", lambda console, found: show(console, alpha_beta_table(found)))
 def alpha_beta(
     path_id: Annotated[
         str | None,

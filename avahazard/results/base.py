@@ -28,7 +28,7 @@ def plain(value: Any, *, keyed: bool = False) -> Any:
     if type(value) in AS_THEY_ARE:
         return value
     if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
+        return finite(value)
     if isinstance(value, Note):
         value = value.stored() if keyed else str(value)
     elif is_dataclass(value):
@@ -44,6 +44,11 @@ def plain(value: Any, *, keyed: bool = False) -> Any:
     if isinstance(value, list | tuple):
         return [plain(item, keyed=keyed) for item in value]
     return value
+
+
+def finite(value: float) -> float | None:
+    """A number; None for NaN and the infinities."""
+    return float(value) if math.isfinite(value) else None
 
 
 def key_of(field: str) -> str:

@@ -1,14 +1,18 @@
-"""Models against the measurements: scores, held-out scores, where one fails, and their ladder."""
+"""Models against the measurements: scores, where one fails, their ladder, and new events."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
 
+from avahazard.arrays import Floats
 from avahazard.criticism.scoring.error_budget import (
     ErrorBudget,
     budget_by_event,
@@ -41,17 +45,36 @@ from avahazard.criticism.scoring.speed_misfit import (
 )
 from avahazard.criticism.scoring.where_it_fails import event_axes, where_it_fails
 from avahazard.inference.fitted_model import FittedModel
-from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
-from avahazard.inference.prediction import ground_error
+from avahazard.inference.model.observations import (
+    ELEVATION,
+    LEFT,
+    LENGTH,
+    PLACE,
+    Observations,
+    stated_release_sigma,
+)
+from avahazard.inference.prediction import (
+    extrapolation,
+    ground_error,
+    predict_stops,
+    stops_over_releases,
+    told,
+)
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
-from avahazard.records.errors import AvahazardError
+from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError, RejectedRows
+from avahazard.records.event import Event
+from avahazard.records.reading import read_records
 from avahazard.report.picture import require_picture
 from avahazard.results.base import RATIO, Report, Rows, plain, silent
 from avahazard.results.comparison import (
     Comparison,
     HeldOutScores,
     Ladder,
+    PredictedEvent,
+    Prediction,
+    PredictionScores,
     Rung,
     Scores,
     SpeedScores,
@@ -68,7 +91,13 @@ from avahazard.store.results import (
 )
 from avahazard.store.session import reading, writing
 from avahazard.workflow.next_step import StoredModels, next_step
-from avahazard.workflow.stored import load_stored, notes_of, notes_of_fit, require_unchanged
+from avahazard.workflow.stored import (
+    load_stored,
+    notes_of,
+    notes_of_fit,
+    on_events,
+    require_unchanged,
+)
 
 RECORD_DRAWS = 1000
 COORDINATES = {ELEVATION: "elevation", LEFT: "elevation", PLACE: "x", LENGTH: "length"}
@@ -178,18 +207,25 @@ def coordinate_name(observations: Observations) -> str:
 def _held_out_scores(
     held: HeldOut, others: HeldOutPredictions, observations: Observations, budget: ErrorBudget
 ) -> HeldOutScores:
-    rng = generator(0, "held out scores")
-    pit = record_pit(others.records, rng)
-    n = len(others.log_density)
+    pit = record_pit(others.records, generator(0, "held out scores"))
+    elpd, se = _summed(others.log_density)
     return HeldOutScores(
         by=held.by,
         runout=runout_scores(others.records, pit, budget.floor),
         speed=_speed_scores(others.speeds),
-        elpd_loo=float(np.sum(others.log_density)),
-        elpd_loo_se=float(np.sqrt(n) * np.std(others.log_density, ddof=1)) if n > 1 else None,
+        elpd_loo=elpd,
+        elpd_loo_se=se,
         runout_x=x_scores(others.records, observations, budget.floor),
         groups=group_errors(held, others, observations),
         n_fits=len(np.unique(held.fits)),
+    )
+
+
+def _summed(log_density: Floats) -> tuple[float, float | None]:
+    """The log density of all records `[n]`, and its standard error; None of a single one."""
+    n = len(log_density)
+    return float(np.sum(log_density)), (
+        float(np.sqrt(n) * np.std(log_density, ddof=1)) if n > 1 else None
     )
 
 
@@ -200,18 +236,8 @@ def _speed_scores(speeds: MatchedSpeeds | None) -> SpeedScores | None:
     return speed_scores(speeds.draws, speeds.observed, speeds.sigma, pit)
 
 
-SCORES = (
-    "rmse_m",
-    "crps_m",
-    "held_out_crps_m",
-    "elpd_loo",
-    "elpd_loo_se",
-    "coverage_90",
-    "speed_rmse_m_s",
-    "noise_floor_m",
-    "noise_floor_crps_m",
-    "held_out_crps_x_m",
-)
+SCORES = [f.name for f in fields(Rung) if f.name in {of.name for of in fields(Standing)}]
+"""What a rung of the ladder has of the scores."""
 
 
 def ladder(database: str, *, plot: Path | None = None, report: Report = silent) -> Ladder:
@@ -295,4 +321,133 @@ def standing(comparison: Comparison) -> Standing:
         noise_floor_m=runout.noise_floor_m,
         noise_floor_crps_m=runout.noise_floor_crps_m,
         held_out_crps_x_m=None if held_out.runout_x is None else held_out.runout_x.crps_m,
+    )
+
+
+STOP_DRAWS = 2000
+DENSITY_DRAWS = 500
+
+
+def predict(
+    database: str, name: str, file: Path, *, effect_files: Sequence[Path] = ()
+) -> Prediction:
+    """Predict the stop of every event in `file` by the stored model `name`; nothing is stored.
+
+    Numbers are elevations of the stop in m, of the avalanche itself and not of a record with its
+    error; that of a release (`release_sigma_m`) is in them. For events without a profile they are
+    runout lengths, or H/L where that alone is known, and `coordinate` says so. A draw that leaves
+    the profile counts as reaching its end. Raises `AvahazardError` where there is no such model, or
+    it cannot predict these events; `RejectedRows` for rows of the file that cannot be taken.
+    """
+    stored, records = load_stored(database, name, effect_files)
+    require_comparable(stored)
+    new = _new_events(file, records)
+    if not new.events:
+        raise AvahazardError(f"{file} has no events.", "A row for each: event_id, path_id, …")
+    of_all = [*notes_of_fit(stored)]
+    on = partial(on_events, stored, records)
+    model = on(new.events)
+    stops = predict_stops(model, STOP_DRAWS, generator(0, "predict"))
+    values, left = told(model.observations, stops.record, stops.elevation), stops.left
+    sigma = stated_release_sigma(new.events, {p.path_id: p for p in records.paths})
+    unsure = np.flatnonzero(sigma > 0.0)
+    if len(unsure):
+        values[unsure], left[unsure] = stops_over_releases(
+            on,
+            [new.events[i] for i in unsure],
+            sigma[unsure],
+            STOP_DRAWS,
+            generator(0, "predict release"),
+        )
+    if stops.n_nonpositive:
+        share = stops.n_nonpositive / stops.friction.size
+        of_all.append(Note("friction_not_positive", share=share))
+    notes = [*_of_largest(stored, new.events), *of_all]
+    if model.observations.in_ratio:
+        notes.append(Note("in_ratio"))
+    elif np.any(model.observations.kind == LENGTH):
+        notes.append(Note("in_lengths"))
+    measured = tuple(e for e in new.events if _has_runout(e))
+    scores = None
+    if measured:
+        scores = _scores(model if len(measured) == len(new.events) else on(measured))
+    rows = (
+        _row(e, v, left, (*_of_volume(stored, e.path_id, e.volume_m3), *of_all))
+        for e, v, left in zip(new.events, values, left, strict=True)
+    )
+    return Prediction(Rows(rows), scores, tuple(notes))
+
+
+def _new_events(file: Path, records: Records) -> Records:
+    try:
+        return read_records([file], known=records, need_runout=False)
+    except RejectedRows as error:
+        error.message = error.message.replace("imported", "predicted")
+        error.hint = "Correct the rows above and predict again."
+        raise
+
+
+def _of_largest(stored: FittedModel, events: Sequence[Event]) -> list[Note]:
+    """Notes on the largest volume of each path, which is farthest beyond the records."""
+    largest: dict[str | None, float] = {}
+    for event in events:
+        if event.volume_m3 is not None:
+            known = largest.get(event.path_id, 0.0)
+            largest[event.path_id] = max(known, event.volume_m3)
+    return [note for path, volume in largest.items() for note in _of_volume(stored, path, volume)]
+
+
+def _of_volume(model: FittedModel, path_id: str | None, volume_m3: float | None) -> list[Note]:
+    """Notes on a volume beyond the records, or with a friction that no avalanche has."""
+    if volume_m3 is None or model.ignores_volume:
+        return []
+    of = () if path_id is None else (path_id,)
+    return extrapolation(model, path_id, volume_m3).notes(*of)
+
+
+def _has_runout(event: Event) -> bool:
+    e = event
+    found = (e.runout_x_m, e.runout_elevation_m, e.runout_length_m, e.h_over_l)
+    return e.left_profile or any(value is not None for value in found)
+
+
+def _row(
+    event: Event, values: Floats, left: NDArray[np.bool_], notes: tuple[Note, ...]
+) -> PredictedEvent:
+    q05, q50, q95 = np.quantile(values, [0.05, 0.5, 0.95])
+    return PredictedEvent(
+        event_id=event.event_id,
+        path_id=event.path_id,
+        coordinate="elevation" if event.path_id else RATIO if event.in_ratio else "length",
+        mean_m=float(np.mean(values)),
+        sd_m=float(np.std(values, ddof=1)),
+        q05_m=float(q05),
+        q50_m=float(q50),
+        q95_m=float(q95),
+        p_left_profile=float(np.mean(left)),
+        notes=notes,
+    )
+
+
+def _scores(model: FittedModel) -> PredictionScores:
+    """Scores over new records; `elpd_loo` is their log predictive density."""
+    rng = generator(0, "predict scores")
+    expected = expected_records(model, RECORD_DRAWS, rng)
+    pit = record_pit(expected, rng)
+    budget = error_budget(model, generator(0, "error budget"))
+    offsets = model.group_offsets(rng)
+    given = [
+        model.posterior.event_log_likelihood(
+            model.draws[k], None if offsets is None else offsets[k]
+        )
+        for k in model.evenly(DENSITY_DRAWS)
+    ]
+    elpd, se = _summed(logsumexp(given, axis=0) - np.log(len(given)))
+    return PredictionScores(
+        runout=runout_scores(expected, pit, budget.floor),
+        speed=None,
+        elpd_loo=elpd,
+        elpd_loo_se=se,
+        coordinate=coordinate_name(model.observations),
+        runout_x=x_scores(expected, model.observations, budget.floor),
     )

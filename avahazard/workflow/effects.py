@@ -10,8 +10,6 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
-import numpy as np
-
 from avahazard.effects.catalogue import catalogue, definition
 from avahazard.effects.covariate import covariate
 from avahazard.effects.effect import Definition, Parameter
@@ -24,7 +22,7 @@ from avahazard.effects.own_file import (
 )
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.records.errors import AvahazardError
-from avahazard.results.base import Rows
+from avahazard.results.base import Rows, finite
 from avahazard.results.models import EffectDetails, EffectEntry, EffectParameter, WrittenTemplate
 from avahazard.store.records import load_records
 from avahazard.store.results import StoredModel
@@ -115,8 +113,8 @@ def _parameter(p: Parameter) -> EffectParameter:
         neutral=p.neutral,
         prior_mean=p.prior_mean,
         prior_sd=p.prior_sd,
-        low=p.low if np.isfinite(p.low) else None,
-        high=p.high if np.isfinite(p.high) else None,
+        low=finite(p.low),
+        high=finite(p.high),
     )
 
 

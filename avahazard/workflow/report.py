@@ -58,7 +58,6 @@ from avahazard.store.results import (
 )
 from avahazard.store.session import Session, reading
 from avahazard.whole_file import put_in_place
-from avahazard.workflow.alpha_beta import alpha_beta_paths
 from avahazard.workflow.compare import COORDINATES, RECORD_DRAWS, ladder_rows, stored_comparison
 from avahazard.workflow.friction import (
     apparent_friction,
@@ -68,7 +67,7 @@ from avahazard.workflow.friction import (
 )
 from avahazard.workflow.models import show_model
 from avahazard.workflow.next_step import next_step
-from avahazard.workflow.path import describe_path, list_paths
+from avahazard.workflow.path import alpha_beta_paths, describe_path, list_paths
 from avahazard.workflow.report_loop import QUANTILES, loop_view
 from avahazard.workflow.requests import ReportRequest
 from avahazard.workflow.runout import run_site

@@ -18,7 +18,7 @@ from avahazard.records.collection import Records
 from avahazard.records.event import Event
 from avahazard.records.lookup import find_path, find_profile
 from avahazard.report.picture import require_picture
-from avahazard.results.base import Rows
+from avahazard.results.base import Rows, finite
 from avahazard.results.terrain import Runout, RunoutAt, RunoutJump, SpeedHere
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
@@ -104,7 +104,6 @@ def run_site(site: Site, mu: float, resistance: Resistance | None = None) -> Run
     if not left:
         # At the stop itself the interpolation leaves a rest of rounding.
         speeds[len(x) - 1] = 0.0
-    lift_off = float(stops.lift_off_x[0, 0])
     return Runout(
         path_id=site.path.path_id,
         mu=mu,
@@ -114,7 +113,7 @@ def run_site(site: Site, mu: float, resistance: Resistance | None = None) -> Run
         runout_x_m=None if left else end,
         runout_elevation_m=None if left else float(stops.y[0, 0]),
         speed_max_m_s=float(speeds.max()),
-        lift_off_x_m=lift_off if np.isfinite(lift_off) else None,
+        lift_off_x_m=finite(stops.lift_off_x[0, 0]),
         speeds=Rows(
             SpeedHere(float(place), float(speed)) for place, speed in zip(x, speeds, strict=False)
         ),
@@ -131,11 +130,11 @@ def with_table(found: Runout, site: Site, resistance: Resistance | None = None) 
         table=Rows(
             RunoutAt(
                 mu=round(float(MU[j]), 6),
-                runout_x_m=_finite(curve.x[j]),
-                runout_elevation_m=_finite(curve.y[j]),
+                runout_x_m=finite(curve.x[j]),
+                runout_elevation_m=finite(curve.y[j]),
                 status=STATUS_NAMES[curve.status[j]],
-                dx_dmu_m=_finite(dx[j]),
-                dy_dmu_m=_finite(dy[j]),
+                dx_dmu_m=finite(dx[j]),
+                dy_dmu_m=finite(dy[j]),
             )
             for j in range(len(MU))
         ),
@@ -149,7 +148,3 @@ def with_table(found: Runout, site: Site, resistance: Resistance | None = None) 
             for j in np.flatnonzero(curve.jumps)
         ),
     )
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

@@ -16,8 +16,8 @@ from avahazard.records.errors import AvahazardError
 from avahazard.results.hazard import Spread
 from avahazard.store.results import BOUNDS, save_model
 from avahazard.store.session import writing
-from avahazard.workflow.alpha_beta import alpha_beta_paths
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.path import alpha_beta_paths
 from avahazard.workflow.requests import AlphaBetaRequest
 from tests.results.samples import HAZARD_ROW
 from tests.store.documents import save_documents

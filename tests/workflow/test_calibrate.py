@@ -18,10 +18,9 @@ from avahazard.store.records import save_records
 from avahazard.store.results import COMPARISON, latest_result, list_models, load_model, save_model
 from avahazard.store.session import reading, writing
 from avahazard.workflow.calibrate import add, calibrate
-from avahazard.workflow.compare import ladder
+from avahazard.workflow.compare import ladder, predict
 from avahazard.workflow.effects import own_effects
 from avahazard.workflow.models import show_models
-from avahazard.workflow.predict import predict
 from avahazard.workflow.requests import CalibrateRequest, RunoutRequest
 from avahazard.workflow.runout import run_block
 from avahazard.workflow.stored import load_stored

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.workflow.paper_figures import standardised_residuals
+from avahazard.workflow.friction import standardised_residuals
 from tests.workflow.test_friction import SIGMA, world
 
 
