@@ -8,7 +8,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 
 import avahazard.effects as folder
-from avahazard.effects import change, covariate
+from avahazard.effects import covariate
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Definition
 from avahazard.effects.site import Site
@@ -17,7 +17,7 @@ from avahazard.records.errors import AvahazardError
 MADE: Mapping[str, Callable[[str], Definition]] = {
     covariate.PREFIX: covariate.covariate,
     covariate.INTERACTION: covariate.interaction,
-    change.PREFIX: change.change,
+    covariate.CHANGE: covariate.change,
     covariate.SCATTER: covariate.scatter_by,
 }
 """Effects that are made for what a file has, by the beginning of their key."""

@@ -1,4 +1,8 @@
-"""Friction varies with columns: a smooth of one, one by another, its scatter; height, season."""
+"""Friction varies with columns: a smooth of one, one by another, its scatter; height, season.
+
+It changes at a date: on one path (a dam, a forest gone), or on all. And with the volume as another
+law or scatter says.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +16,12 @@ from avahazard.effects.effect import (
     MIN_LEVEL,
     Curve,
     Definition,
+    Effect,
     Facts,
     FrictionEffect,
     Parameter,
     ScatterEffect,
+    Setting,
     Sites,
 )
 from avahazard.effects.levels import (
@@ -327,3 +333,112 @@ RELEASE_ELEVATION = Definition(
     lacking=_one_height,
     order=110,
 )
+
+
+CHANGE, ALL = "change:", "all"
+CHANGE_SD = 0.2
+MOST_DATES = 40
+"""Dates that are tried, evenly among the events."""
+
+
+def change(path: str) -> Definition:
+    """The effect of a change on a path, or on `all`."""
+    where = "all paths" if path == ALL else f"path {path}"
+    return Definition(
+        key=CHANGE + path,
+        meaning=f"From some date on friction on {where} is another: something was built or taken "
+        "away, or records were made otherwise. The date is the one that the data tell best.",
+        needs="date",
+        build=partial(_build_change, path),
+        lacking=partial(_lacking_change, path),
+        facts=partial(_facts_change, path),
+        alternatives=partial(_alternatives, path),
+        event_columns=True,
+        beyond=1,
+    )
+
+
+def _time(columns: EventColumns) -> Floats:
+    """Years `[n_events]`, of a day where it is known."""
+    return np.where(np.isfinite(columns.day), columns.day / 365.2425 + 1.0, columns.year)
+
+
+def _there(path: str, columns: EventColumns) -> np.ndarray:
+    if path == ALL:
+        return np.ones(len(columns), dtype=np.bool_)
+    index = columns.paths.index(path) if path in columns.paths else -2
+    return np.asarray(columns.path_index == index)
+
+
+def _alternatives(path: str, columns: EventColumns, _sites: Sites) -> list[Facts]:
+    """The dates that are tried: between events, with enough of them on either side."""
+    time = _time(columns)
+    known = np.sort(time[_there(path, columns) & np.isfinite(time)])
+    between = 0.5 * (known[1:] + known[:-1])[MIN_LEVEL - 1 : len(known) - MIN_LEVEL]
+    between = between[np.diff(known)[MIN_LEVEL - 1 : len(known) - MIN_LEVEL] > 0.0]
+    if len(between) > MOST_DATES:
+        between = between[np.linspace(0, len(between) - 1, MOST_DATES).round().astype(int)]
+    return [{"from_year": round(float(t), 3)} for t in between]
+
+
+def _lacking_change(path: str, columns: EventColumns, sites: Sites) -> str | None:
+    if _alternatives(path, columns, sites):
+        return None
+    return f"fewer than {2 * MIN_LEVEL} dated events"
+
+
+def _facts_change(path: str, columns: EventColumns, sites: Sites) -> Facts:
+    """The date that parts H/L best, volume and path taken off (least squares)."""
+    tried, time = _alternatives(path, columns, sites), _time(columns)
+    known = columns.height_over_length > 0.0
+    use = known & np.isfinite(time)
+    ratio = np.log(columns.height_over_length[use])
+    volume = np.nan_to_num(columns.log_volume[use], nan=float(np.nanmean(columns.log_volume)))
+    groups = columns.path_index[use, None] == np.unique(columns.path_index[use])
+    rest = np.column_stack([groups, volume]).astype(np.float64)
+
+    def left(facts: Facts) -> float:
+        after = (_there(path, columns) & (time >= facts["from_year"]))[use]
+        design = np.column_stack([rest, after])
+        return float(np.sum((ratio - design @ np.linalg.lstsq(design, ratio, rcond=None)[0]) ** 2))
+
+    return min(tried, key=left)
+
+
+def _build_change(path: str, facts: Facts) -> FrictionEffect:
+    def design(columns: EventColumns) -> Floats:
+        # What has no date is to come.
+        after = ~(_time(columns) < facts["from_year"])
+        return np.asarray(after & _there(path, columns), np.float64)[:, None]
+
+    parameter = Parameter("change", "log friction", 0.0, 0.0, CHANGE_SD)
+    return FrictionEffect(CHANGE + path, (parameter,), design=design)
+
+
+def _needs_volume(columns: EventColumns, _sites: Sites) -> str | None:
+    known = columns.log_volume[np.isfinite(columns.log_volume)]
+    return None if len(known) and np.ptp(known) > 0 else "the events have no (different) volumes"
+
+
+VOLUME_LAW = Definition(
+    key="volume-law",
+    meaning="Friction falls with volume along another curve than the model's law. The most "
+    "likely of the other laws is taken.",
+    needs="volume",
+    build=lambda _: Effect("volume-law", ()),
+    lacking=_needs_volume,
+    changes=Setting("law", "the law of friction against volume"),
+    order=70,
+)
+VOLUME_SCATTER = Definition(
+    key="volume-scatter",
+    meaning="Large avalanches differ less from each other than small ones do (or more), so the "
+    "scatter of friction is σ(V) = a' exp(-n' V), up to the volume that nine events in ten stay "
+    "under and constant beyond. The mean stays, the intervals change.",
+    needs="volume",
+    build=lambda _: Effect("volume-scatter", ()),
+    lacking=_needs_volume,
+    changes=Setting("scatter", "the scatter of friction", value="volume"),
+    order=80,
+)
+"""Settings of the model: nothing is built for these two."""

@@ -1,4 +1,7 @@
-"""Effects on the motion: drag, friction that falls with speed, cohesion, snow taken up, forest."""
+"""Effects on the motion: drag, friction that falls with speed, cohesion, snow taken up, trees.
+
+And the load of curvature, which the base model has.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,11 @@ from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import (
     Definition,
+    Effect,
     Facts,
     MotionEffect,
     Parameter,
+    Setting,
     Sites,
     needs_profile,
 )
@@ -156,3 +161,17 @@ FOREST_DRAG = Definition(
     trees=True,
     order=60,
 )
+
+
+CENTRIFUGAL = Definition(
+    key="centrifugal",
+    meaning="In a hollow the path turns under the block and presses on it, so that friction "
+    "grows with speed and curvature; over a crest it is lighter. It is in the base model and can "
+    "be left out.",
+    needs="profile",
+    build=lambda _: Effect("centrifugal", ()),
+    lacking=needs_profile,
+    changes=Setting("centrifugal", "the motion", value=True, without=False),
+    order=10,
+)
+"""A setting of the model: nothing is built for it."""

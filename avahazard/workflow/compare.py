@@ -21,7 +21,6 @@ from avahazard.criticism.scoring.error_budget import (
     profile_part,
     with_explained,
 )
-from avahazard.criticism.scoring.expected import expected_records
 from avahazard.criticism.scoring.held_out import (
     HeldOut,
     HeldOutPredictions,
@@ -31,6 +30,7 @@ from avahazard.criticism.scoring.held_out import (
 )
 from avahazard.criticism.scoring.loo import leave_one_out
 from avahazard.criticism.scoring.scores import (
+    expected_records,
     randomised_pit,
     record_pit,
     runout_scores,

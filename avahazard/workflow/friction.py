@@ -23,18 +23,16 @@ from avahazard.inference.model.friction_scatter import log_density
 from avahazard.inference.model.laws import law
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.paper.apparent import (
+    DEFAULT_KAPPA,
     N_REPLICATES,
     STATUSES,
     BackCalculation,
     back_calculate,
-)
-from avahazard.inference.paper.calibration import recorded_elevation
-from avahazard.inference.paper.density import (
-    DEFAULT_KAPPA,
     choose_kappa,
     density_band,
     holy_density,
 )
+from avahazard.inference.paper.calibration import recorded_elevation
 from avahazard.inference.paper.least_squares import LawFit, fit_every_law, fit_law, usable
 from avahazard.inference.prediction import look_up
 from avahazard.inference.seeds import generator

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from avahazard.effects.catalogue import definition
-from avahazard.effects.settings import CENTRIFUGAL
+from avahazard.effects.motion import CENTRIFUGAL
 from avahazard.inference.model.choices import BLOCK, METHODS
 from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError

@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.criticism.scoring.expected import expected_records
+from avahazard.criticism.scoring.scores import expected_records
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.site import release_place, stop_place
 from avahazard.hazard.future_events import classes_of

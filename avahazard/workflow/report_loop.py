@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Bools, Floats
-from avahazard.criticism.scoring.expected import expected_records
-from avahazard.criticism.scoring.scores import crps
+from avahazard.criticism.scoring.scores import crps, expected_records
 from avahazard.criticism.scoring.where_it_fails import event_axes
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Effect, MotionEffect, of_kind

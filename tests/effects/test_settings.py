@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.effects.settings import CENTRIFUGAL, VOLUME_LAW, VOLUME_SCATTER
+from avahazard.effects.covariate import VOLUME_LAW, VOLUME_SCATTER
+from avahazard.effects.motion import CENTRIFUGAL
 from tests.effects.event_table import event_table
 from tests.effects.examples import columns
 

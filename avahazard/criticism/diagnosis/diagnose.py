@@ -45,8 +45,7 @@ from avahazard.criticism.diagnosis.refits import (
 )
 from avahazard.criticism.diagnosis.together import Together, masked_pair, needed_beside
 from avahazard.criticism.diagnosis.two_kinds import kinds_of
-from avahazard.criticism.scoring.expected import expected_records
-from avahazard.criticism.scoring.scores import crps
+from avahazard.criticism.scoring.scores import crps, expected_records
 from avahazard.criticism.screening.candidates import candidate_definitions, not_asked
 from avahazard.criticism.screening.screen import LEVEL, Screened, Screening, screen
 from avahazard.effects.effect import Definition, Facts

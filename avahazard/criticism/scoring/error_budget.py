@@ -16,8 +16,7 @@ from itertools import permutations
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.criticism.scoring.expected import mean_record_sigma
-from avahazard.criticism.scoring.scores import with_profile
+from avahazard.criticism.scoring.scores import mean_record_sigma, with_profile
 from avahazard.inference.fitted_model import FittedModel, table_groups
 from avahazard.inference.model.friction_scatter import draws as scatter_draws
 from avahazard.inference.model.friction_scatter import friction as drawn

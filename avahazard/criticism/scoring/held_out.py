@@ -12,9 +12,8 @@ import numpy as np
 from scipy.special import logsumexp, stdtrit
 
 from avahazard.arrays import Bools, Floats, Ints
-from avahazard.criticism.scoring.expected import ExpectedRecords, expected_records
 from avahazard.criticism.scoring.fit_draws import FitDraws, evenly_weighted, fit_draws
-from avahazard.criticism.scoring.scores import crps
+from avahazard.criticism.scoring.scores import ExpectedRecords, crps, expected_records
 from avahazard.criticism.scoring.speed_misfit import MatchedSpeeds, matched_speeds
 from avahazard.engine import spread_map
 from avahazard.inference.fitted_model import FittedModel, fitted_model

@@ -12,8 +12,7 @@ from scipy.optimize import least_squares
 from avahazard.arrays import Floats
 from avahazard.criticism.screening.linear_model import NOTHING, LinearModel
 from avahazard.effects.catalogue import catalogue
-from avahazard.effects.change import ALL, change
-from avahazard.effects.covariate import VOLUME, covariate, interaction, scatter_by
+from avahazard.effects.covariate import ALL, VOLUME, change, covariate, interaction, scatter_by
 from avahazard.effects.effect import Definition, Effect, FrictionEffect
 from avahazard.inference.model.friction_scatter import volume_share
 from avahazard.inference.model.laws import LAWS, Law

@@ -109,10 +109,6 @@ class Screening:
         surprise = float(np.quantile(self.largest, 1.0 - LEVEL))
         return 0.5 * float(stats.chi2.isf(np.exp(-surprise), 1))
 
-    def by_key(self) -> dict[str, Screened]:
-        """The candidates by key."""
-        return {c.key: c for c in self.candidates}
-
     def p_family(self, surprise: float, share: float = 1.0) -> float:
         """Family-wise p-value of a surprise, over the share of the level that it is held to."""
         n = len(self.largest) + 1.0

@@ -14,7 +14,7 @@ from avahazard.criticism.scoring.error_budget import (
     error_budget,
     unexplained,
 )
-from avahazard.criticism.scoring.expected import expected_records
+from avahazard.criticism.scoring.scores import expected_records
 from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations

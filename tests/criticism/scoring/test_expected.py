@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.criticism.scoring.expected import (
+from avahazard.criticism.scoring.scores import (
     error_sign,
     expected_records,
     observed_records,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import kstest, norm
 
-from avahazard.criticism.scoring.expected import ExpectedRecords
 from avahazard.criticism.scoring.scores import (
+    ExpectedRecords,
     crps,
     in_x,
     randomised_pit,

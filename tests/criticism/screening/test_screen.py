@@ -35,7 +35,7 @@ def screened(fit: Refit, n_worlds: int = 199) -> Screening:
 
 def test_a_planted_column_is_found_and_nothing_where_nothing_is() -> None:
     found = screened(base_of(0.12))
-    by_key = found.by_key()
+    by_key = {c.key: c for c in found.candidates}
     assert by_key["covariate:column_1"].p_family < LEVEL
     assert by_key["covariate:column_1"].likely[0] == pytest.approx(0.12, abs=0.04)
     assert by_key["covariate:column_2"].p_family > 0.1

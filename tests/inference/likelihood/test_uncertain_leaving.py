@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from avahazard.criticism.scoring.expected import expected_records
+from avahazard.criticism.scoring.scores import expected_records
 from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations

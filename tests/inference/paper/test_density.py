@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.optimize import minimize
 
-from avahazard.inference.paper.density import HolyDensity, choose_kappa, density_band, holy_density
+from avahazard.inference.paper.apparent import HolyDensity, choose_kappa, density_band, holy_density
 from avahazard.records.errors import AvahazardError
 
 

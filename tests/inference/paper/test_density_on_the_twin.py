@@ -10,7 +10,7 @@ from avahazard.inference.fitting.mode import likely_friction
 from avahazard.inference.likelihood.assemble import assemble
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.paper.density import choose_kappa, holy_density
+from avahazard.inference.paper.apparent import choose_kappa, holy_density
 from avahazard.inference.seeds import generator
 from avahazard.records.reading import read_records
 
