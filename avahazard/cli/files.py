@@ -222,7 +222,7 @@ def export(
     if avaframe is None:
         emit(ask("export.export", name=name, file=file), _exported)
         return
-    found = ask("export_avaframe.export_avaframe", name=name, folder=avaframe, request=request)
+    found = ask("export.export_avaframe", name=name, folder=avaframe, request=request)
     emit(found, _exported)
 
 

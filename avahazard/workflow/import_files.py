@@ -14,7 +14,6 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.records.doubts import dwarfing, repeated, repeated_notes, vague_stops
 from avahazard.records.errors import AvahazardError, RejectedRows
-from avahazard.records.event import Event
 from avahazard.records.intake import Drawn
 from avahazard.records.mapping import BESIDE
 from avahazard.records.merge import merge_records
@@ -64,6 +63,8 @@ def import_files(
     of_avaframe = [FilePath(s) for s in sources if (FilePath(s) / "Inputs").is_dir()]
     lines = [FilePath(s) for s in sources if FilePath(s).suffix.lower() in LINES]
     tables = [s for s in sources if FilePath(s) not in lines and FilePath(s) not in of_avaframe]
+    if lines or of_avaframe:
+        _require_gis()
     points = _points(lines)
     drawn = [one for folder in of_avaframe for one in _of_avaframe(folder, request)]
     if not drawn or lines or request.dem is not None:
@@ -84,7 +85,13 @@ def import_files(
         written = {event.event_id for event in merge.write.events}
         kept = (event for event in stored.events if event.event_id not in written)
         every = [*kept, *merge.write.events]
-        intake.notes += _dwarfing_volumes(every, len(merge.write.events))
+        volumes = np.log(np.array([event.volume_m3 or np.nan for event in every]))
+        intake.notes += [
+            f"the volume of {every[i].event_id}, {every[i].volume_m3:g} m3, dwarfs all others. "
+            "Is its unit m3?"
+            for i in dwarfing(volumes)
+            if every[i].event_id in written
+        ]
         intake.notes += vague_stops(merge.write, stored)
         intake.notes += repeated_notes(
             ids for ids in repeated(every) if not written.isdisjoint(ids)
@@ -103,17 +110,6 @@ def import_files(
         ImportedRecords(**merge.counts),
         tuple(intake.notes),
     )
-
-
-def _dwarfing_volumes(events: Sequence[Event], n_new: int) -> list[str]:
-    """Name those of the last `n_new` volumes that dwarf all others."""
-    volumes = np.log(np.array([event.volume_m3 or np.nan for event in events]))
-    return [
-        f"the volume of {events[i].event_id}, {events[i].volume_m3:g} m3, dwarfs all others. "
-        "Is its unit m3?"
-        for i in dwarfing(volumes)
-        if i >= len(events) - n_new
-    ]
 
 
 def guess_columns(source: str | FilePath) -> GuessedColumns:
@@ -156,10 +152,15 @@ def mapping_file(name: str | FilePath) -> FilePath:
     return FilePath(name)
 
 
-def _converted(point: Floats, source: str, target: str) -> Floats:
+def _require_gis() -> None:
+    """Raise `AvahazardError` where the packages for maps are missing."""
     from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
 
     require_packages()
+
+
+def _converted(point: Floats, source: str, target: str) -> Floats:
+    _require_gis()
     from avahazard.gis.systems import moved, read_system  # noqa: PLC0415 (may be missing)
 
     one, other = read_system(source), read_system(target)
@@ -172,9 +173,6 @@ def _points(files: Sequence[FilePath]) -> dict[FilePath, FileTable]:
     """The files that hold points alone, as tables: stops on the map."""
     if not files:
         return {}
-    from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
-
-    require_packages()
     from avahazard.gis.drawn_lines import read_points  # noqa: PLC0415 (may be missing)
     from avahazard.gis.vector_layer import holds_points  # noqa: PLC0415 (may be missing)
 
@@ -183,9 +181,6 @@ def _points(files: Sequence[FilePath]) -> dict[FilePath, FileTable]:
 
 def _of_avaframe(folder: FilePath, request: ImportRequest) -> list[Drawn]:
     """The path of a folder as AvaFrame has it, on its own terrain model."""
-    from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
-
-    require_packages()
     from avahazard.gis.drawn_lines import avaframe_files, read_drawn  # noqa: PLC0415
 
     path, dem, releases = avaframe_files(folder)
@@ -208,9 +203,6 @@ def _drawn(lines: Sequence[FilePath], request: ImportRequest) -> list[Drawn]:
                 f"Name one that ends in {', '.join(LINES)}.",
             )
         return []
-    from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
-
-    require_packages()
     from avahazard.gis.drawn_lines import read_drawn  # noqa: PLC0415 (may be missing)
 
     assert dem is not None

@@ -38,7 +38,7 @@ from avahazard.report.html.content import (
     SpeedLine,
 )
 from avahazard.report.language import language_of, speaking
-from avahazard.results.base import RATIO, Report, silent
+from avahazard.results.base import RATIO, Report, finite, silent
 from avahazard.results.database import WrittenReport
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.hazard import HazardRow
@@ -177,6 +177,13 @@ def gather(
     report("Writing the report", 0.9, 1.0)
     calibration = show_model(database, name)
     model = next(model for model in models if model.name == name)
+    there = {
+        "profiles": records.profiles,
+        "comparison": comparisons[name],
+        "diagnosis": diagnoses.get(name),
+        "rows": rows,
+        "zones": zones,
+    }
     return ReportContent(
         model=calibration,
         created=str(calibration.created),
@@ -200,47 +207,32 @@ def gather(
         physics={entry.key: entry.meaning for entry in stored.definitions},
         speed_limited=limits_speed(stored),
         versions=surroundings().versions,
-        lacking=_lacking(
-            stored,
-            profiles=bool(records.profiles),
-            comparison=comparisons[name] is not None,
-            diagnosis=name in diagnoses,
-            rows=bool(rows),
-            zones=bool(zones),
-        ),
+        lacking=_lacking(stored, {key for key, value in there.items() if value}),
         loop=loop,
         cover=Cover(request.title, request.author, request.place, request.date),
         brief=request.brief,
     )
 
 
-def _lacking(
-    stored: FittedModel,
-    *,
-    profiles: bool,
-    comparison: bool,
-    diagnosis: bool,
-    rows: bool,
-    zones: bool,
-) -> Mapping[str, Note]:
+def _lacking(stored: FittedModel, there: set[str]) -> Mapping[str, Note]:
     """By key, what the report lacks and the command that makes it."""
     name = stored.name
     lacking = {}
-    if not profiles:
+    if "profiles" not in there:
         lacking["paths"] = lacking["rows"] = Note("no_profiles")
     elif stored.specification.forward != BLOCK:
         lacking["rows"] = lacking["zones"] = Note("map_instead", model=name)
-    elif not rows:
+    elif "rows" not in there:
         lacking["rows"] = Note("no_bounds", model=name)
     if stored.sigma_m is not None:
         lacking["comparison"] = Note("one_scatter")
-    elif not comparison:
+    elif "comparison" not in there:
         lacking["comparison"] = Note("not_compared", model=name)
     if not stored.knows_errors:
         lacking["diagnosis"] = Note("cannot_diagnose", method=stored.method)
-    elif not diagnosis:
+    elif "diagnosis" not in there:
         lacking["diagnosis"] = Note("not_diagnosed", model=name)
-    if profiles and not zones and "zones" not in lacking:
+    if "profiles" in there and "zones" not in there | lacking.keys():
         lacking["zones"] = Note("no_zones", model=name)
     return lacking
 
@@ -356,33 +348,22 @@ def event_views(events: tuple[Event, ...], model: FittedModel, mu: Floats) -> tu
     views = []
     for i, event in enumerate(events):
         known = bool(np.isfinite(draws[i]).all())
-        low, middle, high = np.quantile(draws[i], QUANTILES) if known else (0.0, 0.0, 0.0)
         kind = ELEVATION if metres and observations.kind[i] == PLACE else int(observations.kind[i])
         views.append(
-            event_view(
-                event,
-                smooth.get(event.path_id or ""),
+            replace(
+                event_view(event, smooth.get(event.path_id or "")),
                 coordinate=RATIO if observations.in_ratio else COORDINATES[kind],
                 observed_m=None if observations.kind[i] == LEFT else float(observed[i]),
-                mu=float(mu[i]) if np.isfinite(mu[i]) else None,
-                mu_reference=float(reference[i]) if np.isfinite(reference[i]) else None,
-                predicted=(float(low), float(middle), float(high)) if known else None,
+                mu=finite(mu[i]),
+                mu_reference=finite(reference[i]),
+                predicted=tuple(np.quantile(draws[i], QUANTILES).tolist()) if known else None,
             )
         )
     return tuple(views)
 
 
-def event_view(
-    event: Event,
-    smooth: SmoothProfile | None,
-    *,
-    coordinate: str = "elevation",
-    observed_m: float | None = None,
-    mu: float | None = None,
-    mu_reference: float | None = None,
-    predicted: tuple[float, float, float] | None = None,
-) -> EventView:
-    """One event with its place on the path's smoothed profile, where it has one."""
+def event_view(event: Event, smooth: SmoothProfile | None) -> EventView:
+    """One event by itself, with its place on the path's smoothed profile, where it has one."""
     return EventView(
         event_id=event.event_id,
         path_id=event.path_id,
@@ -390,15 +371,13 @@ def event_view(
         year=event.year,
         volume_m3=event.volume_m3,
         left_profile=event.left_profile,
-        coordinate=coordinate,
-        observed_m=observed_m,
+        coordinate="elevation",
+        observed_m=None,
         sigma_m=H_OVER_L_REL_SIGMA * (event.h_over_l or 0.0)
         if event.in_ratio
         else event.runout_sigma_m,
         stop_x_m=None if smooth is None else stop_place(smooth, event),
-        mu=mu,
-        mu_reference=mu_reference,
-        predicted=predicted,
+        mu=None,
     )
 
 

@@ -293,12 +293,9 @@ def _differ(one: Resistance, other: Resistance) -> NDArray[np.bool_] | None:
     """Cells `[n_cells]` in which two resistances differ; None where it is so everywhere."""
     if len(one.drag) != len(other.drag) or one.curvature != other.curvature:
         return None
-    return np.asarray(
-        (one.factor != other.factor)
-        | (one.offset != other.offset)
-        | (one.constant != other.constant)
-        | (one.drag != other.drag)
-    )
+    parts = ("factor", "offset", "constant", "drag")
+    unequal = [getattr(one, part) != getattr(other, part) for part in parts]
+    return np.asarray(np.any(unequal, axis=0))
 
 
 STRENGTHS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0)

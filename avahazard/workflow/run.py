@@ -294,32 +294,20 @@ class RunningProject:
         # A dry run may look at a database that it must not make.
         if not self.request.dry_run:
             init_database(self.database)
-        files = {
-            key: folder / file
-            for key in ("dem", "land_cover")
-            if (file := getattr(project, key)) is not None
-        }
         asked = ImportRequest(
-            **files,
+            dem=None if project.dem is None else folder / project.dem,
+            land_cover=None if project.land_cover is None else folder / project.land_cover,
             update=project.update or self.request.update,
             dry_run=self.request.dry_run,
-            unusual=project.unusual,
-            decimal=project.decimal,
-            dates=project.dates,
-            unknown=project.unknown,
+            **{key: getattr(project, key) for key in ("unusual", "decimal", "dates", "unknown")},
         )
         try:
             found = import_files(self.database, [folder / name for name in project.files], asked)
         except RejectedRows as error:
             error.hint = f"{error.hint} {AS_KEYS}"
             raise
-        counts = found.records
-        kinds = zip(
-            ("paths", "profiles", "events", "speeds"),
-            (counts.paths, counts.profiles, counts.events, counts.speeds),
-            strict=True,
-        )
-        changed = [f"{kind} {c.new + c.updated}" for kind, c in kinds if c.new + c.updated]
+        counts = {f.name: getattr(found.records, f.name) for f in fields(found.records)}
+        changed = [f"{kind} {c.new + c.updated}" for kind, c in counts.items() if c.new + c.updated]
         words = f"new or changed: {', '.join(changed)}" if changed else "no change"
         if changed:
             self.fresh = True
@@ -361,15 +349,10 @@ class RunningProject:
                 and wanted.draws in (None, stored.draws)
             )
 
-        known, free = self._known(wanted.name, fits)
-        if known is not None:
-            self.up_to_date(f"calibrate {known}")
-            return known
-        if self.only_said(f"calibrate {free}"):
-            return free
-        found = calibrate(self.database, free, wanted, self.report)
-        self.done(f"calibrate {free}", _converged(found))
-        return free
+        def made(free: str) -> Calibration:
+            return calibrate(self.database, free, wanted, self.report)
+
+        return self._model("calibrate", wanted.name, fits, made)
 
     def added(self, parent: str, effects: tuple[str, ...]) -> str:
         """The child of a model with the effects that its diagnosis named."""
@@ -377,18 +360,19 @@ class RunningProject:
         def fits(stored: Calibration) -> bool:
             return stored.parent == parent and set(effects) <= set(stored.effects)
 
-        known, free = self._known(f"{parent}+{'+'.join(effects)}", fits)
-        if known is not None:
-            self.up_to_date(f"add {known}")
-            return known
-        if self.only_said(f"add {free}"):
-            return free
-        found = add(self.database, parent, effects, free, report=self.report)
-        self.done(f"add {free}", _converged(found))
-        return free
+        def made(free: str) -> Calibration:
+            return add(self.database, parent, effects, free, report=self.report)
 
-    def _known(self, name: str, fits: Callable[[Calibration], bool]) -> tuple[str | None, str]:
-        """The latest model NAME or NAME-n that fits, on today's records, and a free name."""
+        return self._model("add", f"{parent}+{'+'.join(effects)}", fits, made)
+
+    def _model(
+        self,
+        step: str,
+        name: str,
+        fits: Callable[[Calibration], bool],
+        made: Callable[[str], Calibration],
+    ) -> str:
+        """The latest model NAME or NAME-n that fits, on today's records; else a new one."""
         with reading(self.database) as session:
             models = {model.name: model for model in list_models(session)}
             stored = {
@@ -402,7 +386,15 @@ class RunningProject:
         free, k = name, 2
         while free in models:
             free, k = f"{name}-{k}", k + 1
-        return (right[-1] if right else None), free
+        if right:
+            self.up_to_date(f"{step} {right[-1]}")
+            return right[-1]
+        if not self.only_said(f"{step} {free}"):
+            found = made(free)
+            words = counted(found.n_events, "event")
+            bad = "" if found.diagnostics.converged else "; its chains have NOT converged"
+            self.done(f"{step} {free}", words + bad)
+        return free
 
     def compared(self, model: str) -> None:
         """The comparison of a model."""
@@ -501,11 +493,6 @@ class RunningProject:
             return True
         self.up_to_date(step, file.name)
         return False
-
-
-def _converged(found: Calibration) -> str:
-    words = counted(found.n_events, "event")
-    return words if found.diagnostics.converged else f"{words}; its chains have NOT converged"
 
 
 def _verdict(found: Diagnosis) -> str:
