@@ -51,6 +51,10 @@ class Profile:
     elevation_sigma_m: Floats | None = None
 
 
+NUMBERS_OF_POINTS = ("x_m", "y_m", "easting_m", "northing_m", "lon", "lat", "elevation_sigma_m")
+"""The arrays of a profile."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class TerrainCrop:
     """Elevations `elevation_m` `[n_rows, n_columns]` float32, NaN where they are not known.

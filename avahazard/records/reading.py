@@ -24,7 +24,7 @@ from avahazard.records.event import Event, Speed
 from avahazard.records.forms import FORMS, PLACES, Kind, column_kinds, read_covariates, read_forms
 from avahazard.records.intake import Drawn, Intake, speed_key
 from avahazard.records.mapping import BESIDE, TableMapping, fits, lacking, mapped, read_mappings
-from avahazard.records.path import Covariate, Path, Profile
+from avahazard.records.path import NUMBERS_OF_POINTS, Covariate, Path, Profile
 from avahazard.records.rows import (
     DepositRow,
     EventRow,
@@ -226,11 +226,6 @@ def _ids(column: str, tables: Iterable[FileTable]) -> set[str]:
 MIN_POINTS = 5
 
 
-def build_path(row: PathRow, covariates: Mapping[str, Covariate]) -> Path:
-    """Make a path of its row."""
-    return Path(**row.model_dump(), covariates=covariates)
-
-
 def build_event(row: DepositRow, covariates: Mapping[str, Covariate]) -> Event:
     """Make an event of its row: default errors, and the volume of its deposit."""
     values = row.__dict__.copy()  # the model's own iteration takes four times as long
@@ -255,14 +250,9 @@ def build_event(row: DepositRow, covariates: Mapping[str, Covariate]) -> Event:
 
 def build_speed(row: VelocityRow) -> Speed:
     """Make a speed of its row; where both are given the distance decides, not the elevation."""
-    sigma = row.speed_sigma_m_s
-    return Speed(
-        event_id=row.event_id,
-        speed_m_s=row.speed_m_s,
-        speed_sigma_m_s=defaults.speed_sigma_m_s(row.speed_m_s) if sigma is None else sigma,
-        x_m=row.x_m,
-        elevation_m=row.elevation_m if row.x_m is None else None,
-    )
+    sigma, height = row.speed_sigma_m_s, row.elevation_m if row.x_m is None else None
+    sigma = defaults.speed_sigma_m_s(row.speed_m_s) if sigma is None else sigma
+    return Speed(row.event_id, row.speed_m_s, sigma, row.x_m, height)
 
 
 def build_profile(
@@ -291,20 +281,12 @@ def build_profile(
             problems.append(RowProblem(file, line, "crs", row.crs or "", accepted))
     if len(problems) > before:
         return None
-    rows = [row for _, row in points]
-    cover = tuple(intern(row.land_cover) for row in rows if row.land_cover is not None)
-    return Profile(
-        path_id=first.path_id,
-        x_m=np.array([row.x_m for row in rows]),
-        y_m=np.array([row.y_m for row in rows]),
-        land_cover=cover or None,
-        easting_m=_optional([row.easting_m for row in rows]),
-        northing_m=_optional([row.northing_m for row in rows]),
-        crs=first.crs,
-        lon=_optional([row.lon for row in rows]),
-        lat=_optional([row.lat for row in rows]),
-        elevation_sigma_m=_optional([row.elevation_sigma_m for row in rows]),
-    )
+    cover = tuple(intern(row.land_cover) for _, row in points if row.land_cover is not None)
+    numbers: dict[str, Any] = {}
+    for name in NUMBERS_OF_POINTS:
+        values = [getattr(row, name) for _, row in points]
+        numbers[name] = None if None in values else np.array(values, dtype=np.float64)
+    return Profile(first.path_id, **numbers, land_cover=cover or None, crs=first.crs)
 
 
 def _all_or_none(
@@ -317,18 +299,9 @@ def _all_or_none(
             problems.append(RowProblem(file, line, name, "", accepted))
 
 
-def _optional(values: list[float | None]) -> Floats | None:
-    return None if None in values else np.array(values, dtype=np.float64)
-
-
 ON_A_PATH = ("path_id", "runout_elevation_m", "runout_x_m", "left_profile")
 ON_A_LINE = ("fall_height_m", "runout_length_m", "h_over_l")
 COORDINATES = ("easting_m", "northing_m", "crs", "lon", "lat")
-
-
-def complete_path(new: Path, old: Path | None, header: Collection[str]) -> Path:
-    """Return `new` with the values of `old` in the columns that `header` lacks."""
-    return new if old is None else replace(new, **_kept(old, new, header))
 
 
 def complete_event(new: Event, old: Event | None, header: Collection[str]) -> Event:
@@ -385,6 +358,7 @@ def complete_profile(
 
 
 def _kept(old: Path | Event, new: Path | Event, header: Collection[str]) -> dict[str, Any]:
+    """The values of `old` in the columns that `header` lacks."""
     names = [f.name for f in fields(old) if f.name != "covariates" and f.name not in header]
     covariates = {c: v for c, v in old.covariates.items() if c not in header}
     return {n: getattr(old, n) for n in names} | {"covariates": covariates | dict(new.covariates)}
@@ -409,8 +383,9 @@ def gather_paths(tables: Sequence[FileTable], known: Records, intake: Intake) ->
     for table in tables:
         rows = _each_once("path", "path_id", table, intake)
         for line, row in check_rows(PathRow, table.file, rows, intake.problems):
-            path = build_path(row, covariates[table.file, line])
-            paths.append(complete_path(path, old.get(path.path_id), table.header))
+            path = Path(**row.model_dump(), covariates=covariates[table.file, line])
+            before = old.get(path.path_id)
+            paths.append(replace(path, **_kept(before, path, table.header)) if before else path)
     return paths
 
 

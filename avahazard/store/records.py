@@ -13,11 +13,10 @@ import numpy as np
 from sqlalchemy import ColumnElement, Select, case, delete, func, insert, select, update
 from sqlalchemy.orm import Session, defer
 
-from avahazard.arrays import Floats
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
-from avahazard.records.path import Covariate, Path, Profile, TerrainCrop
+from avahazard.records.path import NUMBERS_OF_POINTS, Covariate, Path, Profile, TerrainCrop
 from avahazard.records.simulation import Simulation
 from avahazard.results.base import Rows
 from avahazard.results.terrain import PathSummary
@@ -154,27 +153,14 @@ def _profiles(session: Session, chosen: Chosen | None) -> Iterator[Profile]:
     rows = _rows(session, query.order_by(PathTable.id, point.point))
     for path_id, group in groupby(rows, key=attrgetter("path_id")):
         columns = dict(zip(POINT_COLUMNS, zip(*group, strict=True), strict=True))
-        yield Profile(
-            path_id=path_id,
-            x_m=np.array(columns["x_m"]),
-            y_m=np.array(columns["y_m"]),
-            land_cover=_whole(columns["land_cover"]),
-            easting_m=_array(columns["easting_m"]),
-            northing_m=_array(columns["northing_m"]),
-            crs=columns["crs"][0],
-            lon=_array(columns["lon"]),
-            lat=_array(columns["lat"]),
-            elevation_sigma_m=_array(columns["elevation_sigma_m"]),
-        )
-
-
-def _whole(words: tuple[str | None, ...]) -> tuple[str, ...] | None:
-    # As above: held once.
-    return None if None in words else tuple(intern(word) for word in words if word is not None)
-
-
-def _array(values: tuple[Any, ...]) -> Floats | None:
-    return None if None in values else np.array(values, dtype=np.float64)
+        # As above: a word is held once.
+        words = columns["land_cover"]
+        cover = None if None in words else tuple(map(intern, words))
+        numbers: dict[str, Any] = {
+            name: None if None in columns[name] else np.array(columns[name], dtype=np.float64)
+            for name in NUMBERS_OF_POINTS
+        }
+        yield Profile(path_id, **numbers, land_cover=cover, crs=columns["crs"][0])
 
 
 KEYS_A_STATEMENT = 500
