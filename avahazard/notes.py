@@ -459,6 +459,6 @@ def _joined(one: Any, other: Any) -> Any:
     return Range(min(low[0], high[0]), max(low[1], high[1]))
 
 
-def counted(n: int, thing: str, many: str = "") -> str:
+def counted(n: int, thing: str) -> str:
     """A number of things in English: `1 event`, `3 events`."""
-    return f"{n} {thing if n == 1 else many or thing + 's'}"
+    return f"{n} {thing if n == 1 else thing + 's'}"

@@ -104,6 +104,10 @@ class Request:
             values = tuple(field.read(one) for one in (many(value) if field.many else (value,)))
             value = tuple(dict.fromkeys(values)) if field.many else values[0]
             object.__setattr__(self, field.name, value)
+        self.check()
+
+    def check(self) -> None:
+        """Raise `AvahazardError` for values that do not go together."""
 
 
 def fields_of(request: type[Request]) -> tuple[Field, ...]:

@@ -90,8 +90,8 @@ class VolumeSource(Request):
         ),
     ] = None
 
-    def __post_init__(self) -> None:
-        Request.__post_init__(self)
+    def check(self) -> None:
+        """Raise `AvahazardError` for values that do not go together."""
         if self.table is not None and self.snowfall is not None:
             raise AvahazardError("--volumes and --snowfall exclude each other.")
         if self.as_of is not None and (self.table or self.snowfall) is not None:

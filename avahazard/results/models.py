@@ -32,13 +32,9 @@ class EffectEntry(Result):
 
 
 @dataclass(frozen=True, slots=True)
-class EffectDetails(Result):
+class EffectDetails(EffectEntry):
     """One effect in full: what it acts on, and its parameters."""
 
-    key: str
-    meaning: str
-    needs: str
-    lacking: str | None
     acts_on: str | None
     parameters: Rows[EffectParameter]
 

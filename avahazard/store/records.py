@@ -10,7 +10,18 @@ from sys import intern
 from typing import Any, NamedTuple
 
 import numpy as np
-from sqlalchemy import ColumnElement, Select, case, delete, func, insert, select, update
+from sqlalchemy import (
+    ColumnElement,
+    Integer,
+    Select,
+    case,
+    cast,
+    delete,
+    func,
+    insert,
+    select,
+    update,
+)
 from sqlalchemy.orm import Session, defer
 
 from avahazard.records.collection import Records
@@ -277,59 +288,35 @@ def path_summaries(session: Session) -> Rows[PathSummary]:
 
     None where something is not known. No record is loaded: a region has many.
     """
-    profiles, events = _profile_extents(session), _event_extents(session)
-    rows = []
-    query = select(PathTable.path_id, PathTable.name, PathTable.section).order_by(PathTable.id)
-    for path_id, name, section in session.execute(query):
-        n_points, top, lowest, length = profiles.get(path_id, (0, None, None, None))
-        n, left, first, last, small, large = events.get(path_id, (0, 0, None, None, None, None))
-        rows.append(
-            PathSummary(
-                path_id=path_id,
-                name=name,
-                section=section,
-                n_points=n_points,
-                top_m=top,
-                drop_m=None if top is None or lowest is None else top - lowest,
-                length_m=length,
-                n_events=n,
-                n_left_profile=int(left),
-                first_year=None if first is None else int(first),
-                last_year=None if last is None else int(last),
-                volume_min_m3=small,
-                volume_max_m3=large,
-            )
-        )
-    return Rows(rows)
-
-
-def _profile_extents(session: Session) -> dict[str, tuple[Any, ...]]:
-    """Points, top, lowest point and length of each profile."""
-    point = ProfilePointTable
-    query = select(
+    path, point, event = PathTable, ProfilePointTable, EventTable
+    year = cast(func.substr(event.date, 1, 4), Integer)
+    top = func.max(case((point.point == 0, point.y_m)))
+    profiles = select(
         point.path_id,
-        func.count(),
-        func.max(case((point.point == 0, point.y_m))),
-        func.min(point.y_m),
-        func.max(point.x_m) - func.min(point.x_m),
+        func.count().label("n"),
+        top.label("top"),
+        (top - func.min(point.y_m)).label("drop"),
+        (func.max(point.x_m) - func.min(point.x_m)).label("length"),
     )
-    return {row[0]: tuple(row[1:]) for row in session.execute(query.group_by(point.path_id))}
-
-
-def _event_extents(session: Session) -> dict[str, tuple[Any, ...]]:
-    """Number, those that left, first and last year, smallest and largest volume by path."""
-    event = EventTable
-    year = func.substr(event.date, 1, 4)
-    query = select(
+    events = select(
         event.path_id,
-        func.count(),
-        func.sum(case((event.left_profile, 1), else_=0)),
-        func.min(year),
-        func.max(year),
-        func.min(event.volume_m3),
-        func.max(event.volume_m3),
+        func.count().label("n"),
+        func.sum(case((event.left_profile, 1), else_=0)).label("left"),
+        func.min(year).label("first"),
+        func.max(year).label("last"),
+        func.min(event.volume_m3).label("small"),
+        func.max(event.volume_m3).label("large"),
     )
-    return {row[0]: tuple(row[1:]) for row in session.execute(query.group_by(event.path_id))}
+    p = profiles.group_by(point.path_id).subquery()
+    e = events.group_by(event.path_id).subquery()
+    n_points, n, left = (func.coalesce(number, 0) for number in (p.c.n, e.c.n, e.c.left))
+    query = (
+        select(path.path_id, path.name, path.section, n_points, p.c.top, p.c.drop, p.c.length)
+        .add_columns(n, left, e.c.first, e.c.last, e.c.small, e.c.large)
+        .outerjoin(p, p.c.path_id == path.path_id)
+        .outerjoin(e, e.c.path_id == path.path_id)
+    )
+    return Rows(PathSummary(*row) for row in session.execute(query.order_by(path.id)))
 
 
 LITTLE_ENDIAN = np.dtype("<f4")

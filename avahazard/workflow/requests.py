@@ -59,6 +59,8 @@ def _periods(words: str) -> Option:
 
 RECORDS = VolumeSource()
 """Volumes as the records have them."""
+LIMITS = Option(help="swiss, french, or a TOML file of your own.", metavar="LIMITS")
+RELEASE_AREAS = Option(help="Polygons of release areas, a layer.", metavar="FILE")
 SEED = Option(help="Equal seeds, equal draws.", least=0, most=2**62)
 ONLY_PATHS = Option(help="Only this path; may be given again.", metavar="PATH")
 EFFECT_FILES = Option(
@@ -232,8 +234,8 @@ class RunoutRequest(Request):
     ] = None
     effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()
 
-    def __post_init__(self) -> None:
-        Request.__post_init__(self)
+    def check(self) -> None:
+        """Raise `AvahazardError` for values that do not go together."""
         if self.mu is None and (self.model is None or self.volume_m3 is None):
             raise AvahazardError(
                 "There is no friction for the run.",
@@ -276,8 +278,8 @@ class FrictionRequest(Request):
     ] = None
     effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()
 
-    def __post_init__(self) -> None:
-        Request.__post_init__(self)
+    def check(self) -> None:
+        """Raise `AvahazardError` for values that do not go together."""
         if isinstance(self.kappa, str) and self.kappa != "auto":
             raise AvahazardError(
                 f"The sharpness (--kappa) is {self.kappa}.", "It must be a number over 0, or auto."
@@ -302,8 +304,8 @@ class AlphaBetaRequest(Request):
     ] = None
     plot: Annotated[Path | None, _picture()] = None
 
-    def __post_init__(self) -> None:
-        Request.__post_init__(self)
+    def check(self) -> None:
+        """Raise `AvahazardError` for values that do not go together."""
         if self.model is not None and self.plot is None:
             raise AvahazardError("A --model is shown in a picture only: give --plot FILE.")
 
@@ -377,9 +379,7 @@ class SimulateRequest(Request):
     drag: Annotated[
         float, Option(help="Resistance by the square of speed.", metavar="PER_M", least=0.0)
     ] = 0.0
-    release: Annotated[
-        Path | None, Option(help="Polygons of release areas, a layer.", metavar="FILE")
-    ] = None
+    release: Annotated[Path | None, RELEASE_AREAS] = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -394,9 +394,7 @@ class AvaframeRequest(Request):
         int,
         Option(help="Avalanches for a probability run.", what="number of draws", least=1, most=999),
     ] = 50
-    release: Annotated[
-        Path | None, Option(help="Polygons of release areas, a layer.", metavar="FILE")
-    ] = None
+    release: Annotated[Path | None, RELEASE_AREAS] = None
     source: VolumeSource = RECORDS
     seed: Annotated[int, SEED] = 0
     effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()
@@ -414,9 +412,7 @@ class ZonesRequest(Request):
     return_periods: Annotated[
         Sequence[float], _periods("Besides those of the limits; may be given again.")
     ] = ()
-    limits: Annotated[
-        str, Option(help="swiss, french, or a TOML file of your own.", metavar="LIMITS")
-    ] = "swiss"
+    limits: Annotated[str, LIMITS] = "swiss"
     paths: Annotated[Sequence[str], ONLY_PATHS] = ()
     source: VolumeSource = RECORDS
     # Dense flow: 300 kg/m3 is the value of the Swiss guideline; measured flows hold 200 to 400.
@@ -452,9 +448,7 @@ class MapRequest(Request):
     """
 
     paths: Annotated[Sequence[str], ONLY_PATHS] = ()
-    limits: Annotated[
-        str, Option(help="swiss, french, or a TOML file of your own.", metavar="LIMITS")
-    ] = "swiss"
+    limits: Annotated[str, LIMITS] = "swiss"
     source: VolumeSource = RECORDS
     seed: Annotated[int, SEED] = 0
     effect_files: Annotated[Sequence[Path], EFFECT_FILES] = ()

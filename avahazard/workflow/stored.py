@@ -49,7 +49,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.lookup import only_paths, unknown_path
-from avahazard.records.path import Path, Profile
+from avahazard.records.path import Profile
 from avahazard.results.base import plain
 from avahazard.results.calibration import (
     Calibration,
@@ -514,15 +514,28 @@ def record_notes(records: Records, sites: Sequence[Site]) -> tuple[Note, ...]:
     """
     profiles = {profile.path_id: profile for profile in records.profiles}
     paths = {path.path_id: path for path in records.paths}
-    return (
-        *_misfits(profiles, sites),
-        *_contradictions(records.events, paths, profiles),
-        *_above_limits(records.events, paths, profiles),
-        *repeated_notes(repeated(records.events)),
-    )
+    notes = list(_misfits(profiles, sites))
+    above: dict[str, list[tuple[float, str]]] = {}
+    for event in records.events:
+        path, profile = paths.get(event.path_id or ""), profiles.get(event.path_id or "")
+        fault = volume_fault(event)
+        if fault is None and profile is not None:
+            fault = place_fault(event, path, profile)
+        if fault is not None:
+            values = dict(zip(("column", "value", "accepted"), fault, strict=True))
+            notes.append(Note("contradicts_itself", event.event_id, **values))
+        elevation = None if path is None else unseen_elevation(event, path, profile)
+        if path is not None and elevation is not None:
+            above.setdefault(path.path_id, []).append((elevation, event.event_id))
+    for path_id, stops in above.items():
+        highest, events = zip(*sorted(stops, reverse=True), strict=True)
+        told = {"n": len(stops), "limit": paths[path_id].observed_below_m, "events": list(events)}
+        notes.append(Note("above_limit", path_id, **told, elevation=highest[0]))
+    return (*notes, *repeated_notes(repeated(records.events)))
 
 
 def _misfits(profiles: Mapping[str, Profile], sites: Sequence[Site]) -> Iterator[Note]:
+    """Profiles whose points the smoothed path misses."""
     for path_id, site in {site.path.path_id: site for site in sites}.items():
         profile, smooth = profiles.get(path_id), site.smooth
         if profile is None:  # a straight line has no points to miss
@@ -531,39 +544,3 @@ def _misfits(profiles: Mapping[str, Profile], sites: Sequence[Site]) -> Iterator
         k = int(np.argmax(away))
         if away[k] > max(MISFIT_M, MISFIT_SIGMAS * smooth.sigma_m):
             yield Note("misses_points", path_id, away=float(away[k]), x=float(profile.x_m[k]))
-
-
-def _contradictions(
-    events: Sequence[Event], paths: Mapping[str, Path], profiles: Mapping[str, Profile]
-) -> Iterator[Note]:
-    for event in events:
-        fault = volume_fault(event)
-        profile = profiles.get(event.path_id or "")
-        if fault is None and profile is not None:
-            fault = place_fault(event, paths.get(profile.path_id), profile)
-        if fault is not None:
-            values = dict(zip(("column", "value", "accepted"), fault, strict=True))
-            yield Note("contradicts_itself", event.event_id, **values)
-
-
-def _above_limits(
-    events: Sequence[Event], paths: Mapping[str, Path], profiles: Mapping[str, Profile]
-) -> Iterator[Note]:
-    above: dict[str, list[tuple[float, str]]] = {}
-    for event in events:
-        path = paths.get(event.path_id or "")
-        if path is None:
-            continue
-        elevation = unseen_elevation(event, path, profiles.get(path.path_id))
-        if elevation is not None:
-            above.setdefault(path.path_id, []).append((elevation, event.event_id))
-    for path_id, stops in above.items():
-        stops.sort(reverse=True)
-        yield Note(
-            "above_limit",
-            path_id,
-            n=len(stops),
-            limit=paths[path_id].observed_below_m,
-            events=[event_id for _, event_id in stops],
-            elevation=stops[0][0],
-        )
