@@ -15,7 +15,7 @@ from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records import defaults
 from avahazard.records.collection import Records
-from avahazard.records.event import Event, Speed
+from avahazard.records.event import Event
 from avahazard.records.intake import Intake, speed_key
 from avahazard.records.meanings import ELEVATION
 from avahazard.records.path import Path, Profile
@@ -47,12 +47,6 @@ def stop_fault(event: Event, profile: Profile) -> Fault | None:
     slack = N_SIGMA * event.runout_sigma_m
     place = event.runout_x_m, event.runout_elevation_m
     return _off_the_profile(profile, "runout_", place, (slack, slack), ", or left_profile 1")
-
-
-def speed_fault(speed: Speed, profile: Profile) -> Fault | None:
-    """Return what is wrong with the place of `speed`."""
-    place = speed.x_m, speed.elevation_m
-    return _off_the_profile(profile, "", place, (0.0, MAP_TOLERANCE_M), "")
 
 
 def _off_the_profile(
@@ -269,7 +263,13 @@ def check_places(intake: Intake, known: Records) -> None:
     Stored records are checked again where their path has another profile or release now.
     """
     new = intake.records
-    profiles = {p.path_id: p for p in (*known.profiles, *new.profiles) if _is_possible(p)}
+    # Of points that do not lie on the Earth, which are refused already, nothing fits.
+    low, high = ELEVATION.possible
+    profiles = {
+        p.path_id: p
+        for p in (*known.profiles, *new.profiles)
+        if low <= p.y_m.min() and p.y_m.max() <= high
+    }
     paths = {p.path_id: p for p in (*known.paths, *new.paths)}
     changed = {p.path_id for p in new.profiles}
     released = {p.path_id: p.release_elevation_m for p in known.paths}
@@ -293,7 +293,10 @@ def check_places(intake: Intake, known: Records) -> None:
         profile = profiles.get(event.path_id or "")
         if profile is None:
             continue
-        for fault in _event_faults(event, paths.get(profile.path_id), profile):
+        # Each place by itself, else with one another.
+        alone = [stop_fault(event, profile), release_fault(event, profile)]
+        faults = alone if any(alone) else [place_fault(event, paths.get(profile.path_id), profile)]
+        for fault in filter(None, faults):
             intake.refuse(("event", event.event_id), *fault)
     read_speeds = {speed_key(s) for s in new.speeds}
     for speed in (*new.speeds, *(s for s in known.speeds if speed_key(s) not in read_speeds)):
@@ -301,14 +304,9 @@ def check_places(intake: Intake, known: Records) -> None:
         touched = speed_key(speed) in read_speeds or speed.event_id in read_events
         if profile is None or not (touched or profile.path_id in changed):
             continue
-        if fault := speed_fault(speed, profile):
+        place = speed.x_m, speed.elevation_m
+        if fault := _off_the_profile(profile, "", place, (0.0, MAP_TOLERANCE_M), ""):
             intake.refuse(speed_key(speed), *fault)
-
-
-def _is_possible(profile: Profile) -> bool:
-    """Whether the points lie on the Earth: else they are refused already, and nothing fits them."""
-    low, high = ELEVATION.possible
-    return bool(low <= profile.y_m.min() and profile.y_m.max() <= high)
 
 
 def check_one_scale(intake: Intake, known: Records) -> None:
@@ -325,11 +323,3 @@ def check_one_scale(intake: Intake, known: Records) -> None:
     elif others and any(e.in_ratio for e in stored):
         accepted = f"h_over_l alone, as the stored events have, {remedy}"
         intake.refuse(("event", others[0].event_id), "event_id", others[0].event_id, accepted)
-
-
-def _event_faults(event: Event, path: Path | None, profile: Profile) -> list[Fault]:
-    """What is wrong with the places of an event: each by itself, else with one another."""
-    found = [stop_fault(event, profile), release_fault(event, profile)]
-    return [fault for fault in found if fault] or [
-        fault for fault in [place_fault(event, path, profile)] if fault
-    ]

@@ -410,13 +410,16 @@ def read_forms(
         *column_kinds(path.covariates for path in known.paths),
         *column_kinds(event.covariates for event in known.events),
     }
+    ids = {event.event_id for event in known.events}
     unknown: list[tuple[FileTable, list[RowProblem]]] = []
     found: list[tuple[Kind, FileTable]] = []
     wrong: list[RowProblem] = []
     for sheet in sheets:
         table = spell(sheet, stored, wrong)
         of_header: list[RowProblem] = []
-        adds = need_runout and not _all_stored(table, known)
+        # Of events that are all stored the runouts are.
+        whole = bool(ids) and "event_id" in table.header
+        adds = need_runout and not (whole and all(map(ids.issuperset, table.blocks("event_id"))))
         kind = recognise(table, of_header, need_runout=adds)
         if kind is None and len(sheets) > 1 and not of_header[0].column:
             unknown.append((table, of_header))
@@ -438,11 +441,3 @@ def read_forms(
     headers = {problem.file for problem in wrong}
     intake.problems += [*wrong, *(fault for fault in faults if fault.file not in headers)]
     yield from found
-
-
-def _all_stored(table: FileTable, known: Records) -> bool:
-    """Tell whether every event of the table is stored, so that its runout is."""
-    stored = {event.event_id for event in known.events}
-    if not stored or "event_id" not in table.header:
-        return False
-    return all(stored.issuperset(block) for block in table.blocks("event_id"))

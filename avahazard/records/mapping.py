@@ -149,7 +149,8 @@ def mapped(table: FileTable, mapping: TableMapping) -> FileTable:
             spelt[name] = ", ".join(own)
         unit = source.unit
         if unit is None and len(own) == 1 and name in MEANINGS and MEANINGS[name].unit:
-            unit = _of_row(table.units.get(own[0], ""), MEANINGS[name].unit)
+            told_there = table.units.get(own[0], "")
+            unit = told_there if known_unit(told_there, MEANINGS[name].unit) else None
         if unit or source.classes or source.range:
             conversions[name] = Conversion(unit, source.classes, source.range)
     used = {at[squash(n)] for source in sources.values() for n in source.names}
@@ -175,10 +176,6 @@ def mapped(table: FileTable, mapping: TableMapping) -> FileTable:
         conversions=conversions,
     )
     return _with_rows(found, [column for column in needed if column is not None])
-
-
-def _of_row(text: str, unit: str) -> str | None:
-    return text if text and known_unit(text, unit) else None
 
 
 def _dates(parts: Sequence[Sequence[str]]) -> list[str]:

@@ -248,13 +248,6 @@ def build_event(row: DepositRow, covariates: Mapping[str, Covariate]) -> Event:
     return Event(**values, covariates=covariates)
 
 
-def build_speed(row: VelocityRow) -> Speed:
-    """Make a speed of its row; where both are given the distance decides, not the elevation."""
-    sigma, height = row.speed_sigma_m_s, row.elevation_m if row.x_m is None else None
-    sigma = defaults.speed_sigma_m_s(row.speed_m_s) if sigma is None else sigma
-    return Speed(row.event_id, row.speed_m_s, sigma, row.x_m, height)
-
-
 def build_profile(
     file: str, points: Sequence[tuple[int, ProfileRow]], problems: list[RowProblem]
 ) -> Profile | None:
@@ -273,8 +266,11 @@ def build_profile(
     if len(problems) == before and last.y_m >= first.y_m:
         accepted = f"less than {first.y_m:g}, because x_m runs from the top of the path"
         problems.append(RowProblem(file, line, "y_m", f"{last.y_m:g}", accepted))
+    accepted = "a {} at every point of the path, or at none"
     for name in ("land_cover", "easting_m", "lon", "elevation_sigma_m"):
-        _all_or_none(file, points, name, problems)
+        empty = [line for line, row in points if getattr(row, name) is None]
+        for line in empty if len(empty) < len(points) else ():
+            problems.append(RowProblem(file, line, name, "", accepted.format(name)))
     for line, row in points:
         if row.crs != first.crs:
             accepted = f"{first.crs or 'empty'}, as at the first point of the path"
@@ -287,16 +283,6 @@ def build_profile(
         values = [getattr(row, name) for _, row in points]
         numbers[name] = None if None in values else np.array(values, dtype=np.float64)
     return Profile(first.path_id, **numbers, land_cover=cover or None, crs=first.crs)
-
-
-def _all_or_none(
-    file: str, points: Sequence[tuple[int, ProfileRow]], name: str, problems: list[RowProblem]
-) -> None:
-    empty = [line for line, row in points if getattr(row, name) is None]
-    if len(empty) < len(points):
-        for line in empty:
-            accepted = f"a {name} at every point of the path, or at none"
-            problems.append(RowProblem(file, line, name, "", accepted))
 
 
 ON_A_PATH = ("path_id", "runout_elevation_m", "runout_x_m", "left_profile")
@@ -324,15 +310,6 @@ def complete_event(new: Event, old: Event | None, header: Collection[str]) -> Ev
     if of_deposit or event.volume_m3 is None:
         event = replace(event, volume_m3=_deposit(event))
     return event
-
-
-def complete_speed(new: Speed, old: Speed | None, header: Collection[str]) -> Speed:
-    """Return `new` with the error of `old` if `header` lacks it and it was no default."""
-    if old is None or "speed_sigma_m_s" in header:
-        return new
-    if old.speed_sigma_m_s == defaults.speed_sigma_m_s(old.speed_m_s):
-        return new
-    return replace(new, speed_sigma_m_s=old.speed_sigma_m_s)
 
 
 def complete_profile(
@@ -505,12 +482,19 @@ def gather_speeds(tables: Sequence[FileTable], known: Records, intake: Intake) -
     for table in tables:
         _note_unused(table, VelocityRow, intake)
         for line, row in check_rows(VelocityRow, table.file, table.numbered(), intake.problems):
-            speed = build_speed(row)
-            column, place = (
-                ("x_m", speed.x_m) if speed.x_m is not None else ("elevation_m", speed.elevation_m)
-            )
-            if intake.claim(speed_key(speed), (table.file, line), column, f"{place:g}"):
-                speeds.append(complete_speed(speed, old.get(speed_key(speed)), table.header))
+            # Where both are given the distance decides, not the elevation.
+            column = "elevation_m" if row.x_m is None else "x_m"
+            height, usual = row.elevation_m if row.x_m is None else None, defaults.speed_sigma_m_s
+            sigma = usual(row.speed_m_s) if row.speed_sigma_m_s is None else row.speed_sigma_m_s
+            speed = Speed(row.event_id, row.speed_m_s, sigma, row.x_m, height)
+            key, before = speed_key(speed), old.get(speed_key(speed))
+            if before and "speed_sigma_m_s" not in table.header:
+                # An error that was given is kept, one that was assumed is not.
+                was = before.speed_sigma_m_s
+                given = was != usual(before.speed_m_s)
+                speed = replace(speed, speed_sigma_m_s=was if given else sigma)
+            if intake.claim(key, (table.file, line), column, f"{getattr(row, column):g}"):
+                speeds.append(speed)
     return speeds
 
 

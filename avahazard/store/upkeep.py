@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path as FilePath
 
-from sqlalchemy import Connection, func, select, text
+from sqlalchemy import func, select, text
 from sqlalchemy.orm import Session
 
 from avahazard.records.errors import AvahazardError
@@ -73,7 +73,10 @@ def status(database: str) -> DatabaseState:
         try:
             with engine.connect() as connection:
                 state = schema.state(connection)
-                counts = _counts(connection) if state == "current" else {}
+                counts = {
+                    name: connection.scalar(select(func.count()).select_from(table)) or 0
+                    for name, table in (COUNTED.items() if state == "current" else ())
+                }
                 revision = schema.revision(connection)
         finally:
             engine.dispose()
@@ -95,13 +98,6 @@ def _migrate(database: str, wanted: set[schema.State], *, make: bool) -> schema.
         finally:
             engine.dispose()
     return before
-
-
-def _counts(connection: Connection) -> dict[str, int]:
-    return {
-        name: connection.scalar(select(func.count()).select_from(table)) or 0
-        for name, table in COUNTED.items()
-    }
 
 
 MOST_COPIES = 99

@@ -6,6 +6,7 @@ import csv
 import re
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -97,7 +98,14 @@ def export(database: str, name: str, file: FilePath) -> Export:
     notes = [*known, *notes]
     if zones is None:
         notes.append(f"no zones are stored by {name}: avahazard zones {name}")
-    _write_map(file, made)
+    from avahazard.gis import map_files  # noqa: PLC0415 (may be missing)
+
+    if ending == ".gpkg":
+        day = np.datetime64(now(), "ms")
+        write = partial(map_files.write_geopackage, layers=made, day=day)
+        replace_file(file, map_files.is_own_geopackage, write)
+    else:
+        replace_file(file, map_files.is_own_geojson, partial(map_files.write_geojson, layers=made))
     layers = Rows(Layer(m.name, len(m.features), m.code) for m in made)
     return Export(name, str(file), layers, tuple(notes))
 
@@ -138,18 +146,6 @@ def _bounds(row: Mapping[str, Any], known: Sequence[Note]) -> HazardRow:
     """A stored row, with its notes when it was computed, and what is known of its model today."""
     notes = (*map(Note.read, row.get("notes", ())), *known)
     return HazardRow.from_dict({**row, "notes": tuple(dict.fromkeys(notes))})
-
-
-def _write_map(file: FilePath, layers: Sequence[MapLayer]) -> None:
-    if file.suffix.lower() == ".gpkg":
-        from avahazard.gis.map_files import is_own_geopackage, write_geopackage  # noqa: PLC0415
-
-        day = np.datetime64(now(), "ms")
-        replace_file(file, is_own_geopackage, lambda part: write_geopackage(part, layers, day))
-    else:
-        from avahazard.gis.map_files import is_own_geojson, write_geojson  # noqa: PLC0415
-
-        replace_file(file, is_own_geojson, lambda part: write_geojson(part, layers))
 
 
 def replace_file(

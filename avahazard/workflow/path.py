@@ -262,12 +262,6 @@ def _of_points(path: Path, found: AlphaBeta) -> tuple[Note, ...]:
     return (Note("beta_of_points", path.path_id, x=smoothed),)
 
 
-def _unlike(row: HazardRow) -> float:
-    """How far a row is from what the regressions are of: the runout of about 100 years."""
-    period = row.return_period_years
-    return np.inf if period is None else abs(float(np.log(period / 100.0)))
-
-
 def _draw(
     plot: FilePath,
     records: Records,
@@ -276,7 +270,10 @@ def _draw(
 ) -> None:
     from avahazard.report.path_pictures import DrawnPath, draw_alpha_beta  # noqa: PLC0415 (slow)
 
-    rows = {row.path_id: row for row in sorted(bounds, key=_unlike, reverse=True)}
+    # The row of the period that is most like what the regressions are of: about 100 years.
+    periods = [row.return_period_years or np.inf for row in bounds]
+    nearest_last = np.argsort(-np.abs(np.log(np.divide(periods, 100.0))), kind="stable")
+    rows = {bounds[k].path_id: bounds[k] for k in nearest_last}
     events = {p.path_id: [e for e in records.events if e.path_id == p.path_id] for p, _, _ in found}
     draw_alpha_beta(
         plot,

@@ -314,7 +314,8 @@ def sweep(model: FittedModel, effect: str) -> Iterator[tuple[float, FittedModel]
     # On the star of the effects themselves, which reaches to where they are not.
     posterior = Posterior(of.observations, of.specification, of.effects)
     layout = posterior.layout
-    held = list(_all_slots(posterior, effect))
+    spread = layout.spreads.get(effect)
+    held = list(range(len(layout.slots))[layout.places[effect]] if spread is None else [spread])
     # Where it shapes tables its amount alone.
     moved = held[:1] if layout.slots[held[0]].arm else held
     neutral = np.nan_to_num([layout.slots[k].neutral for k in moved])
@@ -336,14 +337,6 @@ def sweep(model: FittedModel, effect: str) -> Iterator[tuple[float, FittedModel]
         draws = np.clip(draws, layout.low, layout.high)
         changed = replace(model, friction=posterior.friction, likelihood=posterior, draws=draws)
         yield strength, replace(changed, offsets=_offsets(model, effect, strength))
-
-
-def _all_slots(posterior: Posterior, effect: str) -> range:
-    layout = posterior.layout
-    if effect in layout.spreads:
-        return range(layout.spreads[effect], layout.spreads[effect] + 1)
-    place = layout.places[effect]
-    return range(place.start, place.stop)
 
 
 def _offsets(model: FittedModel, effect: str, strength: float) -> dict[str, Floats]:
