@@ -138,7 +138,7 @@ class Model:
         >>> base.result.parameters["a"].unit
         ''
         """
-        from avahazard.workflow.models import show_model  # noqa: PLC0415 (loads when used)
+        from avahazard.workflow.calibrate import show_model  # noqa: PLC0415 (loads when used)
 
         return show_model(self.database, self.name)
 
@@ -612,7 +612,7 @@ class Region:
         >>> region.models()[0].model
         'base'
         """
-        from avahazard.workflow.models import show_models  # noqa: PLC0415
+        from avahazard.workflow.calibrate import show_models  # noqa: PLC0415
 
         return show_models(self.database)
 

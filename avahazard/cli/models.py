@@ -103,7 +103,7 @@ def _models(console: Console, found: Rows[ModelSummary]) -> None:
     console.print(table("", columns, rows))
 
 
-@answers("models.show_models", _models)
+@answers("calibrate.show_models", _models)
 def models() -> None:
     """List the stored models.
 
@@ -134,9 +134,9 @@ def model(
       avahazard model first --provenance
     """
     if not provenance:
-        emit(ask("models.show_model", name=name), _model)
+        emit(ask("calibrate.show_model", name=name), _model)
         return
-    found = ask("models.show_provenance", name=name)
+    found = ask("calibrate.show_provenance", name=name)
     emit(found, _provenance)
     if found.records_changed:
         warn(Note("stale", model=name))
@@ -179,7 +179,7 @@ def _rerun(console: Console, found: Rerun) -> None:
     console.print(table(f"{found.model}: not identical", columns, rows))
 
 
-@answers("models.rerun", _rerun)
+@answers("calibrate.rerun", _rerun)
 def rerun(name: StoredModel, effect_files: EffectFiles = None) -> None:
     """Calibrate a stored model again, and say whether the result is identical.
 

@@ -16,11 +16,10 @@ from avahazard.engine import spread_map
 from avahazard.hazard.frequency import KnownVolumes
 from avahazard.hazard.future_events import MAX_CLASSES
 from avahazard.notes import Note
-from avahazard.records.collection import Records
+from avahazard.records.collection import Records, of_path, paths_to_run
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.fingerprint import Fingerprint
-from avahazard.records.lookup import of_path, paths_to_run
 from avahazard.results.base import Report, plain
 from avahazard.results.calibration import Calibration
 from avahazard.store.records import (
@@ -50,7 +49,7 @@ class Survey:
     others: tuple[Event, ...] = ()
 
     def paths_to_run(self, named: Sequence[str]) -> list[str]:
-        """The paths that are named, or all with a profile. Raises as `lookup.paths_to_run`."""
+        """The paths that are named, or all with a profile. Raises as `paths_to_run`."""
         return paths_to_run(list(self.digests), self.with_profile, named)
 
 

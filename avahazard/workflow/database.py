@@ -71,7 +71,7 @@ def check(database: str, *, full: bool = False, report: Report = silent) -> Chec
 
 
 def _recomputed(database: str, name: str, report: Report) -> Recomputed:
-    from avahazard.workflow.models import rerun  # noqa: PLC0415 (slow)
+    from avahazard.workflow.calibrate import rerun  # noqa: PLC0415 (slow)
 
     try:
         found = rerun(database, name, report=report)

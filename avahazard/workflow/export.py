@@ -23,9 +23,8 @@ from avahazard.inference.model.choices import BLOCK
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
-from avahazard.records.collection import Records
+from avahazard.records.collection import Records, of_path
 from avahazard.records.errors import AvahazardError
-from avahazard.records.lookup import of_path
 from avahazard.records.path import Path
 from avahazard.report.hazard_tables import (
     is_own_csv,

@@ -24,9 +24,8 @@ from avahazard.hazard.path_hazard import path_hazard
 from avahazard.hazard.zones import ZoneSystem
 from avahazard.inference.model.choices import BLOCK
 from avahazard.notes import Note
-from avahazard.records.collection import Records
+from avahazard.records.collection import Records, find_profile
 from avahazard.records.errors import AvahazardError
-from avahazard.records.lookup import find_profile
 from avahazard.records.path import Path, TerrainCrop
 from avahazard.records.simulation import Simulation, ground_of
 from avahazard.results.base import Report, Rows, silent

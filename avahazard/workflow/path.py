@@ -28,10 +28,9 @@ from avahazard.physics.smooth_profile import (
     smooth_profile,
 )
 from avahazard.physics.terrain import build_terrain
-from avahazard.records.collection import Records
+from avahazard.records.collection import Records, find_path, find_profile
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
-from avahazard.records.lookup import find_path, find_profile
 from avahazard.records.path import Path, Profile
 from avahazard.results.base import Rows
 from avahazard.results.hazard import HazardRow

@@ -23,11 +23,10 @@ from avahazard.inference.prediction import predict_stops
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
-from avahazard.records.collection import Records
+from avahazard.records.collection import Records, of_path, only_paths
 from avahazard.records.defaults import H_OVER_L_REL_SIGMA
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
-from avahazard.records.lookup import of_path, only_paths
 from avahazard.records.path import Path, Profile, TerrainCrop
 from avahazard.report.html.content import (
     Cover,
@@ -58,6 +57,7 @@ from avahazard.store.results import (
 )
 from avahazard.store.session import Session, reading
 from avahazard.whole_file import put_in_place
+from avahazard.workflow.calibrate import show_model
 from avahazard.workflow.compare import COORDINATES, RECORD_DRAWS, ladder_rows, stored_comparison
 from avahazard.workflow.friction import (
     apparent_friction,
@@ -65,7 +65,6 @@ from avahazard.workflow.friction import (
     friction_view,
     from_reference,
 )
-from avahazard.workflow.models import show_model
 from avahazard.workflow.next_step import next_step
 from avahazard.workflow.path import alpha_beta_paths, describe_path, list_paths
 from avahazard.workflow.report_loop import QUANTILES, loop_view

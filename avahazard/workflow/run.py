@@ -21,10 +21,10 @@ from avahazard.effects.catalogue import definition
 from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.specification import GIVEN, Specification
 from avahazard.notes import Note, counted
+from avahazard.records.collection import only_paths
 from avahazard.records.conventions import Decimal, Order
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.fingerprint import data_fingerprint
-from avahazard.records.lookup import only_paths
 from avahazard.records.toml_document import Strict, read_toml
 from avahazard.request import Field, Request, fields_of
 from avahazard.results.base import Report, Rows, silent

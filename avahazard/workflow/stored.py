@@ -42,13 +42,12 @@ from avahazard.inference.model.specification import (
     prior_from_document,
 )
 from avahazard.notes import Note
-from avahazard.records.collection import Records
+from avahazard.records.collection import Records, only_paths, unknown_path
 from avahazard.records.crosscheck import place_fault, unseen_elevation, volume_fault
 from avahazard.records.doubts import repeated, repeated_notes
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.fingerprint import data_fingerprint
-from avahazard.records.lookup import only_paths, unknown_path
 from avahazard.records.path import Profile
 from avahazard.results.base import plain
 from avahazard.results.calibration import (

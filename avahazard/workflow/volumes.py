@@ -14,8 +14,8 @@ from avahazard.hazard.frequency import (
     return_volume,
     volume_frequencies,
 )
+from avahazard.records.collection import find_path
 from avahazard.records.errors import AvahazardError
-from avahazard.records.lookup import find_path
 from avahazard.request import many
 from avahazard.results.base import Rows
 from avahazard.results.hazard import PathVolumes, ReturnLevel, Volumes, YearlyMaximum

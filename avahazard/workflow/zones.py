@@ -15,8 +15,8 @@ from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.model.layout import TRACK_SCATTER_NAME
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
+from avahazard.records.collection import find_path, find_profile
 from avahazard.records.errors import AvahazardError
-from avahazard.records.lookup import find_path, find_profile
 from avahazard.report.picture import require_picture
 from avahazard.results.base import Report, Rows, plain, silent
 from avahazard.results.zones import Density, ZonedPath, Zones

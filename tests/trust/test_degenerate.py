@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from _pytest.mark import ParameterSet
 
-from avahazard.workflow.models import show_model
+from avahazard.workflow.calibrate import show_model
 from benchmarks.trust.answers import SETS, run_set
 
 

@@ -18,9 +18,15 @@ from avahazard.results.base import plain
 from avahazard.store import upkeep
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
-from avahazard.workflow.calibrate import add, calibrate
+from avahazard.workflow.calibrate import (
+    add,
+    calibrate,
+    rerun,
+    show_model,
+    show_models,
+    show_provenance,
+)
 from avahazard.workflow.import_files import import_files
-from avahazard.workflow.models import rerun, show_model, show_models, show_provenance
 from avahazard.workflow.requests import CalibrateRequest
 from tests.conftest import command_line
 from tests.criticism.lengths import as_csv, lengths
@@ -83,7 +89,7 @@ def test_one_of_the_earlier_error_of_speeds_is_not_done_again(
     models: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "avahazard.workflow.models.load_parameter_draws",
+        "avahazard.workflow.calibrate.load_parameter_draws",
         lambda *_given: {"speed_sigma": np.ones((2, 60))},
     )
     with pytest.raises(AvahazardError, match="speed_sigma") as told:

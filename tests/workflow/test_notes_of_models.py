@@ -24,13 +24,12 @@ from avahazard.store.records import save_records
 from avahazard.store.session import reading, writing
 from avahazard.store.tables import CalibrationTable
 from avahazard.store.upkeep import check_database
-from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.calibrate import calibrate, show_model
 from avahazard.workflow.compare import compare, ladder, predict
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.export import export
 from avahazard.workflow.friction import show_frictions
 from avahazard.workflow.hazard import hazard
-from avahazard.workflow.models import show_model
 from avahazard.workflow.report import write_report
 from avahazard.workflow.requests import (
     CalibrateRequest,

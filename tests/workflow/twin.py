@@ -6,8 +6,7 @@ from functools import cache
 from pathlib import Path
 
 from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.records.collection import Records
-from avahazard.records.lookup import only_paths
+from avahazard.records.collection import Records, only_paths
 from avahazard.records.reading import read_records
 
 DATA = Path(__file__).resolve().parents[2] / "data"

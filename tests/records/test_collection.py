@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from avahazard.records.collection import Records
+from avahazard.records.collection import Records, find_path, find_profile, only_paths
 from avahazard.records.errors import AvahazardError
-from avahazard.records.lookup import find_path, find_profile, only_paths
 from avahazard.records.path import Path
 from tests.workflow.twin import twin_records
 from tests.workflow.worlds import bowl
