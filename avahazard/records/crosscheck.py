@@ -15,7 +15,7 @@ from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records import defaults
 from avahazard.records.collection import Records
-from avahazard.records.event import Event
+from avahazard.records.event import Event, Speed
 from avahazard.records.intake import Intake, speed_key
 from avahazard.records.meanings import ELEVATION
 from avahazard.records.path import Path, Profile
@@ -47,6 +47,12 @@ def stop_fault(event: Event, profile: Profile) -> Fault | None:
     slack = N_SIGMA * event.runout_sigma_m
     place = event.runout_x_m, event.runout_elevation_m
     return _off_the_profile(profile, "runout_", place, (slack, slack), ", or left_profile 1")
+
+
+def speed_fault(speed: Speed, profile: Profile) -> Fault | None:
+    """Return what is wrong with the place of `speed`."""
+    place = speed.x_m, speed.elevation_m
+    return _off_the_profile(profile, "", place, (0.0, MAP_TOLERANCE_M), "")
 
 
 def _off_the_profile(
@@ -304,8 +310,7 @@ def check_places(intake: Intake, known: Records) -> None:
         touched = speed_key(speed) in read_speeds or speed.event_id in read_events
         if profile is None or not (touched or profile.path_id in changed):
             continue
-        place = speed.x_m, speed.elevation_m
-        if fault := _off_the_profile(profile, "", place, (0.0, MAP_TOLERANCE_M), ""):
+        if fault := speed_fault(speed, profile):
             intake.refuse(speed_key(speed), *fault)
 
 
