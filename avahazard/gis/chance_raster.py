@@ -156,9 +156,7 @@ def areas(
     found = shapes(inside.astype(np.uint8), mask=inside, transform=grid.transform)
     return [
         Feature(
-            line,
-            moved_geometry(shapely.geometry.shape(shape), there, line.crs),
-            dict(attributes),
+            line, moved_geometry(shapely.geometry.shape(shape), there, line.crs), dict(attributes)
         )
         for shape, _ in found
     ]

@@ -12,13 +12,7 @@ import shapely
 from pyproj import CRS
 
 from avahazard.arrays import Floats
-from avahazard.gis.systems import (
-    WGS84,
-    moved,
-    profile_system,
-    read_system,
-    system_code,
-)
+from avahazard.gis.systems import WGS84, moved, profile_system, read_system, system_code
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile
 
@@ -184,22 +178,19 @@ def hazard_layers(
     ]
 
 
+OF_PATH = (
+    "path_id", "name", "location", "orientation", "section", "catchment_ha", "release_elevation_m",
+    "observed_from", "observed_to", "observed_below_m",
+)  # fmt: skip
+
+
 def _path(one: MappedPath) -> Feature:
     path, line = one.path, one.line
     return Feature(
         line,
         line.whole,
         {
-            "path_id": path.path_id,
-            "name": path.name,
-            "location": path.location,
-            "orientation": path.orientation,
-            "section": path.section,
-            "catchment_ha": path.catchment_ha,
-            "release_elevation_m": path.release_elevation_m,
-            "observed_from": path.observed_from,
-            "observed_to": path.observed_to,
-            "observed_below_m": path.observed_below_m,
+            **{name: getattr(path, name) for name in OF_PATH},
             WIDTH: one.width_m,
             "length_m": float(line.x[-1] - line.x[0]),
             "drop_m": float(line.y[0] - line.y[-1]),
@@ -290,12 +281,8 @@ def _zones(one: MappedPath, entry: Mapping[str, Any]) -> list[Feature]:
             "path_id": entry["path_id"],
             "limits": entry["limits"],
             "extrapolated": bool(zone.get("extrapolated")),
-            "zone": zone["zone"],
-            "color": zone["color"],
-            "from_x_m": zone["from_x_m"],
-            "to_x_m": zone["to_x_m"],
-            "to_x_q05_m": zone.get("to_x_q05_m"),
-            "to_x_q95_m": zone.get("to_x_q95_m"),
+            **{name: zone[name] for name in ("zone", "color", "from_x_m", "to_x_m")},
+            **{name: zone.get(name) for name in ("to_x_q05_m", "to_x_q95_m")},
             "beyond_profile": zone.get("beyond"),
         }
         features.append(Feature(one.line, piece, attributes))

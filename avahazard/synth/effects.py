@@ -202,7 +202,6 @@ def find_effect(key: str) -> WorldEffect:
         return covariate(key.partition(":")[2])
     if key not in CATALOGUE:
         raise AvahazardError(
-            f"There is no effect {key!r}.",
-            f"Use one of: {', '.join(CATALOGUE)}, covariate:COLUMN.",
+            f"There is no effect {key!r}.", f"Use one of: {', '.join(CATALOGUE)}, covariate:COLUMN."
         )
     return CATALOGUE[key]

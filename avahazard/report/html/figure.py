@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 from avahazard.report.html.content import EventView
 from avahazard.report.language import say
-from avahazard.report.words import some
+from avahazard.report.words import event_words, some
 from avahazard.results.base import plain
 
 # Okabe and Ito's colours, which people with any kind of colour vision can tell apart.
@@ -52,6 +52,21 @@ def marks(x: Any, y: Any, marker: dict[str, Any], hover: str = "", **more: Any) 
     """Marks that look like `marker`."""
     return {"type": "scatter", "mode": "markers", "x": x, "y": y, "marker": marker,
             **_hover(hover), **more}  # fmt: skip
+
+
+def event_marks(
+    x: Any,
+    y: Any,
+    marker: dict[str, Any],
+    events: Sequence[EventView],
+    names: Mapping[str, str],
+    hover: str = "",
+    **more: Any,
+) -> Trace:
+    """Marks of events, which say in words what event it is, and `hover`."""
+    words = "<br>".join(some("%{text}", hover))
+    text = [label(event_words(event, names)) for event in events]
+    return marks(x, y, marker, words, text=text, **more)
 
 
 def bars(x: Any, y: Any, color: Any, hover: str = "", **more: Any) -> Trace:

@@ -20,6 +20,7 @@ from avahazard.report.html.figure import (
     Figure,
     Trace,
     axis,
+    event_marks,
     joined,
     label,
     layout,
@@ -27,7 +28,7 @@ from avahazard.report.html.figure import (
     marks,
 )
 from avahazard.report.language import say
-from avahazard.report.words import case, event_words, interval, metres
+from avahazard.report.words import case, interval, metres
 from avahazard.results.hazard import HazardRow
 
 Span = tuple[float, float]
@@ -120,12 +121,12 @@ def map_figure(k: int, view: PathView) -> Figure | None:
     if stops:
         names = {view.path.path_id: view.name}
         data.append(
-            marks(
+            event_marks(
                 *_at(plan, np.array([e.stop_x_m for e in stops], dtype=np.float64)),
                 {"symbol": "circle-open", "size": 7, "color": INK, "line": {"width": 1.2}},
-                "%{text}",
+                stops,
+                names,
                 name=say("recorded stops"),
-                text=[label(event_words(e, names)) for e in stops],
             )
         )
     look = {"symbol": "triangle-down", "size": 11, "color": BLACK}

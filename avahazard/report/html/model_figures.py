@@ -22,6 +22,7 @@ from avahazard.report.html.figure import (
     axis,
     by_path,
     error_bar,
+    event_marks,
     joined,
     label,
     layout,
@@ -30,7 +31,7 @@ from avahazard.report.html.figure import (
     rows_axis,
 )
 from avahazard.report.language import plural, say, spoken
-from avahazard.report.words import event_words, number, unit_words
+from avahazard.report.words import number, unit_words
 from avahazard.results.calibration import ParameterSummary
 from avahazard.results.friction import FrictionDensity
 
@@ -57,13 +58,14 @@ def friction_figure(
     hover = say("apparent friction {friction}", friction="%{y:.3f}")
     for name, color, symbol, mine in by_path(shown, names):
         data.append(
-            marks(
+            event_marks(
                 [e.volume_m3 for e in mine],
                 [e.mu_reference for e in mine],
                 {"color": color, "symbol": symbol, "size": 7, "opacity": 0.8},
-                "%{text}<br>" + hover,
+                mine,
+                names,
+                hover,
                 name=label(name),
-                text=[label(event_words(e, names)) for e in mine],
             )
         )
     lacking = len(events) - len(shown)

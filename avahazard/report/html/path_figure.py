@@ -26,13 +26,14 @@ from avahazard.report.html.figure import (
     area,
     axis,
     error_bar,
+    event_marks,
     label,
     layout,
     line,
     marks,
 )
 from avahazard.report.language import say, spoken
-from avahazard.report.words import case, event_words, integer, interval, metres, volume_words, years
+from avahazard.report.words import case, integer, interval, metres, volume_words, years
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, ReachChance, Spread
 from avahazard.results.zones import ZonedPath
 
@@ -191,11 +192,10 @@ def profile_traces(view: PathView) -> list[Trace]:
     if stops:
         places = np.array([e.stop_x_m for e in stops], dtype=np.float64)
         names = {view.path.path_id: view.name}
-        hover = "%{text}<br>" + say("stopped at x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}")
-        text = [label(event_words(e, names)) for e in stops]
-        own = {"name": say("recorded stops"), "cliponaxis": False, "text": text}
+        hover = say("stopped at x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}")
+        own = {"name": say("recorded stops"), "cliponaxis": False}
         y = smooth.height(np.clip(places, smooth.x_min, smooth.x_max))
-        traces.append(marks(places, y, _tick(13, 1.3), hover, **own))
+        traces.append(event_marks(places, y, _tick(13, 1.3), stops, names, hover, **own))
     return traces
 
 
@@ -383,10 +383,10 @@ def stops_traces(
     median = say("median of the model shown: x {x} m", x="%{x:.0f}")
     dot = {"color": BLUE, "size": 4}
     traces.append(marks(states[name].x[shown, 1], rows, dot, median, showlegend=False))
-    hover = "%{text}<br>" + say("stopped at x {x} m", x="%{x:.0f}")
-    text = [label(event_words(events[k], names)) for k in shown]
-    stops = [events[k].stop_x_m for k in shown]
-    traces.append(marks(stops, rows, _tick(8, 1.6), hover, showlegend=False, text=text))
+    hover = say("stopped at x {x} m", x="%{x:.0f}")
+    mine = [events[k] for k in shown]
+    stops = [event.stop_x_m for event in mine]
+    traces.append(event_marks(stops, rows, _tick(8, 1.6), mine, names, hover, showlegend=False))
     changes: dict[str, Mapping[int, Trace]] = {
         key: {band: {"x": _ends(state, shown)}, band + 1: {"x": state.x[shown, 1]}}
         for key, state in states.items()

@@ -20,6 +20,7 @@ from avahazard.report.html.figure import (
     axis,
     by_path,
     error_bar,
+    event_marks,
     joined,
     label,
     layout,
@@ -28,7 +29,6 @@ from avahazard.report.html.figure import (
     rows_axis,
 )
 from avahazard.report.language import plural, say, spoken
-from avahazard.report.words import event_words
 from avahazard.results.base import RATIO
 
 KINDS = ("elevation", "x", "length", RATIO)
@@ -121,14 +121,9 @@ def _against(
         predicted=f"%{{x:{form}}}{unit}",
         recorded=f"%{{y:{form}}}{unit}",
     )
-    return marks(
-        middle,
-        [e.observed_m for e in events] if recorded is None else recorded,
-        marker,
-        "%{text}<br>" + hover,
-        error_x=error_bar(low, middle, high, marker["color"], thickness=0.7, width=0),
-        text=[label(event_words(e, names)) for e in events],
-    )
+    y = [e.observed_m for e in events] if recorded is None else recorded
+    bar = error_bar(low, middle, high, marker["color"], thickness=0.7, width=0)
+    return event_marks(middle, y, marker, events, names, hover, error_x=bar)
 
 
 def _equal(low: float, high: float) -> Trace:
@@ -197,14 +192,15 @@ def residuals_figure(events: Sequence[EventView], names: Names, loop: LoopView) 
         for state in states:
             changes[state.key][len(data)] = {"y": state.error[rows]}
         data.append(
-            marks(
+            event_marks(
                 [e.volume_m3 for e in mine],
                 own.error[rows],
                 {"color": color, "symbol": symbol, "size": 7},
-                "%{text}<br>" + hover,
+                mine,
+                names,
+                hover,
                 name=label(name),
                 opacity=0.8,
-                text=[label(event_words(e, names)) for e in mine],
             )
         )
     most = ROOM * max(float(np.nanmax(np.abs(state.error))) for state in states)
@@ -301,9 +297,8 @@ def suspect_figure(
         rows = [int(k) for k in np.flatnonzero(known & (before.failed == fails))]
         if rows:
             x, y = [values[k] for k in rows], found.missed[rows]
-            text = [label(event_words(events[k], names)) for k in rows]
-            look = {"color": color, "size": 7, "opacity": 0.8}
-            data.append(marks(x, y, look, "%{text}<br>%{y:+.2f}", name=name, text=text))
+            look, mine = {"color": color, "size": 7, "opacity": 0.8}, [events[k] for k in rows]
+            data.append(event_marks(x, y, look, mine, names, "%{y:+.2f}", name=name))
     rows = np.flatnonzero(known).tolist()
     x, y = [values[k] for k in rows], found.explained[rows]
     if found.column is None:
@@ -369,16 +364,8 @@ def record_figure(events: Sequence[EventView], paths: Sequence[PathView]) -> Fig
         size = [_size(e.volume_m3) for e in mine]
         marker = {"color": color, "symbol": symbol, "opacity": 0.65, "size": size}
         if mine:
-            data.append(
-                marks(
-                    [e.year for e in mine],
-                    [_row(e, names) for e in mine],
-                    marker,
-                    "%{text}",
-                    name=name,
-                    text=[label(event_words(e, names)) for e in mine],
-                )
-            )
+            x, y = [e.year for e in mine], [_row(e, names) for e in mine]
+            data.append(event_marks(x, y, marker, mine, names, name=name))
     undated = len(events) - len(dated)
     return Figure(
         "record",
