@@ -58,7 +58,11 @@ def answers(
 def taking_requests(command: Callable[..., Any]) -> Callable[..., Any]:
     """The command with the options of each request that it takes in the place of the request."""
     own = _parameters(command)
-    asked = {p.name: p.annotation for p in own if _is_request(p.annotation)}
+    asked = {
+        p.name: p.annotation
+        for p in own
+        if inspect.isclass(p.annotation) and issubclass(p.annotation, Request)
+    }
 
     def taken(**values: Any) -> Any:
         return command(**values | {name: _filled(kind, values) for name, kind in asked.items()})
@@ -66,10 +70,6 @@ def taking_requests(command: Callable[..., Any]) -> Callable[..., Any]:
     return _looking_like(
         command, taken, chain(*(_options(asked[p.name]) if p.name in asked else [p] for p in own))
     )
-
-
-def _is_request(kind: Any) -> bool:
-    return inspect.isclass(kind) and issubclass(kind, Request)
 
 
 def _options(request: type[Request]) -> Iterator[inspect.Parameter]:

@@ -348,7 +348,11 @@ def _drawn(
             rows.append((number, row))
         points += [(number, point) for point in _point_rows(path_id, profile)]
         crops.append(profile.terrain)
-        notes += _notes(path_id, profile, terrain)
+        if profile.crs != terrain.code:
+            notes.append(
+                f"{path_id}: its profile is in {profile.crs}: lengths in {terrain.crs.name} are "
+                "not those on the ground."
+            )
     return Drawn(
         layer.file,
         table_of(layer.file, columns, rows),
@@ -361,7 +365,7 @@ def _drawn(
 
 def _path_columns(layer: VectorLayer) -> tuple[tuple[str, ...], list[dict[str, str]]]:
     """The attributes under the names of `paths.csv`, with a `path_id`."""
-    names = {column: _meant(column) for column in layer.columns}
+    names = {c: meant if (meant := known_name(c)) in PATH_COLUMNS else c for c in layer.columns}
     if len(set(names.values())) < len(names):
         names = {column: column for column in layer.columns}
     if layer.file.lower().endswith(".shp"):
@@ -388,34 +392,13 @@ def _path_columns(layer: VectorLayer) -> tuple[tuple[str, ...], list[dict[str, s
     return ("path_id", *others), [{c: v for c, v in r.items() if c != naming} for r in named]
 
 
-def _meant(column: str) -> str:
-    """The column of `paths.csv` that an attribute spells in another way, else itself."""
-    known = known_name(column)
-    return known if known in PATH_COLUMNS else column
-
-
 def _point_rows(path_id: str, profile: LineProfile) -> list[dict[str, str]]:
     """Rows of `profiles.csv`, in millimetres: what is below is the noise of the computation."""
     cover = profile.cover or ("",) * len(profile.x)
-    columns = zip(profile.x, profile.y, profile.easting, profile.northing, cover, strict=True)
-    rows = []
-    for x, y, easting, northing, word in columns:
-        cells = {
-            "path_id": path_id,
-            "x_m": f"{x:.3f}",
-            "y_m": f"{y:.3f}",
-            "easting_m": f"{easting:.3f}",
-            "northing_m": f"{northing:.3f}",
-            "crs": profile.crs,
-        }
-        rows.append(cells | ({"land_cover": word} if word else {}))
-    return rows
-
-
-def _notes(path_id: str, profile: LineProfile, terrain: TerrainModel) -> list[str]:
-    if profile.crs == terrain.code:
-        return []
+    columns = (profile.x, profile.y, profile.easting, profile.northing)
+    places = [[f"{value:.3f}" for value in place] for place in zip(*columns, strict=True)]
     return [
-        f"{path_id}: its profile is in {profile.crs}: lengths in {terrain.crs.name} are not "
-        "those on the ground."
+        dict(zip(POINT_COLUMNS, (path_id, *place, profile.crs), strict=False))
+        | ({"land_cover": word} if word else {})
+        for place, word in zip(places, cover, strict=True)
     ]

@@ -124,11 +124,8 @@ def layers_by_system(topic: str, kind: Kind, features: Sequence[Feature]) -> lis
     layers = [MapLayer(topic, topic, kind, tuple(some)) for some in by_code.values()]
     if len(layers) == 1:
         return layers
-    return [replace(layer, name=f"{topic}_{_short(layer.code)}") for layer in layers]
-
-
-def _short(code: str) -> str:
-    return re.sub(r"\W+", "_", code.lower().removeprefix("epsg:"))
+    codes = [re.sub(r"\W+", "_", layer.code.lower().removeprefix("epsg:")) for layer in layers]
+    return [replace(layer, name=f"{topic}_{k}") for layer, k in zip(layers, codes, strict=True)]
 
 
 QUANTILES = ("q05", "q50", "q95")
@@ -166,7 +163,11 @@ def hazard_layers(
     of_volume = [feature for one, row in on_map for feature in _of_volume(one, row)]
     design = [feature for one, row in on_map for feature in _design(one, row)]
     pieces = [f for zone in zones if (d := by_path.get(zone["path_id"])) for f in _zones(d, zone)]
-    areas = [area for piece in pieces if (area := _area(by_path, piece))]
+    areas = [
+        Feature(f.line, f.line.strip(f.geometry, width), {**f.attributes, WIDTH: width})
+        for f in pieces
+        if (width := by_path[f.attributes["path_id"]].width_m) is not None
+    ]
     return [
         *layers_by_system("zone_areas", "Polygon", areas),
         *layers_by_system("paths", "LineString", [_path(one) for one in drawn]),
@@ -287,14 +288,6 @@ def _zones(one: MappedPath, entry: Mapping[str, Any]) -> list[Feature]:
         }
         features.append(Feature(one.line, piece, attributes))
     return features
-
-
-def _area(drawn: Mapping[str, MappedPath], piece: Feature) -> Feature | None:
-    width = drawn[piece.attributes["path_id"]].width_m
-    if width is None:
-        return None
-    area = piece.line.strip(piece.geometry, width)
-    return Feature(piece.line, area, {**piece.attributes, WIDTH: width})
 
 
 def _place(line: PathLine, x: float) -> dict[str, float]:

@@ -75,11 +75,7 @@ def _design(found: Design | None) -> dict[str, Any]:
         return {}
     farthest, point = found.farthest_record, found.point
     return {
-        **{
-            f"design_{length}_{statistic}_m": getattr(getattr(found, f"{length}_m"), statistic)
-            for length in ("runout_x", "runout_elevation")
-            for statistic in QUANTILES
-        },
+        **_lengths("design_", found, QUANTILES),
         "design_p_beyond": found.p_beyond,
         **({} if point is None else {f"design_{k}": v for k, v in point.to_dict().items()}),
         "farthest_record_x_m": None if farthest is None else farthest.runout_x_m,
@@ -90,11 +86,13 @@ def _design(found: Design | None) -> dict[str, Any]:
     }
 
 
-def _lengths(prefix: str, found: HazardRow | RunoutInterval) -> dict[str, Any]:
+def _lengths(
+    prefix: str, found: HazardRow | RunoutInterval | Design, statistics: Sequence[str] = STATISTICS
+) -> dict[str, Any]:
     return {
         f"{prefix}{length}_{statistic}_m": getattr(getattr(found, f"{length}_m"), statistic)
         for length in ("runout_x", "runout_elevation")
-        for statistic in STATISTICS
+        for statistic in statistics
     }
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from operator import attrgetter
 from typing import Any
 
@@ -17,6 +17,7 @@ from avahazard.report.words import (
     axis_words,
     chance,
     coordinate_words,
+    digits,
     events,
     level_words,
     part_words,
@@ -44,16 +45,16 @@ OFFSET = "path:"
 def parameters_table(model: Calibration, *, offsets: bool = True) -> Table:
     """The posterior of the parameters; `offsets`: with those of the paths."""
 
-    def of(key: str) -> Column:
-        return "", lambda p: as_sure_as(p[1].sd, getattr(p[1], key))
+    def of(key: str) -> Callable[[Any], str]:
+        return lambda p: as_sure_as(p[1].sd, getattr(p[1], key))
 
     columns = (
         (say("parameter"), lambda p: p[0]),
-        (">" + say("mean"), of("mean")[1]),
-        (">" + say("± sd"), of("sd")[1]),
-        (">5 %", of("q05")[1]),
-        (">95 %", of("q95")[1]),
-        (">" + say("mode"), of("mode")[1]),
+        (">" + say("mean"), of("mean")),
+        (">" + say("± sd"), of("sd")),
+        (">5 %", of("q05")),
+        (">95 %", of("q95")),
+        (">" + say("mode"), of("mode")),
         (say("unit"), lambda p: unit_words(p[1].unit) or None),
     )
     rows = [p for p in model.parameters.items() if offsets or not p[0].startswith(OFFSET)]
@@ -90,16 +91,16 @@ def scores_table(
         if scores.speed is not None:
             rows.append((name, say("speed") + ", m/s", "m_s", None, scores.speed))
 
-    def of_error(key: str) -> Column:
-        return "", lambda r: spoken().number(bare(getattr(r[4], f"{key}_{r[2]}") + 0.0, r[3]))
+    def of_error(key: str) -> Callable[[Any], str]:
+        return lambda r: spoken().number(bare(getattr(r[4], f"{key}_{r[2]}") + 0.0, r[3]))
 
     columns = (
         (say("records"), lambda r: r[0]),
         (say("of"), lambda r: r[1]),
         (">n", lambda r: r[4].n),
-        (">CRPS", of_error("crps")[1]),
-        (">RMSE", of_error("rmse")[1]),
-        (">" + say("bias"), of_error("bias")[1]),
+        (">CRPS", of_error("crps")),
+        (">RMSE", of_error("rmse")),
+        (">" + say("bias"), of_error("bias")),
         (">" + say("in 50 %"), lambda r: share(r[4].coverage_50)),
         (">" + say("in 90 %"), lambda r: share(r[4].coverage_90)),
     )
@@ -160,8 +161,8 @@ def misfit_table(comparison: Comparison) -> Table | None:
         (say("by"), lambda r: axis_words(r.axis)),
         (say("level"), lambda r: level_words(r.level)),
         (">n", attrgetter("n")),
-        (">" + say("bias, {unit}", unit="m/s"), lambda r: spoken().number(f"{r.bias_m_s:+.1f}")),
-        (">RMSE, m/s", lambda r: spoken().number(f"{r.rmse_m_s:.1f}")),
+        (">" + say("bias, {unit}", unit="m/s"), lambda r: digits(r.bias_m_s, "+.1f")),
+        (">RMSE, m/s", lambda r: digits(r.rmse_m_s, ".1f")),
         (">p", lambda r: None if r.p_value is None else chance(r.p_value)),
     )
     title = say("Speeds, with friction fitted to each stop")
@@ -190,19 +191,19 @@ def budget_table(found: Comparison) -> Table | None:
     return made("budget", title, columns, found.budget, legend) if found.budget else None
 
 
+def _bare(error: float | None, coordinate: str | None) -> str | None:
+    """An error in the unit of the records, without it."""
+    return None if error is None else spoken().number(bare(error, coordinate))
+
+
 def ladder_table(rows: Sequence[Rung]) -> Table:
     """Every model and its error, oldest first."""
     known = {row.coordinate for row in rows if row.coordinate is not None}
     coordinate = known.pop() if len(known) == 1 else None
     unit = unit_of(coordinate)
 
-    def error(key: str, of: str | None = None) -> Any:
-        def text(row: Rung) -> str | None:
-            value = getattr(row, key)
-            shown = bare(value, of or row.coordinate) if value is not None else None
-            return None if shown is None else spoken().number(shown)
-
-        return text
+    def error(key: str, of: str | None = None) -> Callable[[Any], str | None]:
+        return lambda r: _bare(getattr(r, key), of or r.coordinate)
 
     columns: tuple[Column, ...] = (
         (say("model"), attrgetter("model")),
@@ -211,7 +212,7 @@ def ladder_table(rows: Sequence[Rung]) -> Table:
         (">" + say("held-out CRPS, {unit}", unit=unit), error("held_out_crps_m")),
         (">" + say("of x, m"), error("held_out_crps_x_m", "x")),
         (">" + say("in-sample CRPS, {unit}", unit=unit), error("crps_m")),
-        (">elpd", lambda r: None if r.elpd_loo is None else spoken().number(f"{r.elpd_loo:.0f}")),
+        (">elpd", lambda r: digits(r.elpd_loo, ".0f")),
         (">" + say("in 90 %"), lambda r: None if r.coverage_90 is None
             else share(r.coverage_90)),
         (">" + say("speed RMSE"), lambda r: None if r.speed_rmse_m_s is None
@@ -245,12 +246,12 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
     named, coordinate = set(diagnosis.missing), diagnosis.coordinate
     unit = unit_of(coordinate)
 
-    def error(key: str) -> Any:
-        return lambda c: None if getattr(c, key) is None else spoken().number(bare(getattr(c, key), coordinate))  # fmt: skip # noqa: E501
+    def error(key: str) -> Callable[[Any], str | None]:
+        return lambda c: _bare(getattr(c, key), coordinate)
 
     columns = (
         (say("effect"), lambda c: spoken().effect(c.effect)),
-        (">" + say("gain, nats"), lambda c: spoken().number(f"{c.screened_gain:.1f}")),
+        (">" + say("gain, nats"), lambda c: digits(c.screened_gain, ".1f")),
         (">p", lambda c: chance(c.p_value, floor)),
         (">" + say("in-sample CRPS, {unit}", unit=unit), error("error_before_m")),
         (">" + say("with the effect"), error("error_after_m")),
@@ -294,12 +295,11 @@ def shape_table(diagnosis: Diagnosis) -> Table | None:
         "log friction": say("log friction that is added"),
     }
 
-    def of(values: Sequence[float]) -> Any:
-        return lambda k: spoken().number(f"{values[k]:+.3f}")
+    def of(values: Sequence[float], form: str = "+.3f") -> Any:
+        return lambda k: digits(values[k], form)
 
     columns: tuple[Column, ...] = (
-        (">" + ", ".join(filter(None, [shape.of, shape.unit])),
-         lambda k: spoken().number(f"{shape.x[k]:.4g}")),
+        (">" + ", ".join(filter(None, [shape.of, shape.unit])), of(shape.x, ".4g")),
         (">5 %", of(shape.q05)),
         (">" + say("median"), of(shape.q50)),
         (">95 %", of(shape.q95)),
@@ -320,9 +320,9 @@ def laws_table(diagnosis: Diagnosis) -> Table | None:
             say(
                 "{name} {median} ({low} to {high})",
                 name=name,
-                median=spoken().number(f"{p.q50:.3g}"),
-                low=spoken().number(f"{p.q05:.3g}"),
-                high=spoken().number(f"{p.q95:.3g}"),
+                median=digits(p.q50, ".3g"),
+                low=digits(p.q05, ".3g"),
+                high=digits(p.q95, ".3g"),
             )
             for name, p in law.parameters.items()
         )
@@ -330,7 +330,7 @@ def laws_table(diagnosis: Diagnosis) -> Table | None:
 
     columns: tuple[Column, ...] = (
         (say("law"), lambda law: law.form),
-        (">" + say("evidence, nats"), lambda law: spoken().number(f"{law.evidence:.1f}")),
+        (">" + say("evidence, nats"), lambda law: digits(law.evidence, ".1f")),
         (say("parameters: median (90 % credible interval)"), values),
     )
     formulas = "; ".join(f"{law.form}: {law.formula}" for law in found.laws)
@@ -350,7 +350,7 @@ def measure_table(diagnosis: Diagnosis) -> Table | None:
     """What to measure next; None where nothing is proposed."""
     columns: tuple[Column, ...] = (
         (say("measurement"), lambda m: spoken().note(m.measurement)),
-        (">" + say("expected gain, nats"), lambda m: spoken().number(f"{m.expected_gain:.1f}")),
+        (">" + say("expected gain, nats"), lambda m: digits(m.expected_gain, ".1f")),
     )
     title = say("What to measure next")
     rows = diagnosis.measure_next

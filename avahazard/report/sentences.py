@@ -14,6 +14,7 @@ from avahazard.report.words import (
     axis_words,
     chance,
     coordinate_words,
+    digits,
     events,
     level_words,
     paths,
@@ -73,7 +74,7 @@ def kinds_words(kinds: Kinds) -> list[str]:
             "{share} of the avalanches are of a second kind that no column records: their friction "
             "is {factor} times that of the others. {n} of {events} are more likely of it than not.",
             share=share(kinds.share),
-            factor=spoken().number(f"{math.exp(kinds.shift):.2f}"),
+            factor=digits(math.exp(kinds.shift), ".2f"),
             n=sum(p > 0.5 for p in kinds.probability.values()),
             events=events(len(kinds.probability)),
         )
@@ -82,7 +83,7 @@ def kinds_words(kinds: Kinds) -> list[str]:
         columns = [
             f"{axis_words(row.column)}"
             f"{f' = {level_words(row.level)}' if row.level else ''} "
-            f"({spoken().number(f'{row.correlation:+.2f}')})"
+            f"({digits(row.correlation, '+.2f')})"
             for row in kinds.in_common
         ]
         found = spoken().listed(columns)
@@ -132,7 +133,7 @@ def error_words(found: Comparison) -> list[str]:
         )
     else:
         words = say("Held-out CRPS ({by}): {crps} of {coordinate}.", **values)
-    sentences = [
+    return some(
         words,
         say(
             "Root mean square error, held-out: {rmse}; measurement-error floor (errors of recorded "
@@ -145,15 +146,12 @@ def error_words(found: Comparison) -> list[str]:
             "{share} of the held-out records lie in the interval that should hold 90 %.",
             share=share(held.runout.coverage_90),
         ),
-    ]
-    if held.speed is not None:
-        sentences.append(
-            say(
-                "Root mean square error of speeds, held-out: {error} m/s.",
-                error=spoken().number(f"{held.speed.rmse_m_s:.1f}"),
-            )
-        )
-    return sentences
+        held.speed
+        and say(
+            "Root mean square error of speeds, held-out: {error} m/s.",
+            error=digits(held.speed.rmse_m_s, ".1f"),
+        ),
+    )
 
 
 MOST_LEVELS = 3

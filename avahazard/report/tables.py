@@ -10,7 +10,7 @@ from operator import itemgetter
 from typing import Any, TypeVar
 
 from avahazard.report.language import say, spoken
-from avahazard.report.words import beyond, cubic, integer, number, place, share, some, span
+from avahazard.report.words import cubic, digits, integer, number, place, share, some, span
 from avahazard.results.hazard import Design, HazardRow, PathVolumes, Quantiles, VolumeInterval
 from avahazard.results.terrain import PathSummary, TerrainRunout
 from avahazard.results.zones import Place, Zone, ZonedPath
@@ -108,29 +108,13 @@ def _some(value: float) -> str | None:
     return share(value) if value else None
 
 
-@dataclass(frozen=True, slots=True)
-class Answer:
-    """The design runout of a path and a return period, or `why` there is none."""
-
-    path_id: str
-    return_period_years: float
-    extrapolated: bool
-    design: Design | None
-    why: str = ""
-
-
-def answers(rows: HazardRows | Sequence[ZonedPath]) -> Iterator[Answer]:
-    """The design runouts of `hazard` or of `zones`."""
+def _answers(rows: HazardRows | Sequence[ZonedPath]) -> Iterator[tuple[Any, Any]]:
+    """A row of `hazard` or `zones`, and what has a design runout of it for a return period."""
     for row in rows:
         if isinstance(row, ZonedPath):
-            for found in row.designs:
-                period, far = found.return_period_years, found.extrapolated
-                yield Answer(row.path_id, period, far, found.design)
+            yield from ((row, found) for found in row.designs)
         elif row.return_period_years is not None:
-            held = row.p_not_released > 0.5
-            why = say("not released") if held else say("rate unknown")
-            far = bool(row.extrapolated)
-            yield Answer(row.path_id, row.return_period_years, far, row.design, why)
+            yield row, row
 
 
 def farthest_words(design: Design, written: Callable[[float | None], str] = place) -> str | None:
@@ -152,19 +136,21 @@ def past_words(design: Design) -> str | None:
 
 def design_table(rows: HazardRows | Sequence[ZonedPath], names: Names = NO_NAMES) -> Table:
     """The answer for each return period, and what the records say of it."""
-    found = list(answers(rows))
-    designs = [answer.design for answer in found if answer.design is not None]
+    found = list(_answers(rows))
+    designs = [one.design for _, one in found if one.design is not None]
 
-    def of(show: Callable[[Design], object]) -> Callable[[Answer], object]:
-        return lambda a: None if a.design is None else show(a.design)
+    def of(show: Callable[[Design], object]) -> Callable[[Any], object]:
+        return lambda r: None if r[1].design is None else show(r[1].design)
 
-    def x(answer: Answer) -> str:
-        design = answer.design
-        return answer.why if design is None else place(design.runout_x_m.q50)
+    def x(answer: tuple[Any, Any]) -> str:
+        row, design = answer[0], answer[1].design
+        if design is not None:
+            return place(design.runout_x_m.q50)
+        return say("not released") if row.p_not_released > 0.5 else say("rate unknown")
 
     columns = (
-        _path(names),
-        _years(),
+        _path(names, itemgetter(0)),
+        _years(itemgetter(1)),
         (">x, m", x),
         (">5–95 %", of(lambda d: span(d.runout_x_m))),
         (">z, m", of(lambda d: place(d.runout_elevation_m.q50))),
@@ -183,7 +169,7 @@ def design_table(rows: HazardRows | Sequence[ZonedPath], names: Names = NO_NAMES
         *_intervals(designs),
         any(design.p_beyond for design in designs)
         and say("beyond: probability that it lies past the end of the profile."),
-        any(answer.extrapolated for answer in found) and _far(),
+        any(one.extrapolated for _, one in found) and _far(),
     )
     title = say("Design runout: exceeded once in T years by avalanches of all volumes")
     return made("design", title, columns, found, legend, cards=True)
@@ -197,7 +183,7 @@ def models_table(rows: HazardRows, names: Names = NO_NAMES) -> Table:
         _years(itemgetter(0)),
         (">V, m³", lambda r: cubic(r[0].volume_m3)),
         (say("model"), lambda r: r[1].model),
-        (">" + say("weight"), lambda r: spoken().number(f"{r[1].weight:.2f}")),
+        (">" + say("weight"), lambda r: digits(r[1].weight, ".2f")),
         (">x, m", lambda r: place(r[1].runout_x_m.q50)),
         (">5–95 %", lambda r: span(r[1].runout_x_m)),
     )
@@ -278,10 +264,6 @@ def period_volumes_table(rows: HazardRows, names: Names = NO_NAMES) -> Table | N
     """Volumes of the return periods, and what they rest on; None without return periods."""
     found = [row for row in rows if row.volume_interval_m3 is not None]
 
-    def rate(row: HazardRow) -> str | None:
-        each = row.events_per_year
-        return None if each is None else spoken().number(f"{each:.2f}")
-
     def origin(row: HazardRow) -> str:
         if row.volume_source != "records":
             return str(row.volume_source)
@@ -294,7 +276,7 @@ def period_volumes_table(rows: HazardRows, names: Names = NO_NAMES) -> Table | N
         (">5–95 %", lambda r: _volumes(r.volume_interval_m3)),
         (">" + say("records"), lambda r: r.n_records),
         (say("years"), lambda r: None if r.first_year is None else f"{r.first_year}–{r.last_year}"),
-        (">" + say("events a year"), rate),
+        (">" + say("events a year"), lambda r: digits(r.events_per_year, ".2f")),
         (say("spread from"), origin),
     )
     legend = some(
@@ -339,7 +321,7 @@ def zones_table(entries: Sequence[ZonedPath], names: Names = NO_NAMES) -> Table 
     def start(zone: Zone) -> str:
         if zone.to_x_m > zone.from_x_m:
             return place(zone.from_x_m)
-        return beyond() if zone.beyond else say("none")
+        return say("beyond") if zone.beyond else say("none")
 
     def end(zone: Zone) -> str | None:
         reached = zone.to_x_m > zone.from_x_m
@@ -398,7 +380,7 @@ def speeds_table(entries: Sequence[ZonedPath]) -> Table:
     columns: list[Column] = [
         (">x, m", lambda p: place(p.x_m)),
         (">z, m", lambda p: place(p.elevation_m)),
-        (">p/year", lambda p: spoken().number(f"{p.p_reach_per_year:.2g}")),
+        (">p/year", lambda p: digits(p.p_reach_per_year, ".2g")),
     ]
     for k, found in enumerate(first):
         for sign, key in (("u", "speed_m_s"), ("p", "pressure_kpa")):
@@ -423,18 +405,16 @@ def thinned(rows: Sequence[R], n: int) -> list[R]:
 def alpha_beta_table(rows: Sequence[TerrainRunout], names: Names = NO_NAMES) -> Table | None:
     """The α-β runouts of the paths; None where there are none."""
 
-    def known(
-        show: Callable[[TerrainRunout], object], none: object = None
-    ) -> Callable[[TerrainRunout], object]:
-        return lambda r: none if r.beta_deg is None else show(r)
+    def known(show: Callable[[TerrainRunout], object]) -> Callable[[TerrainRunout], object]:
+        return lambda r: None if r.beta_deg is None else show(r)
 
     columns = (
         _path(names),
         (say("by"), lambda r: say(r.coefficients)),
-        (">β, °", known(lambda r: spoken().number(f"{r.beta_deg:.1f}"), say("no β-point"))),
+        (">β, °", lambda r: digits(r.beta_deg, ".1f") or say("no β-point")),
         (">" + say("β at x, m"), known(lambda r: place(r.beta_x_m))),
-        (">α, °", known(lambda r: spoken().number(f"{r.alpha_deg:.1f}"))),
-        (">" + say("± sd, °"), known(lambda r: spoken().number(f"{r.alpha_sd_deg:g}"))),
+        (">α, °", lambda r: digits(r.alpha_deg, ".1f")),
+        (">" + say("± sd, °"), known(lambda r: digits(r.alpha_sd_deg, "g"))),
         (">x, m", known(lambda r: place(r.runout_x_m))),
         (">± 1 sd", known(lambda r: span((r.runout_x_low_m, r.runout_x_high_m)))),
     )

@@ -36,6 +36,11 @@ def coordinate_words(coordinate: str) -> str:
     }[coordinate]
 
 
+def digits(value: float | None, form: str) -> str | None:
+    """A number in a form of Python's; None where there is none."""
+    return None if value is None else spoken().number(format(value, form))
+
+
 def integer(value: float) -> str:
     """A whole number with its thousands apart."""
     return spoken().number(f"{value:,.0f}")
@@ -46,19 +51,14 @@ def amount(value: float, coordinate: str | None, digits: int = 1) -> str:
     return spoken().number(f"{bare(value, coordinate, digits)} {unit_of(coordinate)}")
 
 
-def beyond() -> str:
-    """That a place lies past the end of the profile."""
-    return say("beyond")
-
-
 def place(value: float | None) -> str:
     """Whole metres without their unit, or that the place lies beyond the profile."""
-    return beyond() if value is None else integer(value)
+    return say("beyond") if value is None else integer(value)
 
 
 def metres(value: float | None) -> str:
     """Metres, or that the place lies beyond the profile."""
-    return beyond() if value is None else f"{integer(value)} m"
+    return say("beyond") if value is None else f"{integer(value)} m"
 
 
 def cubic(value: float | None) -> str:
@@ -110,7 +110,7 @@ def span(ends: Spread | PlaceQuantiles | tuple[float | None, float | None]) -> s
     """From the 5 to the 95 % of a place, or between two places, in metres without the unit."""
     low, high = ends if isinstance(ends, tuple) else (ends.q05, ends.q95)
     if low is None and high is None:
-        return beyond()
+        return say("beyond")
     ends_text = (OPEN if v is None and spoken().plain else place(v) for v in (low, high))
     return "–".join(ends_text)
 
@@ -119,7 +119,7 @@ def interval(spread: Spread | PlaceQuantiles) -> str:
     """The 5 and 95 % quantiles of a spread in a sentence."""
     low, high = spread.q05, spread.q95
     if low is None and high is None:
-        return beyond()
+        return say("beyond")
     return say("{low} to {high}", low=place(low), high=metres(high))
 
 

@@ -171,23 +171,13 @@ Parameters = dict[str, object]
 WorldEffect = Callable[[World, float], Parameters]
 
 CATALOGUE: Mapping[str, WorldEffect] = {
-    "centrifugal": centrifugal,
-    "turbulent-drag": turbulent_drag,
-    "speed-weakening": speed_weakening,
-    "cohesion": cohesion,
-    "entrainment": entrainment,
-    "forest-drag": forest_drag,
-    "volume-law": volume_law,
-    "volume-scatter": volume_scatter,
-    "snow-type": snow_type,
-    "path-section": path_section,
-    "release-elevation": release_elevation,
-    "season": season,
-    "path-effect": path_effect,
-    "observation-limit": observation_limit,
-    "epoch-bias": epoch_bias,
-    "leading-edge": leading_edge,
-}
+    effect.__name__.replace("_", "-"): effect
+    for effect in (
+        centrifugal, turbulent_drag, speed_weakening, cohesion, entrainment, forest_drag,
+        volume_law, volume_scatter, snow_type, path_section, release_elevation, season,
+        path_effect, observation_limit, epoch_bias, leading_edge,
+    )
+}  # fmt: skip
 DEMO_EFFECT = "snow-type"
 """The effect that the demo hides."""
 NEED_SPEEDS = frozenset({"centrifugal", "speed-weakening", "cohesion"})

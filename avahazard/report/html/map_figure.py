@@ -122,7 +122,7 @@ def map_figure(k: int, view: PathView) -> Figure | None:
         names = {view.path.path_id: view.name}
         data.append(
             event_marks(
-                *_at(plan, np.array([e.stop_x_m for e in stops], dtype=np.float64)),
+                *_at(plan, [e.stop_x_m for e in stops]),
                 {"symbol": "circle-open", "size": 7, "color": INK, "line": {"width": 1.2}},
                 stops,
                 names,
@@ -130,10 +130,10 @@ def map_figure(k: int, view: PathView) -> Figure | None:
             )
         )
     look = {"symbol": "triangle-down", "size": 11, "color": BLACK}
-    release = _at(plan, np.array([view.release_x]))
+    release = _at(plan, [view.release_x])
     data.append(marks(*release, look, say("release"), name=say("release")))
-    shown_east, shown_north, _ = _ranges(plan)
-    data.append(scale_bar(shown_east, shown_north, degrees))
+    east, north, ratio = _ranges(plan)
+    data.append(scale_bar(east, north, degrees))
     return Figure(
         f"map-{k}",
         say("Seen from above"),
@@ -142,18 +142,18 @@ def map_figure(k: int, view: PathView) -> Figure | None:
         ),
         _caption(plan),
         data,
-        _layout(plan, degrees),
+        _layout(plan, east, north, ratio),
         digits=9,
     )
 
 
-def _layout(plan: PlanView, degrees: bool) -> dict[str, Any]:
-    east, north, ratio = _ranges(plan)
-    across = say("longitude (°)") if degrees else say("easting (m)")
-    upwards = say("latitude (°)") if degrees else say("northing (m)")
+def _layout(plan: PlanView, east: Span, north: Span, ratio: float) -> dict[str, Any]:
+    across, upwards, ticks = say("easting (m)"), say("northing (m)"), "d"
+    if plan.crs is None:
+        across, upwards, ticks = say("longitude (°)"), say("latitude (°)"), ".3f"
     places = layout(
-        axis(across, nticks=5, tickformat=_ticks(degrees), range=list(east)),
-        axis(upwards, nticks=6, tickformat=_ticks(degrees), range=list(north),
+        axis(across, nticks=5, tickformat=ticks, range=list(east)),
+        axis(upwards, nticks=6, tickformat=ticks, range=list(north),
              scaleanchor="x", scaleratio=ratio),
         height=520,
         margin=MARGIN,
@@ -173,21 +173,13 @@ def _layout(plan: PlanView, degrees: bool) -> dict[str, Any]:
     return places
 
 
-def _ranges(plan: PlanView) -> tuple[tuple[float, float], tuple[float, float], float]:
+def _ranges(plan: PlanView) -> tuple[Span, Span, float]:
     """What is shown from west to east and from south to north, and the ratio of their units."""
-    east, north = _span(plan.east), _span(plan.north)
+    east, north = ((float(np.min(v)), float(np.max(v))) for v in (plan.east, plan.north))
     ratio = 1.0 / math.cos(math.radians(float(np.mean(plan.north)))) if plan.crs is None else 1.0
     room = EDGE * max(east[1] - east[0], (north[1] - north[0]) * ratio)
     up = room / ratio
     return (east[0] - room, east[1] + room), (north[0] - up, north[1] + up), ratio
-
-
-def _ticks(degrees: bool) -> str:
-    return ".3f" if degrees else "d"
-
-
-def _span(values: Floats) -> tuple[float, float]:
-    return float(np.min(values)), float(np.max(values))
 
 
 def _runout(plan: PlanView, row: HazardRow, color: str, width: float) -> list[Trace]:
@@ -197,40 +189,23 @@ def _runout(plan: PlanView, row: HazardRow, color: str, width: float) -> list[Tr
     """
     spread = (row.design or row).runout_x_m
     of = case(row)
-    name = (
-        say("design runout, {case}", case=of)
-        if row.design
-        else say("avalanches of {volume}", volume=of)
-    )
+    name = say("avalanches of {volume}", volume=of)
+    if row.design:
+        name = say("design runout, {case}", case=of)
     if spread.q05 is None:
         return []
     end = float(plan.x[-1]) if spread.q95 is None else float(spread.q95)
     group = f"row {of}"
-    hover = f"{name}: x {interval(spread)}"
-    traces = [
-        line(
-            *_along(plan, float(spread.q05), end),
-            color,
-            max(width, 3.0),
-            "%{text}",
-            name=name,
-            legendgroup=group,
-            opacity=0.65,
-            text=[hover] * BAR_PLACES,
-        )
-    ]
+    own = {"name": name, "legendgroup": group, "opacity": 0.65}
+    own["text"] = [f"{name}: x {interval(spread)}"] * BAR_PLACES
+    ends = _along(plan, float(spread.q05), end)
+    traces = [line(*ends, color, max(width, 3.0), "%{text}", **own)]
     if spread.q50 is not None:
-        x = metres(spread.q50)
-        traces.append(
-            marks(
-                *_at(plan, np.array([spread.q50], dtype=np.float64)),
-                {"symbol": "diamond", "size": 10, "color": color,
-                 "line": {"color": "white", "width": 1}},
-                say("{name}, median: x {x}", name=name, x=x),
-                legendgroup=group,
-                showlegend=False,
-            )
-        )  # fmt: skip
+        white = {"color": "white", "width": 1}
+        look = {"symbol": "diamond", "size": 10, "color": color, "line": white}
+        hover = say("{name}, median: x {x}", name=name, x=metres(spread.q50))
+        place = _at(plan, [spread.q50])
+        traces.append(marks(*place, look, hover, legendgroup=group, showlegend=False))
     return traces
 
 
@@ -238,7 +213,7 @@ def _along(plan: PlanView, start: float, end: float) -> tuple[Floats, Floats]:
     return _at(plan, np.linspace(start, end, BAR_PLACES))
 
 
-def _at(plan: PlanView, x: Floats) -> tuple[Floats, Floats]:
+def _at(plan: PlanView, x: Any) -> tuple[Floats, Floats]:
     return np.interp(x, plan.x, plan.east), np.interp(x, plan.x, plan.north)
 
 

@@ -139,7 +139,9 @@ def density_figure(densities: Sequence[FrictionDensity], names: Mapping[str, str
         dash, width = ("solid", 3.0) if whole else (DASHES[place % len(DASHES)], 1.6)
         hover = "μ = %{x:.3f}<extra>%{fullData.name}</extra>"
         data.append(line(mu[~beyond], pdf[~beyond], color, width, hover, dash=dash, **common))
-        tails = np.where(_gap(beyond)[beyond], np.nan, pdf[beyond])
+        # The first place after a break is none, so that the tails on both sides are not joined.
+        gap = np.concatenate([[False], beyond[1:] & ~beyond[:-1]])
+        tails = np.where(gap[beyond], np.nan, pdf[beyond])
         data.append(line(mu[beyond], tails, color, 0.8, dash="dot", **common, showlegend=False))
         if density.sd > 0.0:
             mu, pdf = normal_line(density.mean, density.sd)
@@ -178,11 +180,6 @@ def normal_line(mean: float, sd: float) -> tuple[Floats, Floats]:
     """The density of a normal within four standard deviations."""
     z = np.linspace(-REACH, REACH, NORMAL_POINTS)
     return mean + sd * z, np.exp(-0.5 * z * z) / (sd * np.sqrt(2.0 * np.pi))
-
-
-def _gap(beyond: np.ndarray) -> np.ndarray:
-    """The first place after a break, so that the tails on both sides are not joined."""
-    return np.concatenate([[False], beyond[1:] & ~beyond[:-1]])
 
 
 BINS, JOINT_DRAWS = 36, 800
