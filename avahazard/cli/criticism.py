@@ -7,10 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-import typer
 from rich.console import Console
 
-from avahazard.cli.options import EffectFiles, StoredModel, answers, picture
+from avahazard.cli.options import EffectFiles, StoredModel, answers, argument, picture
 from avahazard.cli.output import settings, show
 from avahazard.report.model_tables import (
     budget_table,
@@ -193,7 +192,7 @@ def show_prediction(console: Console, found: Prediction) -> None:
 )
 def predict(
     name: StoredModel,
-    file: Annotated[Path, typer.Argument(metavar="EVENTS.csv", help="Events.", show_default=False)],
+    file: Annotated[Path, argument("Events.", "EVENTS.csv")],
     effect_files: EffectFiles = None,
 ) -> None:
     """Predict the runout of each event of a file; its own runout only serves for scores.

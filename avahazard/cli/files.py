@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from avahazard.cli.options import StoredModel, answers, output_file
+from avahazard.cli.options import StoredModel, answers, argument, flag, output_file
 from avahazard.cli.output import ask, emit, table
 from avahazard.notes import counted
 from avahazard.records.errors import AvahazardError
@@ -112,9 +112,7 @@ def _checked(console: Console, found: Checked) -> None:
 
 @db.command()
 def check(
-    full: Annotated[
-        bool, typer.Option("--full", help="Calibrate some models again: the same draws?")
-    ] = False,
+    full: Annotated[bool, flag("--full", "Calibrate some models again: the same draws?")] = False,
 ) -> None:
     """Check that the database is whole, by its checksums; status 1 when it is not.
 
@@ -138,11 +136,7 @@ def _copied(console: Console, found: Copied) -> None:
 
 @db.command()
 @answers("database.backup_database", _copied)
-def backup(
-    target: Annotated[
-        str, typer.Argument(metavar="FILE", help="The new file.", show_default=False)
-    ],
-) -> None:
+def backup(target: Annotated[str, argument("The new file.", "FILE")]) -> None:
     """Copy the database to a new file, also while it is in use.
 
     \b
@@ -180,12 +174,7 @@ def _exported(console: Console, found: Export) -> None:
 
 
 def export(
-    name: Annotated[
-        str,
-        typer.Argument(
-            help="A model: with bounds by `hazard`, or for --avaframe any.", show_default=False
-        ),
-    ],
+    name: Annotated[str, argument("A model: with bounds by `hazard`, or for --avaframe any.")],
     file: Annotated[
         Path | None,
         output_file(
@@ -240,10 +229,7 @@ def _not_drawn(found: Rows[PaperFigure]) -> Iterator[str]:
 
 def paper_figures(
     names: Annotated[
-        list[str] | None,
-        typer.Argument(
-            help="Stored models; without any, only what needs none is drawn.", show_default=False
-        ),
+        list[str] | None, argument("Stored models; without any, only what needs none is drawn.")
     ] = None,
     *,
     request: FiguresRequest,

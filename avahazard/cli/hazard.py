@@ -8,10 +8,9 @@ from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
 from rich.console import Console
 
-from avahazard.cli.options import CalibratedModel, answers, output_file
+from avahazard.cli.options import CalibratedModel, answers, argument, flag, output_file
 from avahazard.cli.output import ask, emit, emit_rows, settings, show, table, warn
 from avahazard.notes import Note, counted, grouped
 from avahazard.report.tables import (
@@ -38,10 +37,7 @@ from avahazard.workflow.requests import (
 
 
 def volumes(
-    paths: Annotated[
-        list[str] | None,
-        typer.Argument(metavar="[PATH]…", help="Paths; all without one.", show_default=False),
-    ] = None,
+    paths: Annotated[list[str] | None, argument("Paths; all without one.", "[PATH]…")] = None,
     *,
     request: VolumesRequest,
 ) -> None:
@@ -62,16 +58,11 @@ MOST_ROWS, MOST_NOTES = 500, 100
 
 
 def hazard(
-    names: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="NAME…", help="A calibrated model; several are averaged.", show_default=False
-        ),
-    ],
+    names: Annotated[list[str], argument("A calibrated model; several are averaged.", "NAME…")],
     *,
     request: HazardRequest,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Say what it will take, and compute nothing.")
+        bool, flag("--dry-run", "Say what it will take, and compute nothing.")
     ] = False,
 ) -> None:
     """Give the design runout of return periods, and the runout of volumes, path by path.
@@ -208,15 +199,12 @@ def duration(seconds: float) -> str:
 
 def simulate(
     paths: Annotated[
-        list[str] | None,
-        typer.Argument(
-            metavar="[PATH]…", help="Paths; all with terrain without one.", show_default=False
-        ),
+        list[str] | None, argument("Paths; all with terrain without one.", "[PATH]…")
     ] = None,
     *,
     request: SimulateRequest,
     dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Say what it will take at least, and run nothing.")
+        bool, flag("--dry-run", "Say what it will take at least, and run nothing.")
     ] = False,
 ) -> None:
     """Run AvaFrame's com1DFA on the terrain of paths, over friction and volume.

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
-from avahazard.cli.options import EffectFiles, StoredModel, answers
+from avahazard.cli.options import EffectFiles, StoredModel, answers, argument, flag
 from avahazard.cli.output import ask, emit, show, table, warn
 from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.specification import GIVEN
@@ -67,9 +67,7 @@ def _parts(model: Calibration) -> str:
 
 @answers("calibrate.calibrate", show_calibration)
 def calibrate(
-    name: Annotated[str, typer.Argument(help="A new name for the model.", show_default=False)],
-    *,
-    request: CalibrateRequest,
+    name: Annotated[str, argument("A new name for the model.")], *, request: CalibrateRequest
 ) -> None:
     """Calibrate a model on the records and store it.
 
@@ -123,7 +121,7 @@ def _model(console: Console, found: Calibration) -> None:
 def model(
     name: StoredModel,
     provenance: Annotated[
-        bool, typer.Option("--provenance", help="Show what is needed to make it again.")
+        bool, flag("--provenance", "Show what is needed to make it again.")
     ] = False,
 ) -> None:
     """Show a stored model: its posterior, and whether it converged.
@@ -198,9 +196,7 @@ def _child(console: Console, found: Calibration) -> None:
 @answers("calibrate.add", _child)
 def add(
     name: StoredModel,
-    effects: Annotated[
-        list[str], typer.Argument(metavar="EFFECT…", help="Effects to add.", show_default=False)
-    ],
+    effects: Annotated[list[str], argument("Effects to add.", "EFFECT…")],
     new_name: Annotated[
         str, typer.Option("--as", metavar="NEW", help="Name of the new model.", show_default=False)
     ],
@@ -236,10 +232,8 @@ def effects() -> None:
 
 def effect(
     context: typer.Context,
-    key: Annotated[str, typer.Argument(help="An effect, or the word new.", show_default=False)],
-    file: Annotated[
-        Path | None, typer.Argument(help="With new: the effect file to write.", show_default=False)
-    ] = None,
+    key: Annotated[str, argument("An effect, or the word new.")],
+    file: Annotated[Path | None, argument("With new: the effect file to write.")] = None,
 ) -> None:
     """Show the physics of one effect; `effect new FILE` writes a template for one's own.
 

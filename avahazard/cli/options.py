@@ -17,11 +17,20 @@ from avahazard.records.errors import AvahazardError
 from avahazard.request import Field, Option, Request, parts_of
 from avahazard.workflow.requests import EFFECT_FILES
 
-StoredModel = Annotated[str, typer.Argument(help="A stored model.", show_default=False)]
-CalibratedModel = Annotated[str, typer.Argument(help="A calibrated model.", show_default=False)]
-OnePath = Annotated[
-    str, typer.Argument(metavar="PATH", help="The path_id of a path.", show_default=False)
-]
+
+def argument(words: str, metavar: str | None = None) -> Any:
+    """An argument: what it is."""
+    return typer.Argument(metavar=metavar, help=words, show_default=False)
+
+
+def flag(name: str, words: str) -> Any:
+    """An option without a value: its name, and what it does."""
+    return typer.Option(name, help=words)
+
+
+StoredModel = Annotated[str, argument("A stored model.")]
+CalibratedModel = Annotated[str, argument("A calibrated model.")]
+OnePath = Annotated[str, argument("The path_id of a path.", "PATH")]
 EffectFiles = Annotated[
     list[Path] | None,
     typer.Option("--effect-file", metavar=EFFECT_FILES.metavar, help=EFFECT_FILES.help),

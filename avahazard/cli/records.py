@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from avahazard.cli.options import OnePath, answers, picture
+from avahazard.cli.options import OnePath, answers, argument, flag, picture
 from avahazard.cli.output import ask, emit, errors, show, table
 from avahazard.report.model_tables import fits_table
 from avahazard.report.tables import alpha_beta_table, cell, paths_table, thinned
@@ -31,20 +31,16 @@ from avahazard.workflow.requests import (
 def import_(
     sources: Annotated[
         list[str],
-        typer.Argument(
-            metavar="SOURCE…",
-            help="Tables (.csv, .xlsx, .ods) or folders of them; lines or points (.gpkg, .geojson, "
+        argument(
+            "Tables (.csv, .xlsx, .ods) or folders of them; lines or points (.gpkg, .geojson, "
             ".shp, .kml, .gpx).",
-            show_default=False,
+            "SOURCE…",
         ),
     ],
     *,
     request: ImportRequest,
     guess_columns: Annotated[
-        bool,
-        typer.Option(
-            "--guess-columns", help="Write a first columns.toml beside a table; import nothing."
-        ),
+        bool, flag("--guess-columns", "Write a first columns.toml beside a table; import nothing.")
     ] = False,
 ) -> None:
     """Import tables, or folders of them, or paths drawn as lines on a terrain model.
@@ -260,10 +256,7 @@ def _jumps(found: Frictions) -> Iterator[str]:
 
 
 def friction(
-    path_id: Annotated[
-        str | None,
-        typer.Argument(metavar="[PATH]", help="Only events of this path.", show_default=False),
-    ] = None,
+    path_id: Annotated[str | None, argument("Only events of this path.", "[PATH]")] = None,
     *,
     request: FrictionRequest,
 ) -> None:
@@ -367,12 +360,7 @@ def fit(
 @answers("path.alpha_beta_paths", lambda console, found: show(console, alpha_beta_table(found)))
 def alpha_beta(
     path_id: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="[PATH]",
-            help="The path_id of a path; all where none is given.",
-            show_default=False,
-        ),
+        str | None, argument("The path_id of a path; all where none is given.", "[PATH]")
     ] = None,
     *,
     request: AlphaBetaRequest,
