@@ -15,7 +15,7 @@ from avahazard.arrays import Floats
 from avahazard.inference.model.laws import law
 from avahazard.report.html.content import FrictionView
 from avahazard.report.path_pictures import BOUNDS, STOPS
-from avahazard.report.picture import figure, panels, picture
+from avahazard.report.picture import figure, panels, picture, shade
 from avahazard.results.friction import Fits, FrictionDensity, Frictions
 from avahazard.results.hazard import PathVolumes, ReturnLevel
 
@@ -51,33 +51,17 @@ def draw_frictions(
 def _law(axes: Axes, view: FrictionView, volume: Floats, reference: Floats) -> None:
     if view.scatter is not None:
         for low, high, alpha, words in ((0, 3, 0.18, "5 to 95 %"), (1, 2, 0.3, "25 to 75 %")):
-            axes.fill_between(
-                view.volume,
-                view.scatter[low],
-                view.scatter[high],
-                color=BOUNDS,
-                alpha=alpha,
-                linewidth=0,
-                label=f"avalanches, {words}",
-            )
+            band = view.scatter[[low, high]]
+            shade(axes, view.volume, band, (BOUNDS, alpha), f"avalanches, {words}")
     axes.plot(view.volume, view.law[1], color=BOUNDS, label="law, median")
     known = np.isfinite(volume) & np.isfinite(reference)
-    axes.plot(
-        volume[known],
-        reference[known],
-        "o",
-        color=STOPS,
-        markersize=4,
-        label=f"{int(known.sum())} events",
-    )
+    words = f"{int(known.sum())} events"
+    axes.plot(volume[known], reference[known], "o", color=STOPS, ms=4, label=words)
     _over_volume(axes, "μ less effects on friction and of the path")
 
 
 def _over_volume(axes: Axes, upwards: str, **legend: Any) -> None:
-    axes.set_xscale("log")
-    axes.set_ylim(bottom=0.0)
-    axes.set_xlabel("volume (m³)")
-    axes.set_ylabel(upwards)
+    axes.set(xscale="log", ylim=(0.0, None), xlabel="volume (m³)", ylabel=upwards)
     axes.legend(**{"fontsize": "small", **legend})
 
 
@@ -85,10 +69,8 @@ def _densities(axes: Axes, densities: Sequence[FrictionDensity]) -> None:
     for density in densities:
         width, color = (2.5, "black") if density.path_id == "all" else (1.2, None)
         _curve(axes, density, width, color, f"{density.path_id} ({density.n})")
-    axes.set_xlim(left=0.0)
-    axes.set_ylim(bottom=0.0)
-    axes.set_xlabel("apparent friction μ")
-    axes.set_ylabel("probability density")
+    axes.set(xlim=(0.0, None), ylim=(0.0, None))
+    axes.set(xlabel="apparent friction μ", ylabel="probability density")
     axes.legend()
 
 
@@ -98,8 +80,8 @@ def _curve(
     """A density, dashed beyond the records."""
     inside = np.where(density.extrapolated, np.nan, density.pdf)
     beyond = np.where(density.extrapolated, density.pdf, np.nan)
-    (line,) = axes.plot(density.mu, inside, color=color, linewidth=width, label=words)
-    axes.plot(density.mu, beyond, "--", color=line.get_color(), linewidth=0.8)
+    (line,) = axes.plot(density.mu, inside, color=color, lw=width, label=words)
+    axes.plot(density.mu, beyond, "--", color=line.get_color(), lw=0.8)
 
 
 N_VOLUMES = 200
@@ -112,12 +94,17 @@ def draw_laws(file: Path, fits: Fits, volume: Floats, mu: Floats) -> None:
     points = np.asarray(volume, np.float64)
     x = np.geomspace(points.min() / ROOM, points.max() * ROOM, N_VOLUMES)
     with picture(file) as axes:
-        axes.plot(points, mu, "o", color="0.4", markersize=4, label=f"{len(points)} events")
+        axes.plot(points, mu, "o", color="0.4", ms=4, label=f"{len(points)} events")
         for entry, style in zip(fits.rows, LINES, strict=False):
             item = law(entry.law)
             natural = np.array([entry.parameters[name].value for name in item.names])
-            axes.plot(x, item.friction(natural, x), linestyle=style, label=item.formula)
+            axes.plot(x, item.friction(natural, x), ls=style, label=item.formula)
         _over_volume(axes, "apparent friction μ")
+
+
+def _points(levels: Sequence[Any]) -> tuple[list[float], list[float]]:
+    """Return periods, and their volumes."""
+    return [p.return_period_years for p in levels], [p.volume_m3 for p in levels]
 
 
 COLUMNS = 3
@@ -141,34 +128,14 @@ def draw_return_levels(
 
 def _draw(panel: Axes, entry: PathVolumes, curve: Sequence[ReturnLevel]) -> None:
     years = [level.return_period_years for level in curve]
-    panel.fill_between(
-        years,
-        [level.q05_m3 for level in curve],
-        [level.q95_m3 for level in curve],
-        color=FIT,
-        alpha=0.2,
-        linewidth=0,
-        label="5 to 95 %",
-    )
+    low, high = [level.q05_m3 for level in curve], [level.q95_m3 for level in curve]
+    shade(panel, years, (low, high), (FIT, 0.2), "5 to 95 %")
     for far, style, label in ((False, "-", "volume of T"), (True, ":", None)):
         part = [level for level in curve if level.extrapolated is far]
-        panel.plot(
-            [level.return_period_years for level in part],
-            [level.volume_m3 for level in part],
-            style,
-            color=FIT,
-            label=label,
-        )
-    panel.plot(
-        [point.return_period_years for point in entry.maxima],
-        [point.volume_m3 for point in entry.maxima],
-        "o",
-        color=RECORDS,
-        markersize=3.5,
-        label="largest of a year, by rank",
-    )
-    panel.set_xscale("log")
-    panel.set_yscale("log")
+        panel.plot(*_points(part), style, color=FIT, label=label)
+    words = "largest of a year, by rank"
+    panel.plot(*_points(entry.maxima), "o", color=RECORDS, ms=3.5, label=words)
+    panel.set(xscale="log", yscale="log")
     panel.tick_params(labelbottom=True)
     panel.set_title(entry.path_id, fontsize=10, loc="left")
     panel.spines[["top", "right"]].set_visible(False)
@@ -221,8 +188,7 @@ def _to_digits_of(mean: float, sd: float) -> float:
 def _marginal(panel: Axes, name: str, values: Floats, unit: str) -> None:
     panel.hist(values, bins=BINS, density=True, color=STOPS, alpha=0.45)
     draw_normal(panel, float(values.mean()), float(values.std(ddof=1)), "normal")
-    panel.set_xlabel(f"{name} ({unit})" if unit else name)
-    panel.set_yticks([])
+    panel.set(xlabel=f"{name} ({unit})" if unit else name, yticks=[])
     panel.set_ylim(top=1.25 * panel.get_ylim()[1])
     panel.ticklabel_format(axis="x", style="sci", scilimits=(-3, 4))
     panel.legend(fontsize="small", loc="upper center", frameon=False)
@@ -232,19 +198,16 @@ def _joint(panel: Axes, one: tuple[str, Floats], other: tuple[str, Floats]) -> N
     """Draws of two parameters, and the ellipses that hold 50 and 90 % of their joint normal."""
     x, y = one[1], other[1]
     every = max(1, len(x) // JOINT_DRAWS)
-    panel.plot(x[::every], y[::every], ".", color=STOPS, markersize=2, alpha=0.4)
+    panel.plot(x[::every], y[::every], ".", color=STOPS, ms=2, alpha=0.4)
     root = np.linalg.cholesky(np.cov(x, y) + 1e-12 * np.diag([x.var(), y.var()]))
     angle = np.linspace(0.0, 2.0 * np.pi, 121)
     circle = np.stack([np.cos(angle), np.sin(angle)])
     for level, style in zip(LEVELS, ("-", "--"), strict=True):
         # χ² with two degrees of freedom is exponential.
         ring = root @ circle * np.sqrt(-2.0 * np.log1p(-level))
-        panel.plot(
-            x.mean() + ring[0], y.mean() + ring[1], style, color=BOUNDS,
-            label=f"normal, {100 * level:.0f} %",
-        )  # fmt: skip
-    panel.set_xlabel(one[0])
-    panel.set_ylabel(other[0])
+        words = f"normal, {100 * level:.0f} %"
+        panel.plot(x.mean() + ring[0], y.mean() + ring[1], style, color=BOUNDS, label=words)
+    panel.set(xlabel=one[0], ylabel=other[0])
     panel.ticklabel_format(style="sci", scilimits=(-3, 4))
     panel.set_title(f"correlation {np.corrcoef(x, y)[0, 1]:.2f}".replace("-", "−"), fontsize=9)
     panel.legend(fontsize="small")
@@ -281,15 +244,11 @@ def _density(panel: Axes, density: FrictionDensity, mu: Floats, band: Floats | N
     n_bins = max(FEWEST_BINS, round(2.0 * len(mu) ** (1 / 3)))
     panel.hist(mu, bins=n_bins, density=True, color=STOPS, alpha=0.2)
     if band is not None:
-        panel.fill_between(
-            density.mu, *band, color="0.5", alpha=0.5, linewidth=0,
-            label="90 % when records move by their errors",
-        )  # fmt: skip
+        shade(panel, density.mu, band, ("0.5", 0.5), "90 % when records move by their errors")
     _curve(panel, density, 1.8, "black", f"Holy, κ = {density.kappa:g}")
     if np.ptp(mu) > 0.0:
         draw_normal(panel, float(mu.mean()), float(mu.std(ddof=1)), "normal")
-    panel.set_xlim(left=0.0)
-    panel.set_ylim(0.0, 1.35 * panel.get_ylim()[1])
+    panel.set(xlim=(0.0, None), ylim=(0.0, 1.35 * panel.get_ylim()[1]))
     whole = density.path_id == "all"
     panel.set_title(f"{'all events' if whole else density.path_id} ({density.n})", fontsize=9)
     panel.legend(fontsize="x-small", loc="upper right", frameon=False)
@@ -327,25 +286,18 @@ def draw_model_laws(file: Path, laws: Sequence[ModelLaw]) -> None:
             low, middle, high = view.law
             if not any(_same(law, other) for other in drawn):
                 known = np.isfinite(law.volume) & np.isfinite(law.friction)
-                axes.plot(
-                    law.volume[known], law.friction[known], mark, color=color, markersize=4,
-                    alpha=0.6, markeredgewidth=0, label=f"{law.name}: {int(known.sum())} events",
-                )  # fmt: skip
+                look: dict[str, Any] = {"color": color, "ms": 4, "alpha": 0.6, "mew": 0}
+                look["label"] = f"{law.name}: {int(known.sum())} events"
+                axes.plot(law.volume[known], law.friction[known], mark, **look)
                 drawn.append(law)
             if view.scatter is not None:
-                axes.fill_between(
-                    view.volume, view.scatter[0], view.scatter[3], color=color, alpha=0.13,
-                    linewidth=0, label=f"{law.name}: 90 % of avalanches",
-                )  # fmt: skip
-                for edge in (view.scatter[0], view.scatter[3]):
-                    axes.plot(view.volume, edge, ":", color=color, linewidth=0.9)
-            axes.plot(
-                view.volume, middle, color=color, linewidth=2, label=f"{law.name}: law, median"
-            )
-            axes.plot(view.volume, low, "--", color=color, linewidth=0.9)
-            axes.plot(
-                view.volume, high, "--", color=color, linewidth=0.9, label=f"{law.name}: law, 90 %"
-            )
+                edges, words = view.scatter[[0, 3]], f"{law.name}: 90 % of avalanches"
+                shade(axes, view.volume, edges, (color, 0.13), words)
+                for edge in edges:
+                    axes.plot(view.volume, edge, ":", color=color, lw=0.9)
+            axes.plot(view.volume, middle, color=color, lw=2, label=f"{law.name}: law, median")
+            axes.plot(view.volume, low, "--", color=color, lw=0.9)
+            axes.plot(view.volume, high, "--", color=color, lw=0.9, label=f"{law.name}: law, 90 %")
         _over_volume(axes, "friction μ", fontsize="x-small", ncols=2 if len(laws) > 2 else 1)
 
 
@@ -369,24 +321,21 @@ def draw_residuals(
     with figure(file, (11.0, 4.6)) as drawn:
         left, right = drawn.subplots(1, 2)
         bins = max(6, round(2.0 * n ** (1 / 3)))
-        left.hist(
-            standardised, bins=bins, density=True, color=STOPS, alpha=0.45, label=f"{n} events"
-        )
+        words = f"{n} events"
+        left.hist(standardised, bins=bins, density=True, color=STOPS, alpha=0.45, label=words)
         mean, sd = float(standardised.mean()), float(standardised.std(ddof=1))
         draw_normal(left, mean, sd, "their normal")
         left.plot(*expected, "--", color="black", label="scatter of the model")
-        left.set_xlabel(f"residual of {of}, over σ")
-        left.set_ylabel("probability density")
+        left.set(xlabel=f"residual of {of}, over σ", ylabel="probability density")
         left.set_ylim(top=1.3 * left.get_ylim()[1])
         left.legend(fontsize="small")
         x, y = expected
         below = np.concatenate([[0.0], np.cumsum(0.5 * (y[1:] + y[:-1]) * np.diff(x))])
         share = (np.arange(n) + 0.5) / n
         quantile = np.interp(share, below / below[-1], x)
-        right.plot(quantile, np.sort(standardised), "o", color=STOPS, markersize=4)
+        right.plot(quantile, np.sort(standardised), "o", color=STOPS, ms=4)
         ends = [float(quantile[0]), float(quantile[-1])]
         right.plot(ends, ends, "--", color="black", label="as the model says")
-        right.set_xlabel("quantile of the model’s scatter")
-        right.set_ylabel("residual over σ, in order")
+        right.set(xlabel="quantile of the model’s scatter", ylabel="residual over σ, in order")
         right.legend(fontsize="small")
         drawn.suptitle(f"Residuals of {model}", fontsize=11)

@@ -15,7 +15,7 @@ from avahazard.hazard.alpha_beta import REGRESSIONS, AlphaBeta, alpha_beta
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.path import Path, Profile
-from avahazard.report.picture import figure, panels, picture
+from avahazard.report.picture import figure, panels, picture, shade
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, Spread
 from avahazard.results.terrain import Runout, RunoutAt
 from avahazard.results.zones import ZonedPath
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 
 COLUMNS = 2
+SMALL: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": 8}
+ALONG = "horizontal distance along the path x (m)"
 GROUND, STOPS, BOUNDS, OF_VOLUME = "#d9d4cc", "#33607f", "#c0392b", "#8c8c8c"
 TICK = 0.05
 """Length of a mark, of the height of the path."""
@@ -53,7 +55,7 @@ def draw_panels(
         last.legend(legend.values(), legend.keys(), loc="center", frameon=False, fontsize=9)
         if title is not None:
             drawn.suptitle(title, fontsize=13)
-        drawn.supxlabel("horizontal distance along the path x (m)", fontsize=10)
+        drawn.supxlabel(ALONG, fontsize=10)
         drawn.supylabel("elevation (m)", fontsize=10)
 
 
@@ -65,11 +67,10 @@ def draw_profile(
     y = smooth.height(x)
     top, bottom = float(y.max()), float(y.min())
     tick = TICK * (top - bottom)
-    panel.fill_between(x, y, bottom - (below + 1.0) * tick, color=GROUND, linewidth=0)
-    panel.plot(x, y, color="0.35", linewidth=1.2, label="profile, smoothed")
+    panel.fill_between(x, y, bottom - (below + 1.0) * tick, color=GROUND, lw=0)
+    panel.plot(x, y, color="0.35", lw=1.2, label="profile, smoothed")
     panel.set_title(name, fontsize=10, loc="left", parse_math=False)
-    panel.set_ylim(bottom - below * tick, top + above * tick)
-    panel.set_xlim(smooth.x_min, smooth.x_max)
+    panel.set(xlim=(smooth.x_min, smooth.x_max), ylim=(bottom - below * tick, top + above * tick))
     return tick
 
 
@@ -90,7 +91,7 @@ def draw_along(
 def mark_stops(panel: Axes, smooth: SmoothProfile, stop_x: Floats, tick: float) -> None:
     """Mark the recorded stops `stop_x` `[n_stops]` (m)."""
     y = smooth.height(stop_x)
-    panel.vlines(stop_x, y - tick, y + tick, color=STOPS, linewidth=1.1, label="recorded stops")
+    panel.vlines(stop_x, y - tick, y + tick, color=STOPS, lw=1.1, label="recorded stops")
 
 
 def mark_runout(
@@ -108,13 +109,11 @@ def mark_runout(
     """
     if runout_x.q05 is None:
         return
-    look = {"color": color, "linewidth": 4, "alpha": 0.55, "label": f"{words} 5 to 95 %"}
+    look = {"color": color, "lw": 4, "alpha": 0.55, "label": f"{words} 5 to 95 %"}
     draw_along(panel, smooth, runout_x.q05, runout_x.q95, above, **look)
     if runout_x.q50 is not None:
         y = float(smooth.height(runout_x.q50)) + above
-        panel.vlines(
-            runout_x.q50, y - tick, y + tick, color=color, linewidth=2.5, label=f"{words} median"
-        )
+        panel.vlines(runout_x.q50, y - tick, y + tick, color=color, lw=2.5, label=f"{words} median")
 
 
 SHADES = {"left_profile": ("#eef2f6", "leaves the profile"), "not_released": (GROUND, "held")}
@@ -131,16 +130,15 @@ def draw_run(file: FilePath, smooth: SmoothProfile, found: Runout, *, drag: bool
     with figure(file, (8.0, 7.0)) as drawn:
         path, speeds = drawn.subplots(2, 1, sharex=True, height_ratios=(3, 2))
         draw_profile(path, _title(found), smooth, 1.0)
-        path.plot(x, smooth.height(x), color=STOPS, linewidth=2.5, label="way of the block")
-        path.plot(x[0], smooth.height(x[0]), "v", color=STOPS, markersize=8, label="release")
+        path.plot(x, smooth.height(x), color=STOPS, lw=2.5, label="way of the block")
+        path.plot(x[0], smooth.height(x[0]), "v", color=STOPS, ms=8, label="release")
         if found.status == "stopped":
-            path.plot(x[-1], smooth.height(x[-1]), "X", color=BOUNDS, markersize=9, label="stop")
+            path.plot(x[-1], smooth.height(x[-1]), "X", color=BOUNDS, ms=9, label="stop")
         path.set_ylabel("elevation (m)")
         path.legend(fontsize="small")
         speeds.plot(x, speed, color=STOPS)
-        speeds.set_ylim(bottom=0.0)
-        speeds.set_ylabel("speed (m/s)" if drag else "speed without drag (m/s)")
-        speeds.set_xlabel("horizontal distance along the path x (m)")
+        words = "speed (m/s)" if drag else "speed without drag (m/s)"
+        speeds.set(ylim=(0.0, None), ylabel=words, xlabel=ALONG)
 
 
 def draw_curve(file: FilePath, found: Runout) -> None:
@@ -158,11 +156,11 @@ def draw_curve(file: FilePath, found: Runout) -> None:
         ):
             mu, value = with_gaps(shown, key, after)
             # Points as well, since a friction between two jumps is no line.
-            panel.plot(mu, value, ".-", color=STOPS, linewidth=1.5, markersize=3, label="F, F′")
-            panel.axvline(found.mu, color=BOUNDS, linewidth=1.0, linestyle="--", label="the run")
+            panel.plot(mu, value, ".-", color=STOPS, lw=1.5, ms=3, label="F, F′")
+            panel.axvline(found.mu, color=BOUNDS, lw=1.0, ls="--", label="the run")
             place = getattr(found, key, None)
             if place is not None and found.status == "stopped":
-                panel.plot(found.mu, place, "o", color=BOUNDS, markersize=7)
+                panel.plot(found.mu, place, "o", color=BOUNDS, ms=7)
             _shade(panel, shown)
             panel.set_ylabel(words)
         for panel in panels[1]:
@@ -200,7 +198,7 @@ def _shade(panel: Axes, rows: Sequence[RunoutAt]) -> None:
     for status, (color, words) in SHADES.items():
         mu = [row.mu for row in rows if row.status == status]
         if mu:
-            panel.axvspan(min(mu), max(mu), color=color, linewidth=0, label=words)
+            panel.axvspan(min(mu), max(mu), color=color, lw=0, label=words)
 
 
 def _title(found: Runout) -> str:
@@ -231,9 +229,9 @@ def _draw_zones(panel: Axes, path: DrawnZones) -> list[Axes]:
     smooth = path.smooth
     tick = draw_profile(panel, path.name, smooth, below=3.5)
     for k, zone in enumerate(path.entry.zones):
-        look: dict[str, Any] = {"color": zone.color, "linewidth": 5, "label": f"{zone.zone} zone"}
+        look: dict[str, Any] = {"color": zone.color, "lw": 5, "label": f"{zone.zone} zone"}
         draw_along(panel, smooth, zone.from_x_m, zone.to_x_m, **look)
-        look |= {"linewidth": 1.6, "label": f"end of {zone.zone}, 5 to 95 %"}
+        look |= {"lw": 1.6, "label": f"end of {zone.zone}, 5 to 95 %"}
         below = (1.2 + 0.9 * k) * tick
         draw_along(panel, smooth, zone.to_x_q05_m, zone.to_x_q95_m, -below, **look)
     return [panel, _draw_pressures(panel, path.entry)]
@@ -248,12 +246,11 @@ def _draw_pressures(panel: Axes, entry: ZonedPath) -> Axes:
         here = [place.by_return_period[k].pressure_kpa for place in places]
         low, middle, high = np.array([(p.q05, p.q50, p.q95) for p in here]).T
         style = STYLES[k % len(STYLES)]
-        axes.fill_between(x, low, high, color="black", alpha=0.07, linewidth=0)
+        axes.fill_between(x, low, high, color="black", alpha=0.07, lw=0)
         far = ", extrapolated" if found.extrapolated else ""
         label = f"pressure, T = {period:g} years{far} (median; band 5 to 95 %)"
-        axes.plot(x, middle, color="black", linewidth=1.0, linestyle=style, label=label)
-    axes.set_yscale("log")
-    axes.set_ylim(LEAST_KPA, 1e4)
+        axes.plot(x, middle, color="black", lw=1.0, ls=style, label=label)
+    axes.set(yscale="log", ylim=(LEAST_KPA, 1e4))
     axes.set_ylabel("pressure (kPa)", fontsize=8)
     axes.tick_params(labelsize=8)
     return axes
@@ -274,28 +271,20 @@ def draw_path(
     """Draw the profile to `file`; `release_x` and `stop_x` (m), any number, lie on the curve."""
     with picture(file) as axes:
         x = np.linspace(smooth.x_min, smooth.x_max, 1000)
-        axes.plot(profile.x_m, profile.y_m, ".", color="0.6", markersize=3, label="points")
-        axes.plot(x, smooth.height(x), color="black", linewidth=1, label=smooth.method)
+        axes.plot(profile.x_m, profile.y_m, ".", color="0.6", ms=3, label="points")
+        axes.plot(x, smooth.height(x), color="black", lw=1, label=smooth.method)
         if smooth.posterior is not None:
             height, spread = smooth.height(x), INTERVAL_90 * smooth.posterior.sd(x)
-            axes.fill_between(
-                x,
-                height - spread,
-                height + spread,
-                color="tab:orange",
-                alpha=0.4,
-                linewidth=0,
-                label="ground, 5 to 95 %",
-            )
+            low, high = height - spread, height + spread
+            shade(axes, x, (low, high), ("tab:orange", 0.4), "ground, 5 to 95 %")
         for place, mark, color, label in (
             (release_x, "v", "tab:blue", "releases"),
             (stop_x, "|", "tab:red", "recorded stops"),
         ):
             if len(place):
                 height = smooth.height(place)
-                axes.plot(place, height, mark, color=color, markersize=9, label=label)
-        axes.set_xlabel("horizontal distance along the path x (m)")
-        axes.set_ylabel("elevation (m)")
+                axes.plot(place, height, mark, color=color, ms=9, label=label)
+        axes.set(xlabel=ALONG, ylabel="elevation (m)")
         axes.set_title(path.name or path.path_id, parse_math=False)
         axes.legend()
 
@@ -325,9 +314,8 @@ def _draw_bounds(panel: Axes, path: DrawnPath) -> list[Axes]:
     smooth, end, row = path.smooth, path.smooth.x_max, path.row
     assert row is not None
     tick = draw_profile(panel, path.name, smooth, below=4.5 if path.baseline else 2.0, above=8.0)
-    panel.plot(
-        path.release_x, smooth.height(path.release_x), "v", color="black", label="release", ms=7
-    )
+    release = path.release_x, smooth.height(path.release_x)
+    panel.plot(*release, "v", color="black", label="release", ms=7)
     mark_stops(panel, smooth, path.stop_x, tick)
     design = row.design
     _mark_design(panel, smooth, row, tick)
@@ -336,13 +324,9 @@ def _draw_bounds(panel: Axes, path: DrawnPath) -> list[Axes]:
     mark_runout(panel, smooth, row.runout_x_m, above, 0.6 * tick, OF_VOLUME, words)
     leading = row.runout_x_m if design is None else design.runout_x_m
     if leading.q95 is None:
-        panel.annotate(
-            "beyond", (end, smooth.height(end)), color=BOUNDS, fontsize=8, ha="right", va="top"
-        )
+        panel.annotate("beyond", (end, smooth.height(end)), color=BOUNDS, **SMALL)
     mark_alpha_beta(panel, smooth, path.baseline, tick)
-    panel.text(
-        0.98, 0.93, _words(path, row), transform=panel.transAxes, ha="right", va="top", fontsize=8
-    )
+    panel.text(0.98, 0.93, _words(path, row), transform=panel.transAxes, **SMALL)
     return [panel]
 
 
@@ -395,16 +379,10 @@ def _draw_lines(panel: Axes, path: DrawnPath) -> list[Axes]:
     mark_stops(panel, smooth, path.stop_x, tick)
     first = path.baseline[0]
     if first.beta_x is not None:
-        panel.plot(
-            [first.release_x, first.beta_x],
-            [first.release_y, float(smooth.height(first.beta_x))],
-            color="black",
-            linewidth=0.9,
-            linestyle=":",
-            marker="o",
-            markersize=4,
-            label="β: from the release to where the path is 10° steep",
-        )
+        x = [first.release_x, first.beta_x]
+        y = [first.release_y, float(smooth.height(first.beta_x))]
+        words = "β: from the release to where the path is 10° steep"
+        panel.plot(x, y, ":o", color="black", lw=0.9, ms=4, label=words)
     else:
         panel.text(0.97, 0.9, "no β-point", transform=panel.transAxes, ha="right", fontsize=8)
     for found in path.baseline:
@@ -425,12 +403,8 @@ def _draw_line(panel: Axes, found: AlphaBeta, smooth: SmoothProfile) -> None:
         return
     end = smooth.x_max if found.runout_x is None else found.runout_x
     drop = np.tan(np.radians(found.alpha_deg)) * (end - found.release_x)
-    panel.plot(
-        [found.release_x, end],
-        [found.release_y, found.release_y - drop],
-        color=COLORS[found.regression.name],
-        linewidth=1.0,
-    )
+    x, y = [found.release_x, end], [found.release_y, found.release_y - drop]
+    panel.plot(x, y, color=COLORS[found.regression.name], lw=1.0)
 
 
 def mark_alpha_beta(
@@ -445,7 +419,7 @@ def mark_alpha_beta(
             continue
         color, name = COLORS[found.regression.name], found.regression.name
         down = (1.6 + 1.3 * k) * tick
-        look = {"color": color, "linewidth": 2.5, "alpha": 0.8, "label": f"α-β, {name}: α ± 1 sd"}
+        look = {"color": color, "lw": 2.5, "alpha": 0.8, "label": f"α-β, {name}: α ± 1 sd"}
         draw_along(panel, smooth, found.runout_low_x, found.runout_high_x, -down, **look)
         if found.runout_x is not None:
             panel.plot(found.runout_x, smooth.height(found.runout_x) - down, "^", color=color, ms=6)

@@ -65,6 +65,11 @@ def panels(
         yield drawn, list(every[:n])
 
 
+def shade(axes: Axes, x: Any, band: Any, look: tuple[str, float], words: str) -> None:
+    """Shade a band `[2, n]` in a colour, of that opacity."""
+    axes.fill_between(x, *band, color=look[0], alpha=look[1], lw=0, label=words)
+
+
 def require_picture(file: Path | None) -> None:
     """Raise `AvahazardError` where `file`, if any, is no name of a picture: before long work."""
     if file is not None and file.suffix.lower() not in FORMATS:

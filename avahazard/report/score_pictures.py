@@ -96,10 +96,9 @@ def _draw(panel: Axes, one: Figure) -> None:
     if rows:
         panel.set_yticks(list(rows.values()), [unescape(name) for name in rows])
         panel.invert_yaxis()
-    panel.set_xlabel(x["title"]["text"])
-    panel.set_ylabel(y["title"]["text"])
+    panel.set(xlabel=x["title"]["text"], ylabel=y["title"]["text"])
     for line in one.layout.get("shapes", ()):
-        panel.axvline(line["x0"], color=line["line"]["color"], linestyle="--")
+        panel.axvline(line["x0"], color=line["line"]["color"], ls="--")
     for note in one.layout.get("annotations", ()):
         color = note["font"]["color"]
         place = (note["x"], 1.0)
@@ -133,7 +132,7 @@ def _marks(panel: Axes, trace: Trace, y: list[Any]) -> None:
     marker, x = trace["marker"], list(trace["x"])
     error: dict[str, Any] = trace.get("error_y", {})
     if error:
-        panel.errorbar(x, y, error["array"], fmt="none", ecolor=marker["color"], linewidth=0.6)
+        panel.errorbar(x, y, error["array"], fmt="none", ecolor=marker["color"], lw=0.6)
     mark = MARKS.get(marker["symbol"], "o")
     size = marker["size"] ** 2 / 2.0
     panel.scatter(x, y, size, marker["color"], marker=mark, label=_name(trace), zorder=3)
