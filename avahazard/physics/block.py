@@ -47,20 +47,11 @@ class Batch(NamedTuple):
 @kernel(inner=True)
 def new_batch(n_rows: int, rows: int) -> Batch:
     """Batch with memory for the given rows of `Batch.w`."""
-    return Batch(
-        np.empty(BATCH_SIZE),
-        np.empty((n_rows, BATCH_SIZE)),
-        np.empty(BATCH_SIZE, dtype=np.int64),
-        np.empty(BATCH_SIZE),
-        np.empty(BATCH_SIZE),
-        np.empty(BATCH_SIZE),
-        np.empty(BATCH_SIZE),
-        np.empty(BATCH_SIZE),
-        np.empty(BATCH_SIZE),
-        np.empty(BATCH_SIZE),
-        np.empty(BATCH_SIZE),
-        rows,
-    )
+    friction, w = np.empty(BATCH_SIZE), np.empty((n_rows, BATCH_SIZE))
+    stop_cell, stop = np.empty(BATCH_SIZE, dtype=np.int64), np.empty((5, BATCH_SIZE))
+    lost_x, held, push = np.empty(BATCH_SIZE), np.empty(BATCH_SIZE), np.empty(BATCH_SIZE)
+    of_stop = stop[0], stop[1], stop[2], stop[3], stop[4]
+    return Batch(friction, w, stop_cell, *of_stop, lost_x, held, push, rows)
 
 
 @kernel

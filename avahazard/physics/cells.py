@@ -135,11 +135,9 @@ def build_cells(terrain: Terrain, resistance: Resistance) -> Cells:
     for k in range(ORDER):
         growth[:, k + 1] = growth[:, k] * whole * (2.0 / (k + 1))
 
-    speed_factor, speed_constant = np.ones(len(SPEEDS)), np.zeros(len(SPEEDS))
-    if resistance.speed_factor is not None:
-        speed_factor = resistance.speed_factor
-    if resistance.speed_constant is not None:
-        speed_constant = resistance.speed_constant
+    speed_factor, speed_constant = resistance.speed_factor, resistance.speed_constant
+    speed_factor = np.ones(len(SPEEDS)) if speed_factor is None else speed_factor
+    speed_constant = np.zeros(len(SPEEDS)) if speed_constant is None else speed_constant
     # Tables at their neutral values must give the base model to the last bit.
     speed_resists = bool(np.any(speed_constant != 0.0))
     speed_dependent = bool(np.any(speed_factor != 1.0)) or speed_resists

@@ -192,13 +192,13 @@ class SmoothProfile:
     """
 
     method: Literal["legendre", "spline"]
-    degree: int | None
-    smoothing: float | None
     max_deviation_m: float
     x_min: float
     x_max: float
     knots: Floats
     derivatives: Callable[[Floats], tuple[Floats, Floats, Floats]]
+    degree: int | None = None
+    smoothing: float | None = None
     rms_m: float = 0.0
     sigma_m: float = 0.0
     sigma_source: Source | None = None
@@ -304,17 +304,19 @@ def legendre_profile(
         np.vstack([design, bending]), np.concatenate([y, np.zeros(len(x))]), rcond=None
     )[0]
     f = Legendre(coefficients * norms, domain=[x[0], x[-1]])
-    deviation = f(x) - y
+    rms_m = float(np.sqrt(np.mean((f(x) - y) ** 2)))
+    knots = np.empty(0)
+    return _profile(f, x, y, method="legendre", degree=degree, knots=knots, rms_m=rms_m)
+
+
+def _profile(f: BSpline | Legendre, x: Floats, y: Floats, **other: Any) -> SmoothProfile:
+    """The path along the curve f through the points, with these further fields."""
     return SmoothProfile(
-        method="legendre",
-        degree=degree,
-        smoothing=None,
-        max_deviation_m=float(np.max(np.abs(deviation))),
+        max_deviation_m=float(np.max(np.abs(f(x) - y))),
         x_min=float(x[0]),
         x_max=float(x[-1]),
-        knots=np.empty(0),
         derivatives=Derivatives(f),
-        rms_m=float(np.sqrt(np.mean(deviation**2))),
+        **other,
     )
 
 
@@ -322,17 +324,14 @@ def spline_profile(x: Floats, y: Floats, error: PointError, block_m: float) -> S
     """The smoothing spline of points with these errors, as a block of `block_m` (m) feels it."""
     points = GroundPoints(x, y, error.sigma, error.penalty, block_m)
     f = ground_posterior(*points).ground()
-    deviation = f(x) - y
-    return SmoothProfile(
+    return _profile(
+        f,
+        x,
+        y,
         method="spline",
-        degree=None,
         smoothing=error.penalty,
-        max_deviation_m=float(np.max(np.abs(deviation))),
-        x_min=float(x[0]),
-        x_max=float(x[-1]),
         knots=np.asarray(f.t[4:-4]),
-        derivatives=Derivatives(f),
-        rms_m=_weighted_rms(deviation, error.sigma),
+        rms_m=_weighted_rms(f(x) - y, error.sigma),
         sigma_m=_weighted_rms(error.sigma, error.sigma),
         sigma_source=error.source,
         points=points,

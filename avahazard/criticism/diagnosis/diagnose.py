@@ -160,17 +160,11 @@ def diagnose(
     if left and (not missing or (left.lasting and lead < MARGIN)):
         verdict, missing = verdict_of(map(base.definition, (*missing, left.key)))
     smooth = leading_smooth(missing, fits)
+    named_first = sorted(ranked, key=lambda c: c.key not in missing)
     found = Findings(
         verdict=verdict,
         missing=missing,
-        candidates=candidates(
-            sorted(ranked, key=lambda c: c.key not in missing),
-            screening,
-            fits,
-            evidence,
-            naming,
-            base,
-        ),
+        candidates=candidates(named_first, screening, fits, evidence, naming, base),
         base=base,
         screening=screening,
         groups=groups,

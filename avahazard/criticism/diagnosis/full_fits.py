@@ -178,16 +178,9 @@ def group_tests(base: Refit) -> tuple[TriedGroup, ...]:
     for key, lasts, spread in zip(plan.keys, plan.lasting, spreads, strict=True):
         without = refit_without(base, key)
         gain = max(base.log_likelihood - without.log_likelihood, 0.0)
-        found.append(
-            TriedGroup(
-                key,
-                gain,
-                0.5 * float(stats.chi2.sf(2.0 * gain, 1)),
-                lasts,
-                base.evidence - without.evidence,
-                float(spread),
-            )
-        )
+        p_value = 0.5 * float(stats.chi2.sf(2.0 * gain, 1))
+        evidence = base.evidence - without.evidence
+        found.append(TriedGroup(key, gain, p_value, lasts, evidence, float(spread)))
     return tuple(found)
 
 

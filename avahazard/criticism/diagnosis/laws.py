@@ -171,15 +171,9 @@ def _fitted(shared: Shared, found: Match) -> FoundLaw:
     form = found.form
     entry, inside = _entry(found, meaning), _inside(found)
     fixed = form.curve.form == "friction"
-    fit = refit(
-        base.observations,
-        base.specification,
-        base.facts,
-        (form.key,),
-        (*base.own, entry),
-        start=smooth,
-        begin={form.key: [inside[:1] if fixed else inside]},
-    )
+    begin = {form.key: [inside[:1] if fixed else inside]}
+    given, own = (base.observations, base.specification, base.facts), (*base.own, entry)
+    fit = refit(*given, (form.key,), own, start=smooth, begin=begin)
     drawn = fit.drawn(form.key)
     evidence = fit.evidence - base.evidence
     if fixed:

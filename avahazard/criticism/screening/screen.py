@@ -143,16 +143,9 @@ def screen(
         surprise = _surprise(gains, shape, scale, block.side != 0)
         largest = np.maximum(largest, surprise)
         if block.key not in found or surprise[0] > found[block.key].surprise:
-            found[block.key] = Screened(
-                by_key[block.key],
-                float(gains[0]),
-                shape,
-                scale,
-                block.side != 0,
-                float(surprise[0]),
-                1.0,
-                _moved(block.values, change),
-            )
+            by_chance, likely = (shape, scale, block.side != 0), _moved(block.values, change)
+            gain, entry = float(gains[0]), by_key[block.key]
+            found[entry.key] = Screened(entry, gain, *by_chance, float(surprise[0]), 1.0, likely)
     pairs = [k for k, b in enumerate(tried) if b.on_friction and by_key[b.key].beyond < 2]
     pairs = [k for k in pairs if by_key[tried[k].key].alternatives is None]
     pair = _pair([tried[k] for k in pairs], [places[k] for k in pairs], scores, weighed, columns)

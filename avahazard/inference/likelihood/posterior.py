@@ -298,18 +298,10 @@ class Posterior:
         self, u: Floats, nodes: Nodes, location: Floats, scatter: Floats
     ) -> tuple[Offsets, float]:
         """The offsets at coordinates u, and the log likelihood at their mode."""
-        mode, bend, cross, root, value = newton_offsets(
-            nodes,
-            location,
-            scatter,
-            self.weight(u),
-            self.friction.student,
-            self._in_log,
-            self.plan.index,
-            self.plan.rest,
-            self._keep,
-            self.layout.spread_values(u)[self.plan.of] ** -2.0,
-        )
+        friction = location, scatter, self.weight(u), self.friction.student, self._in_log
+        precision = self.layout.spread_values(u)[self.plan.of] ** -2.0
+        groups = self.plan.index, self.plan.rest, self._keep, precision
+        mode, bend, cross, root, value = newton_offsets(nodes, *friction, *groups)
         return Offsets(mode, self.plan.rest, bend, cross, root), float(np.sum(value))
 
 

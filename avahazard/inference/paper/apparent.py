@@ -101,11 +101,8 @@ def back_calculate(observations: Observations, predicted: Predicted) -> BackCalc
     sign[observations.kind == LEFT] = 1.0
     records = np.where(observations.kind == LEFT, -np.inf, sign * observations.observed)
     rows = np.flatnonzero(~straight)
-    tables = (
-        np.arange(len(rows)),
-        sign[rows, None] * predicted.record[rows],
-        predicted.curve[rows],
-    )
+    stop_y = sign[rows, None] * predicted.record[rows]
+    tables = np.arange(len(rows)), stop_y, predicted.curve[rows]
     mu = observations.fall_height / observations.observed
     low, high, status = mu.copy(), mu.copy(), np.full(observations.n_events, UNIQUE)
     moved = np.full((N_REPLICATES, observations.n_events), np.nan)

@@ -12,6 +12,7 @@ creep along the line of equal fits.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,23 +91,14 @@ def calibrate_paper(
             f"Volumes reach {volume.max():.3g} m3, with which method {method} cannot calculate.",
             "Correct these records, or take --method marginal.",
         )
+    length: dict[str, Any] = {"seed": seed, "n_chains": n_chains, "n_draws": n_draws}
     if method == "gibbs":
-        drawn = gibbs(chosen, volume, mu[keep], seed=seed, n_chains=n_chains, n_draws=n_draws)
+        drawn = gibbs(chosen, volume, mu[keep], **length)
     else:
-        table, stop_y = _tables(observations, predicted, keep)
-        drawn = metropolis(
-            chosen,
-            volume,
-            recorded_elevation(observations)[keep],
-            table,
-            stop_y,
-            float(MU[EVEN][0]),
-            MU_STEP,
-            chosen.start(volume, mu[keep]),
-            seed=seed,
-            n_chains=n_chains,
-            n_draws=n_draws,
-        )
+        stops = recorded_elevation(observations)[keep]
+        tables = *_tables(observations, predicted, keep), float(MU[EVEN][0]), MU_STEP
+        start = chosen.start(volume, mu[keep])
+        drawn = metropolis(chosen, volume, stops, *tables, start, **length)
     if np.any(drawn.draws[..., -1] <= 0.0):
         raise AvahazardError(
             "One friction law stops every block exactly where its record says, which leaves no "
