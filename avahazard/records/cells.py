@@ -114,7 +114,7 @@ def _numbers(
             if table.written is None or (table.lines[k], column) in table.written:
                 places.append((k, column))
                 texts.append(text)
-    chosen = decimal or _decided(table, places, texts, weigh(texts), problems)
+    chosen = decimal or _decided(table, places, texts, problems)
     if chosen is None or not places:
         return []
     grouped = False
@@ -128,39 +128,28 @@ def _numbers(
 
 
 def _decided(
-    table: FileTable,
-    places: Sequence[Place],
-    texts: Sequence[str],
-    found: Mapping[str, Sequence[int]],
-    problems: list[RowProblem],
+    table: FileTable, places: Sequence[Place], texts: Sequence[str], problems: list[RowProblem]
 ) -> Decimal | None:
     """The decimal sign that the numbers show, None after adding to `problems`."""
+
+    def refuse(which: Sequence[int], accepted: str) -> None:
+        for k in which:
+            row, column = places[k]
+            problems.append(RowProblem(table.file, table.lines[row], column, texts[k], accepted))
+
+    found = weigh(texts)
     signs: tuple[Decimal, Decimal] = ("point", "comma")
     sign, rarer = sorted(signs, key=lambda sign: -len(found[sign]))
     if found[rarer]:
         first = table.lines[places[found[sign][0]][0]]
-        accepted = f"a decimal {sign}, as in line {first}: one sign in a file"
-        _refuse(table, places, texts, found[rarer], accepted, problems)
+        refuse(found[rarer], f"a decimal {sign}, as in line {first}: one sign in a file")
         return None
     if found[sign]:
         return sign
     # Between commas a point is the decimal one: so programs write numbers.
     doubtful = [k for k in found["both"] if table.separator != "," or "," in texts[k]]
-    _refuse(table, places, texts, doubtful, AMBIGUOUS, problems)
+    refuse(doubtful, AMBIGUOUS)
     return None if doubtful else "point"
-
-
-def _refuse(
-    table: FileTable,
-    places: Sequence[Place],
-    texts: Sequence[str],
-    which: Sequence[int],
-    accepted: str,
-    problems: list[RowProblem],
-) -> None:
-    for k in which:
-        row, column = places[k]
-        problems.append(RowProblem(table.file, table.lines[row], column, texts[k], accepted))
 
 
 def _dates(

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from avahazard.notes import Note
-from avahazard.records.intake import UnderstoodColumn
-from avahazard.records.merge import Count
+from avahazard.records.intake import Count, UnderstoodColumn
 from avahazard.results.base import ABSENT, Result, Rows
 
 

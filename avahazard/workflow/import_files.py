@@ -12,11 +12,10 @@ from pathlib import Path as FilePath
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.records.doubts import dwarfing, repeated, repeated_notes, vague_stops
+from avahazard.records.crosscheck import dwarfing, repeated, repeated_notes, vague_stops
 from avahazard.records.errors import AvahazardError, RejectedRows
-from avahazard.records.intake import Drawn
+from avahazard.records.intake import Drawn, merge_records
 from avahazard.records.mapping import BESIDE
-from avahazard.records.merge import merge_records
 from avahazard.records.reading import read_files
 from avahazard.records.table import FileTable
 from avahazard.results.base import Rows

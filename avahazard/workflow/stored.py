@@ -43,8 +43,13 @@ from avahazard.inference.model.specification import (
 )
 from avahazard.notes import Note
 from avahazard.records.collection import Records, only_paths, unknown_path
-from avahazard.records.crosscheck import place_fault, unseen_elevation, volume_fault
-from avahazard.records.doubts import repeated, repeated_notes
+from avahazard.records.crosscheck import (
+    place_fault,
+    repeated,
+    repeated_notes,
+    unseen_elevation,
+    volume_fault,
+)
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.fingerprint import data_fingerprint

@@ -9,7 +9,7 @@ import pytest
 
 from avahazard.notes import grouped
 from avahazard.records.collection import Records
-from avahazard.records.doubts import dwarfing, repeated, repeated_notes, vague_stops
+from avahazard.records.crosscheck import dwarfing, repeated, repeated_notes, vague_stops
 from avahazard.records.event import Event
 from tests.workflow.worlds import bowl
 

@@ -11,7 +11,7 @@ import pytest
 
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem
-from avahazard.records.merge import merge_records
+from avahazard.records.intake import merge_records
 from avahazard.records.reading import find_files, read_files, read_records
 
 Write = Callable[[str, str], Path]

@@ -14,7 +14,7 @@ from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event, Speed
 from avahazard.records.fingerprint import Fingerprint, data_fingerprint
-from avahazard.records.merge import profile_difference
+from avahazard.records.intake import profile_difference
 from avahazard.records.path import Path, Profile, TerrainCrop
 from avahazard.store import records as store_records
 from avahazard.store.records import (

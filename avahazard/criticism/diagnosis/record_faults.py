@@ -21,7 +21,7 @@ from avahazard.effects.effect import Definition, MotionEffect, VolumeErrorEffect
 from avahazard.inference.fitting.mode import likely_friction
 from avahazard.inference.model.observations import ELEVATION, PLACE, Observations
 from avahazard.inference.model.volumes import VolumeNodes, bounded, told_by, within_paths
-from avahazard.records.doubts import dwarfing
+from avahazard.records.crosscheck import dwarfing
 
 OF_THE_VOLUME = ("law", "scatter")
 """Settings of the model that say how friction goes by volume."""

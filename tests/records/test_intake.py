@@ -9,8 +9,14 @@ import pytest
 
 from avahazard.records.collection import Records
 from avahazard.records.event import Event, Speed
-from avahazard.records.intake import Intake, speed_key
-from avahazard.records.merge import Count, differences, merge_records, profile_difference
+from avahazard.records.intake import (
+    Count,
+    Intake,
+    differences,
+    merge_records,
+    profile_difference,
+    speed_key,
+)
 from avahazard.records.path import Path, Profile
 
 STORED = Records(
