@@ -43,18 +43,7 @@ from avahazard.results.hazard import Hazard, Volumes
 from avahazard.results.models import EffectEntry, ModelSummary
 from avahazard.results.terrain import PathCheck, PathSummary, Runout, TerrainRunout
 from avahazard.results.zones import Zones
-from avahazard.workflow.requests import (
-    AlphaBetaRequest,
-    CalibrateRequest,
-    DiagnoseRequest,
-    FrictionRequest,
-    HazardRequest,
-    ImportRequest,
-    ReportRequest,
-    RunoutRequest,
-    VolumesRequest,
-    ZonesRequest,
-)
+from avahazard.workflow import requests
 
 if TYPE_CHECKING:
     from avahazard.inference.fitted_model import FittedModel
@@ -220,8 +209,8 @@ class Model:
         with show_progress(log=False) as report:
             return compare(self.database, self.name, effect_files=self.effect_files, report=report)
 
-    @taking(DiagnoseRequest)
-    def diagnose(self, request: DiagnoseRequest) -> Diagnosis:
+    @taking(requests.DiagnoseRequest)
+    def diagnose(self, request: requests.DiagnoseRequest) -> Diagnosis:
         """Ask which effect the model lacks.
 
         Effects to `expect`, declared before looking, are tested first. Raises `AvahazardError`
@@ -264,8 +253,8 @@ class Model:
 
         return predict(self.database, self.name, Path(events), effect_files=self.effect_files)
 
-    @taking(HazardRequest)
-    def hazard(self, request: HazardRequest) -> Hazard:
+    @taking(requests.HazardRequest)
+    def hazard(self, request: requests.HazardRequest) -> Hazard:
         """Runout per path, with its interval, and store that; 100 years where nothing is asked.
 
         It is that of `return_periods` (years) and of `volumes` (m3), from `draws` for each row;
@@ -280,8 +269,8 @@ class Model:
         with show_progress(log=False) as report:
             return hazard(self.database, self.name, self._with_effects(request), report)
 
-    @taking(ZonesRequest)
-    def zones(self, request: ZonesRequest) -> Zones:
+    @taking(requests.ZonesRequest)
+    def zones(self, request: requests.ZonesRequest) -> Zones:
         """Speed (m/s), pressure (kPa) and zones along the paths, and store them.
 
         The zones are those of `limits`, a preset or a TOML file, at its return periods (years) and
@@ -315,7 +304,7 @@ class Model:
         """
         from avahazard.workflow.runout import run_block  # noqa: PLC0415
 
-        request = RunoutRequest(
+        request = requests.RunoutRequest(
             mu=mu,
             volume_m3=volume_m3,
             model=self.name,
@@ -325,8 +314,8 @@ class Model:
         )
         return run_block(self.database, path_id, request)
 
-    @taking(ReportRequest)
-    def report(self, file: str | Path, request: ReportRequest) -> WrittenReport:
+    @taking(requests.ReportRequest)
+    def report(self, file: str | Path, request: requests.ReportRequest) -> WrittenReport:
         """Write the report of the model to an HTML file, in English, German, French or Italian.
 
         `date` is that of the calibration where it is not given; `language` is en, de, fr or it.
@@ -409,8 +398,8 @@ class Region:
         )
         return region
 
-    @taking(ImportRequest)
-    def import_files(self, sources: Files, request: ImportRequest) -> Import:
+    @taking(requests.ImportRequest)
+    def import_files(self, sources: Files, request: requests.ImportRequest) -> Import:
         """Import more records, from tables, folders of them, or lines on the terrain model `dem`.
 
         `land_cover` is a file of polygons, `crs` the system of a terrain model that names none.
@@ -484,7 +473,9 @@ class Region:
         from avahazard.workflow.runout import run_block  # noqa: PLC0415
 
         file = None if plot is None else Path(plot)
-        return run_block(self.database, path_id, RunoutRequest(mu=mu, table=table, plot=file))
+        return run_block(
+            self.database, path_id, requests.RunoutRequest(mu=mu, table=table, plot=file)
+        )
 
     def friction(
         self,
@@ -505,7 +496,7 @@ class Region:
         """
         from avahazard.workflow.friction import show_frictions  # noqa: PLC0415
 
-        request = FrictionRequest(
+        request = requests.FrictionRequest(
             kappa=kappa,
             model=model,
             plot=None if plot is None else Path(plot),
@@ -525,8 +516,8 @@ class Region:
 
         return fit_laws(self.database)
 
-    @taking(VolumesRequest)
-    def volumes(self, request: VolumesRequest) -> Volumes:
+    @taking(requests.VolumesRequest)
+    def volumes(self, request: requests.VolumesRequest) -> Volumes:
         """How often which volume comes down each path, by return period (years).
 
         Raises `AvahazardError` where no path has what is needed.
@@ -538,8 +529,8 @@ class Region:
 
         return volumes(self.database, request)
 
-    @taking(HazardRequest)
-    def hazard(self, names: Sequence[str], request: HazardRequest) -> Hazard:
+    @taking(requests.HazardRequest)
+    def hazard(self, names: Sequence[str], request: requests.HazardRequest) -> Hazard:
         """Design runouts by several models, averaged; lengths in m.
 
         Each weighs as their mixture predicts left-out records best. Raises `AvahazardError` as
@@ -565,7 +556,7 @@ class Region:
         """
         from avahazard.workflow.path import alpha_beta_paths  # noqa: PLC0415
 
-        return alpha_beta_paths(self.database, path_id, AlphaBetaRequest(by=many(by)))
+        return alpha_beta_paths(self.database, path_id, requests.AlphaBetaRequest(by=many(by)))
 
     def effects(self) -> Rows[EffectEntry]:
         """The catalogue of effects, and what the present records lack for each.
@@ -577,8 +568,8 @@ class Region:
 
         return list_effects(self.database)
 
-    @taking(CalibrateRequest)
-    def calibrate(self, name: str, request: CalibrateRequest) -> Model:
+    @taking(requests.CalibrateRequest)
+    def calibrate(self, name: str, request: requests.CalibrateRequest) -> Model:
         """Calibrate a model and store it as `name`; the options are those of the command.
 
         `with_` and `without` name effects. `prior` has mean and standard deviation by parameter,

@@ -10,18 +10,7 @@ from sys import intern
 from typing import Any, NamedTuple
 
 import numpy as np
-from sqlalchemy import (
-    ColumnElement,
-    Integer,
-    Select,
-    case,
-    cast,
-    delete,
-    func,
-    insert,
-    select,
-    update,
-)
+import sqlalchemy as sa
 from sqlalchemy.orm import Session, defer
 
 from avahazard.records.collection import Records
@@ -47,7 +36,7 @@ AT_A_TIME = {"yield_per": 2000}
 """Rows that are fetched together: the records alone are held, not the rows as well."""
 PATHS_AT_ONCE = 50
 """Paths whose records are one piece, where they are read piece by piece."""
-Chosen = Callable[[Any], ColumnElement[bool]]
+Chosen = Callable[[Any], sa.ColumnElement[bool]]
 """A condition on a column of names of paths."""
 
 
@@ -87,7 +76,7 @@ def load_records(
 
 def load_by_pieces(session: Session) -> Iterator[Records]:
     """Give all records, some paths at a time, in the same order; those without a path come last."""
-    path_ids = session.scalars(select(PathTable.path_id).order_by(PathTable.id)).all()
+    path_ids = session.scalars(sa.select(PathTable.path_id).order_by(PathTable.id)).all()
     for some in batched(path_ids, PATHS_AT_ONCE):
         yield load_records(session, some)
     yield _load(session, lambda column: column.is_(None))
@@ -145,13 +134,13 @@ def _speeds(session: Session, chosen: Chosen | None) -> Iterator[Speed]:
     return (Speed(**row._mapping) for row in _rows(session, query.order_by(SpeedTable.id)))
 
 
-def _of(table: Any, columns: Sequence[str], of_path: Any, chosen: Chosen | None) -> Select[Any]:
+def _of(table: Any, columns: Sequence[str], of_path: Any, chosen: Chosen | None) -> sa.Select[Any]:
     """Columns of a table, where the name of the path is a chosen one."""
-    query = select(*(getattr(table, name) for name in columns))
+    query = sa.select(*(getattr(table, name) for name in columns))
     return query if chosen is None else query.where(chosen(of_path))
 
 
-def _rows(session: Session, query: Select[Any]) -> Iterable[Any]:
+def _rows(session: Session, query: sa.Select[Any]) -> Iterable[Any]:
     # Of columns, not of objects: the mapper would make each row anew.
     found = session.connection().execute(query, execution_options=AT_A_TIME)
     return chain.from_iterable(found.partitions())
@@ -192,7 +181,7 @@ def _insert(session: Session, table: Any, rows: Sequence[tuple[Any, ...]]) -> No
     if not rows:
         return
     columns, connection = _columns(table), session.connection()
-    made = insert(table.__table__).compile(dialect=connection.dialect, column_keys=columns)
+    made = sa.insert(table.__table__).compile(dialect=connection.dialect, column_keys=columns)
     values: Any = rows
     if not made.positional:
         values = [dict(zip(columns, row, strict=True)) for row in rows]
@@ -222,15 +211,15 @@ def _update(
 ) -> None:
     if rows:
         named = [{"id": id_, **dict(zip(columns, row, strict=True))} for id_, row in rows.items()]
-        session.execute(update(table), named)
+        session.execute(sa.update(table), named)
 
 
 def _stored_ids(session: Session, kind: Kind, names: Sequence[str]) -> dict[str, int]:
     """The ids of the rows with one of these names, by name."""
     column = getattr(kind.table, kind.key)
-    query = select(column, kind.table.id)
+    query = sa.select(column, kind.table.id)
     # One look at few rows takes less time than to ask for many names.
-    if (session.scalar(select(func.count()).select_from(kind.table)) or 0) <= len(names):
+    if (session.scalar(sa.select(sa.func.count()).select_from(kind.table)) or 0) <= len(names):
         wanted = set(names)
         return {name: id_ for name, id_ in session.execute(query) if name in wanted}
     return {
@@ -265,7 +254,7 @@ def _save_speeds(session: Session, speeds: Sequence[Speed]) -> None:
     place = attrgetter("event_id", "x_m", "elevation_m")
     ids: dict[tuple[Any, ...], int] = {}
     for some in batched(list(dict.fromkeys(s.event_id for s in speeds)), KEYS_A_STATEMENT):
-        query = select(SpeedTable.id, *place(SpeedTable)).where(SpeedTable.event_id.in_(some))
+        query = sa.select(SpeedTable.id, *place(SpeedTable)).where(SpeedTable.event_id.in_(some))
         ids |= {tuple(where): id_ for id_, *where in session.execute(query)}
     read = attrgetter(*SPEED_COLUMNS)
     _insert(session, SpeedTable, [read(s) for s in speeds if place(s) not in ids])
@@ -275,7 +264,7 @@ def _save_speeds(session: Session, speeds: Sequence[Speed]) -> None:
 
 def _delete(session: Session, table: Any, key: str, owners: Sequence[str]) -> None:
     for some in batched(owners, KEYS_A_STATEMENT):
-        session.execute(delete(table).where(getattr(table, key).in_(some)))
+        session.execute(sa.delete(table).where(getattr(table, key).in_(some)))
 
 
 def batched(names: Sequence[str], n: int) -> Iterator[Sequence[str]]:
@@ -289,29 +278,29 @@ def path_summaries(session: Session) -> Rows[PathSummary]:
     None where something is not known. No record is loaded: a region has many.
     """
     path, point, event = PathTable, ProfilePointTable, EventTable
-    year = cast(func.substr(event.date, 1, 4), Integer)
-    top = func.max(case((point.point == 0, point.y_m)))
-    profiles = select(
+    year = sa.cast(sa.func.substr(event.date, 1, 4), sa.Integer)
+    top = sa.func.max(sa.case((point.point == 0, point.y_m)))
+    profiles = sa.select(
         point.path_id,
-        func.count().label("n"),
+        sa.func.count().label("n"),
         top.label("top"),
-        (top - func.min(point.y_m)).label("drop"),
-        (func.max(point.x_m) - func.min(point.x_m)).label("length"),
+        (top - sa.func.min(point.y_m)).label("drop"),
+        (sa.func.max(point.x_m) - sa.func.min(point.x_m)).label("length"),
     )
-    events = select(
+    events = sa.select(
         event.path_id,
-        func.count().label("n"),
-        func.sum(case((event.left_profile, 1), else_=0)).label("left"),
-        func.min(year).label("first"),
-        func.max(year).label("last"),
-        func.min(event.volume_m3).label("small"),
-        func.max(event.volume_m3).label("large"),
+        sa.func.count().label("n"),
+        sa.func.sum(sa.case((event.left_profile, 1), else_=0)).label("left"),
+        sa.func.min(year).label("first"),
+        sa.func.max(year).label("last"),
+        sa.func.min(event.volume_m3).label("small"),
+        sa.func.max(event.volume_m3).label("large"),
     )
     p = profiles.group_by(point.path_id).subquery()
     e = events.group_by(event.path_id).subquery()
-    n_points, n, left = (func.coalesce(number, 0) for number in (p.c.n, e.c.n, e.c.left))
+    n_points, n, left = (sa.func.coalesce(number, 0) for number in (p.c.n, e.c.n, e.c.left))
     query = (
-        select(path.path_id, path.name, path.section, n_points, p.c.top, p.c.drop, p.c.length)
+        sa.select(path.path_id, path.name, path.section, n_points, p.c.top, p.c.drop, p.c.length)
         .add_columns(n, left, e.c.first, e.c.last, e.c.small, e.c.large)
         .outerjoin(p, p.c.path_id == path.path_id)
         .outerjoin(e, e.c.path_id == path.path_id)
@@ -327,7 +316,7 @@ def save_terrain(
 ) -> None:
     """Store `crops`, in the place of those stored before for their paths and for `outdated`."""
     for path_id in sorted({*outdated, *(crop.path_id for crop in crops)}):
-        session.execute(delete(TerrainTable).where(TerrainTable.path_id == path_id))
+        session.execute(sa.delete(TerrainTable).where(TerrainTable.path_id == path_id))
     place = attrgetter("path_id", "crs", "west_m", "north_m", "cell_m")
     rows = [
         (*place(crop), *crop.elevation_m.shape, crop.elevation_m.astype(LITTLE_ENDIAN).tobytes())
@@ -364,7 +353,7 @@ def save_simulation(session: Session, run: Simulation) -> None:
     table = SimulationTable
     key = ("path_id", "engine", "friction", "volume_m3", "drag_per_m")
     same = [getattr(table, name) == getattr(run, name) for name in key]
-    session.execute(delete(table).where(*same))
+    session.execute(sa.delete(table).where(*same))
     n_rows, n_columns = run.peak_kpa.shape
     session.add(
         table(
@@ -386,7 +375,7 @@ def load_simulations(
     Raises `AvahazardError` where what is stored of a peak field is damaged.
     """
     table = SimulationTable
-    query = select(table).order_by(table.path_id, table.volume_m3, table.friction)
+    query = sa.select(table).order_by(table.path_id, table.volume_m3, table.friction)
     if chosen is not None:
         query = query.where(chosen(table.path_id))
     if not peaks:

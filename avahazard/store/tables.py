@@ -7,18 +7,7 @@ import hashlib
 import json
 from typing import Any
 
-from sqlalchemy import (
-    JSON,
-    BigInteger,
-    DateTime,
-    Double,
-    ForeignKey,
-    LargeBinary,
-    MetaData,
-    String,
-    Text,
-    event,
-)
+import sqlalchemy as sa
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 NAMES = {
@@ -27,19 +16,19 @@ NAMES = {
     "fk": "fk_%(table_name)s_%(column_0_name)s",
     "pk": "pk_%(table_name)s",
 }
-Name = String(200)
+Name = sa.String(200)
 
 
 class Base(DeclarativeBase):
     """All tables; a Python float is a number of eight bytes in every database."""
 
-    metadata = MetaData(naming_convention=NAMES)
-    type_annotation_map = {float: Double(53), str: Text()}  # noqa: RUF012
+    metadata = sa.MetaData(naming_convention=NAMES)
+    type_annotation_map = {float: sa.Double(53), str: sa.Text()}  # noqa: RUF012
 
 
 def _part_of(owner: str, **more: Any) -> Any:
     """A name in the key of a row that goes with its owner."""
-    return mapped_column(Name, ForeignKey(owner, ondelete="CASCADE"), primary_key=True, **more)
+    return mapped_column(Name, sa.ForeignKey(owner, ondelete="CASCADE"), primary_key=True, **more)
 
 
 class PathTable(Base):
@@ -90,7 +79,7 @@ class TerrainTable(Base):
     cell_m: Mapped[float]
     n_rows: Mapped[int]
     n_columns: Mapped[int]
-    data: Mapped[bytes] = mapped_column(LargeBinary)
+    data: Mapped[bytes] = mapped_column(sa.LargeBinary)
 
 
 class SimulationTable(Base):
@@ -103,13 +92,13 @@ class SimulationTable(Base):
     friction: Mapped[float] = mapped_column(primary_key=True)
     volume_m3: Mapped[float] = mapped_column(primary_key=True)
     drag_per_m: Mapped[float] = mapped_column(primary_key=True)
-    ground: Mapped[str] = mapped_column(String(64))
+    ground: Mapped[str] = mapped_column(sa.String(64))
     stop_x_m: Mapped[float | None]
     left_profile: Mapped[bool]
     seconds: Mapped[float]
     n_rows: Mapped[int]
     n_columns: Mapped[int]
-    data: Mapped[bytes] = mapped_column(LargeBinary)
+    data: Mapped[bytes] = mapped_column(sa.LargeBinary)
 
 
 class EventTable(Base):
@@ -119,7 +108,7 @@ class EventTable(Base):
 
     id: Mapped[int] = mapped_column(primary_key=True)
     event_id: Mapped[str] = mapped_column(Name, unique=True)
-    path_id: Mapped[str | None] = mapped_column(Name, ForeignKey("paths.path_id"), index=True)
+    path_id: Mapped[str | None] = mapped_column(Name, sa.ForeignKey("paths.path_id"), index=True)
     date: Mapped[str | None]
     runout_elevation_m: Mapped[float | None]
     runout_x_m: Mapped[float | None]
@@ -170,7 +159,7 @@ class SpeedTable(Base):
 
     id: Mapped[int] = mapped_column(primary_key=True)
     event_id: Mapped[str] = mapped_column(
-        Name, ForeignKey("events.event_id", ondelete="CASCADE"), index=True
+        Name, sa.ForeignKey("events.event_id", ondelete="CASCADE"), index=True
     )
     x_m: Mapped[float | None]
     elevation_m: Mapped[float | None]
@@ -185,11 +174,11 @@ class ModelTable(Base):
 
     id: Mapped[int] = mapped_column(primary_key=True)
     name: Mapped[str] = mapped_column(Name, unique=True)
-    parent: Mapped[str | None] = mapped_column(Name, ForeignKey("models.name"))
-    specification: Mapped[dict[str, Any]] = mapped_column(JSON)
-    effect_file: Mapped[str | None] = mapped_column(Text)
-    effect_sha256: Mapped[str | None] = mapped_column(String(64))
-    created: Mapped[dt.datetime] = mapped_column(DateTime)
+    parent: Mapped[str | None] = mapped_column(Name, sa.ForeignKey("models.name"))
+    specification: Mapped[dict[str, Any]] = mapped_column(sa.JSON)
+    effect_file: Mapped[str | None] = mapped_column(sa.Text)
+    effect_sha256: Mapped[str | None] = mapped_column(sa.String(64))
+    created: Mapped[dt.datetime] = mapped_column(sa.DateTime)
 
 
 class Sealed(Base):
@@ -197,14 +186,14 @@ class Sealed(Base):
 
     __abstract__ = True
 
-    sha256: Mapped[str] = mapped_column(String(64))
+    sha256: Mapped[str] = mapped_column(sa.String(64))
 
     def digest(self) -> str:
         """What `sha256` should be; the same before the row is stored and after it is read."""
         raise NotImplementedError
 
 
-@event.listens_for(Sealed, "before_insert", propagate=True)
+@sa.event.listens_for(Sealed, "before_insert", propagate=True)
 def _seal(_mapper: object, _connection: object, row: Sealed) -> None:
     row.sha256 = row.digest()
 
@@ -225,10 +214,10 @@ class ResultTable(Sealed):
 
     id: Mapped[int] = mapped_column(primary_key=True)
     model: Mapped[str] = mapped_column(
-        Name, ForeignKey("models.name", ondelete="CASCADE"), index=True
+        Name, sa.ForeignKey("models.name", ondelete="CASCADE"), index=True
     )
-    result: Mapped[Any] = mapped_column(JSON)
-    created: Mapped[dt.datetime] = mapped_column(DateTime)
+    result: Mapped[Any] = mapped_column(sa.JSON)
+    created: Mapped[dt.datetime] = mapped_column(sa.DateTime)
 
     def digest(self) -> str:
         """Of the document by its model; keys become texts in the database."""
@@ -240,10 +229,10 @@ class CalibrationTable(ResultTable):
 
     __tablename__ = "calibrations"
 
-    settings: Mapped[dict[str, Any]] = mapped_column(JSON)
-    seed: Mapped[int] = mapped_column(BigInteger)
-    data_fingerprint: Mapped[str] = mapped_column(String(64))
-    diagnostics: Mapped[dict[str, Any]] = mapped_column(JSON)
+    settings: Mapped[dict[str, Any]] = mapped_column(sa.JSON)
+    seed: Mapped[int] = mapped_column(sa.BigInteger)
+    data_fingerprint: Mapped[str] = mapped_column(sa.String(64))
+    diagnostics: Mapped[dict[str, Any]] = mapped_column(sa.JSON)
     converged: Mapped[bool]
 
 
@@ -253,13 +242,13 @@ class DrawChunkTable(Sealed):
     __tablename__ = "draw_chunks"
 
     calibration: Mapped[int] = mapped_column(
-        ForeignKey("calibrations.id", ondelete="CASCADE"), primary_key=True
+        sa.ForeignKey("calibrations.id", ondelete="CASCADE"), primary_key=True
     )
     parameter: Mapped[str] = mapped_column(Name, primary_key=True)
     chunk: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
     n_chains: Mapped[int]
     n_draws: Mapped[int]
-    data: Mapped[bytes] = mapped_column(LargeBinary)
+    data: Mapped[bytes] = mapped_column(sa.LargeBinary)
 
     def digest(self) -> str:
         """Of the draws, their shape, and their place."""
@@ -288,14 +277,14 @@ class PathRunTable(Base):
     __tablename__ = "path_runs"
 
     id: Mapped[int] = mapped_column(primary_key=True)
-    kind: Mapped[str] = mapped_column(String(20))
+    kind: Mapped[str] = mapped_column(sa.String(20))
     model: Mapped[str] = mapped_column(
-        Name, ForeignKey("models.name", ondelete="CASCADE"), index=True
+        Name, sa.ForeignKey("models.name", ondelete="CASCADE"), index=True
     )
-    key: Mapped[str] = mapped_column(String(64))
-    settings: Mapped[dict[str, Any]] = mapped_column(JSON)
-    created: Mapped[dt.datetime] = mapped_column(DateTime)
-    finished: Mapped[dt.datetime | None] = mapped_column(DateTime)
+    key: Mapped[str] = mapped_column(sa.String(64))
+    settings: Mapped[dict[str, Any]] = mapped_column(sa.JSON)
+    created: Mapped[dt.datetime] = mapped_column(sa.DateTime)
+    finished: Mapped[dt.datetime | None] = mapped_column(sa.DateTime)
 
 
 class PathResultTable(Sealed):
@@ -304,13 +293,13 @@ class PathResultTable(Sealed):
     __tablename__ = "path_results"
 
     run: Mapped[int] = mapped_column(
-        ForeignKey("path_runs.id", ondelete="CASCADE"), primary_key=True
+        sa.ForeignKey("path_runs.id", ondelete="CASCADE"), primary_key=True
     )
     position: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
     path_id: Mapped[str] = mapped_column(Name)
-    result: Mapped[list[Any]] = mapped_column(JSON)
-    notes: Mapped[list[Any]] = mapped_column(JSON)
-    failed: Mapped[str | None] = mapped_column(Text)
+    result: Mapped[list[Any]] = mapped_column(sa.JSON)
+    notes: Mapped[list[Any]] = mapped_column(sa.JSON)
+    failed: Mapped[str | None] = mapped_column(sa.Text)
 
     def digest(self) -> str:
         """Of the whole row, whose keys are all texts."""

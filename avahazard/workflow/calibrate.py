@@ -19,23 +19,11 @@ from avahazard.inference.fitting.mode import FIRST_SPREAD
 from avahazard.inference.likelihood.assemble import assemble, build_effects, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import predict_records
+from avahazard.inference.model import specification as spec
 from avahazard.inference.model.choices import DEFAULT_METHOD, METHODS
 from avahazard.inference.model.laws import Law, law
 from avahazard.inference.model.layout import Layout, build_layout, in_coordinate
 from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.inference.model.specification import (
-    GIVEN,
-    GivenPrior,
-    LawPrior,
-    Specification,
-    free_parameters,
-    given_law_prior,
-    law_prior,
-    positive_parameters,
-    prior_of_fit,
-    require_possible,
-    require_width,
-)
 from avahazard.inference.paper.apparent import back_calculate
 from avahazard.inference.paper.calibration import check_method
 from avahazard.inference.paper.least_squares import fit_law, usable
@@ -48,16 +36,8 @@ from avahazard.results.base import Report, Rows, plain, silent, steps
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import BeforeAndAfter, Comparison
 from avahazard.results.models import Difference, ModelSummary, Provenance, Rerun, Surroundings
+from avahazard.store import results as store
 from avahazard.store.records import load_records
-from avahazard.store.results import (
-    COMPARISON,
-    latest_result,
-    list_models,
-    load_calibrated,
-    load_model,
-    refuse_taken_name,
-    save_result,
-)
 from avahazard.store.session import reading, writing
 from avahazard.workflow.compare import comparison, standing, stored_comparison
 from avahazard.workflow.effects import read_own_of, stored_text
@@ -87,7 +67,7 @@ def calibrate(
     left_out = [definition(key) for key in request.without]
     keys = _kept_effects(request.with_, left_out)
     asked = asked_for(
-        Specification(
+        spec.Specification(
             law=request.law,
             scatter=request.scatter,
             distribution=request.distribution,
@@ -98,7 +78,7 @@ def calibrate(
     )
     check_method(method, asked)
     with reading(database) as session:
-        refuse_taken_name(session, name)
+        store.refuse_taken_name(session, name)
         records = only_paths(load_records(session), paths)
     observations = build_observations(records, forward=asked.forward)
     for entry in catalogue().values():
@@ -130,7 +110,9 @@ def calibrate(
     return replace(result, next=next_step(database, name))
 
 
-def asked_for(specification: Specification, left_out: Sequence[Definition]) -> Specification:
+def asked_for(
+    specification: spec.Specification, left_out: Sequence[Definition]
+) -> spec.Specification:
     """The specification less what the base model has and is asked away."""
     for entry in left_out:
         if entry.in_base and entry.changes is not None:
@@ -156,11 +138,11 @@ Numbers = Mapping[str, Sequence[float]]
 
 
 def with_given_priors(
-    specification: Specification,
+    specification: spec.Specification,
     numbers: Numbers,
     effects: Sequence[Effect],
     observations: Observations,
-) -> Specification:
+) -> spec.Specification:
     """The specification with these priors, of parameters as `model NAME` lists them.
 
     Raises `AvahazardError` where the model has no such parameter, it cannot have such a prior, or
@@ -170,28 +152,31 @@ def with_given_priors(
     layout = build_layout(specification, tuple(effects), {}, speeds=speeds)
     others = layout.beside_the_law()
     in_log = {*layout.logs, *layout.spreads.values()}
-    positive = {*positive_parameters(layout.law), *(n for n, k in others.items() if k in in_log)}
-    known = (*free_parameters(layout.law), *others)
-    given: tuple[GivenPrior, ...] = ()
+    positive = {
+        *spec.positive_parameters(layout.law),
+        *(n for n, k in others.items() if k in in_log),
+    }
+    known = (*spec.free_parameters(layout.law), *others)
+    given: tuple[spec.GivenPrior, ...] = ()
     for name, pair in numbers.items():
         if len(pair) != 2:
             raise AvahazardError(
                 f"The prior of {name} has {len(pair)} of two numbers.",
                 "It is two: a mean and a standard deviation.",
             )
-        told = GivenPrior(name, float(pair[0]), float(pair[1]))
+        told = spec.GivenPrior(name, float(pair[0]), float(pair[1]))
         given += (told,)
         if told.name not in known:
             raise AvahazardError(
                 f"There is no prior of '{told.name}' in this model ({specification.law} law).",
                 f"It may be of {', '.join(sorted(known))}.",
             )
-        require_possible(told, told.name in positive)
+        spec.require_possible(told, told.name in positive)
         if told.name in others:
             k = others[told.name]
             _require_in_range(told, layout, k)
-            require_width(told.name, in_coordinate(layout, k, told)[1], layout.slots[k].sd)
-    prior = given_law_prior(layout.law, given)
+            spec.require_width(told.name, in_coordinate(layout, k, told)[1], layout.slots[k].sd)
+    prior = spec.given_law_prior(layout.law, given)
     if prior is not None and specification.prior is not None:
         raise AvahazardError(
             f"The law has its prior from {specification.prior.source}: it cannot have another one "
@@ -203,7 +188,7 @@ def with_given_priors(
     return replace(specification, prior=prior or specification.prior, given=given)
 
 
-def _require_in_range(told: GivenPrior, layout: Layout, k: int) -> None:
+def _require_in_range(told: spec.GivenPrior, layout: Layout, k: int) -> None:
     slot = layout.slots[k]
     low, high = slot.low * slot.scale, slot.high * slot.scale
     if k in layout.logs:
@@ -216,7 +201,7 @@ def _require_in_range(told: GivenPrior, layout: Layout, k: int) -> None:
 
 
 def _require_friction(
-    prior: LawPrior, of: Law, observations: Observations, given: Sequence[GivenPrior]
+    prior: spec.LawPrior, of: Law, observations: Observations, given: Sequence[spec.GivenPrior]
 ) -> None:
     """Refuse what gives the middle volume no friction that a block can have: a slip of units."""
     volume = float(np.exp(np.median(observations.volumes.mean))) if of.uses_volume else 1.0
@@ -243,10 +228,10 @@ SHOWN = 4
 def find_prior(
     database: str,
     source: str,
-    specification: Specification,
+    specification: spec.Specification,
     effects: Sequence[Effect],
     records: Records,
-) -> LawPrior:
+) -> spec.LawPrior:
     """The prior that `source` gives the law of a model of `specification` on `records`.
 
     `source` is a stored model, or `fit:PATH[,PATH]…`: least squares on the apparent friction of the
@@ -269,8 +254,8 @@ def find_prior(
 
 
 def _of_model(
-    database: str, name: str, specification: Specification, effects: Sequence[Effect]
-) -> tuple[LawPrior, set[str]]:
+    database: str, name: str, specification: spec.Specification, effects: Sequence[Effect]
+) -> tuple[spec.LawPrior, set[str]]:
     """The prior by a stored model, and the events that speak through it."""
     stored, records = load_stored(database, name)
     require_unchanged(stored)
@@ -289,7 +274,7 @@ def _of_model(
                 "Give both models the same.",
             )
     mean, covariance = _moments(stored, {e.key for e in effects})
-    prior = law_prior(name, law(specification.law), mean, covariance)
+    prior = spec.law_prior(name, law(specification.law), mean, covariance)
     return prior, _events_behind(database, stored, records)
 
 
@@ -309,7 +294,7 @@ def _events_behind(database: str, stored: FittedModel, records: Records) -> set[
     """The events of a model's calibration, and those behind its own prior."""
     events = set(stored.columns.event_id)
     prior = stored.specification.prior
-    if prior is None or prior.source.startswith(GIVEN):
+    if prior is None or prior.source.startswith(spec.GIVEN):
         return events
     if prior.source.startswith(FIT):
         return events | {e.event_id for e in _paths_of(records, prior.source).events}
@@ -317,8 +302,8 @@ def _events_behind(database: str, stored: FittedModel, records: Records) -> set[
 
 
 def _of_fit(
-    database: str, source: str, specification: Specification, effects: Sequence[Effect]
-) -> tuple[LawPrior, set[str]]:
+    database: str, source: str, specification: spec.Specification, effects: Sequence[Effect]
+) -> tuple[spec.LawPrior, set[str]]:
     """The prior by least squares, and the events that were fitted."""
     if _on_the_motion(effects):
         raise AvahazardError(
@@ -333,7 +318,7 @@ def _of_fit(
     mu = back_calculate(observations, predict_records(observations, (), {}, curvature)).mu
     volume, mu = usable(np.exp(observations.columns.log_volume), mu)
     fit = fit_law(law(specification.law), volume, mu)
-    prior = prior_of_fit(source, fit.law, fit.parameters, fit.covariance, len(mu))
+    prior = spec.prior_of_fit(source, fit.law, fit.parameters, fit.covariance, len(mu))
     return prior, {event.event_id for event in records.events}
 
 
@@ -375,9 +360,9 @@ def add(
     the records have changed since the parent was calibrated.
     """
     with reading(database) as session:
-        model = load_model(session, name)
-        refuse_taken_name(session, new_name)
-        before = stored_comparison(latest_result(session, COMPARISON, name))
+        model = store.load_model(session, name)
+        store.refuse_taken_name(session, new_name)
+        before = stored_comparison(store.latest_result(session, store.COMPARISON, name))
     own = read_own_of(model, effect_files)
     definitions = tuple(effect.definition for effect in own.values())
     unused = [key for key in own if key not in (*effects, *model.effects)]
@@ -420,8 +405,8 @@ def add(
         text = stored_text(own, specification.effects)
         save_calibrated(session, found, result, paths=parent.paths, effect_file=text)
         if fresh and before is not None:
-            save_result(session, COMPARISON, name, plain(before, keyed=True))
-        save_result(session, COMPARISON, new_name, plain(after, keyed=True))
+            store.save_result(session, store.COMPARISON, name, plain(before, keyed=True))
+        store.save_result(session, store.COMPARISON, new_name, plain(after, keyed=True))
     scores = before_and_after(before, after)
     return replace(result, comparison=scores, next=next_step(database, new_name))
 
@@ -474,7 +459,7 @@ def show_models(database: str) -> Rows[ModelSummary]:
     """
     rows = []
     with reading(database) as session:
-        for model in list_models(session):
+        for model in store.list_models(session):
             found = {key: model.result[key] for key in IN_SHORT}
             found["converged"] = model.result["diagnostics"]["converged"]
             rows.append(ModelSummary.from_dict(found | {"created": _utc(model.created)}))
@@ -487,7 +472,7 @@ def show_model(database: str, name: str) -> Calibration:
     Raises `AvahazardError` where there is no such model.
     """
     with reading(database) as session:
-        model = load_calibrated(session, name)
+        model = store.load_calibrated(session, name)
         known = notes_of(model, load_records(session))
     found = Calibration.from_dict(model.result)
     # Those of the calibration and those of today; the former have not converged in figures.
@@ -505,7 +490,7 @@ def show_provenance(database: str, name: str) -> Provenance:
     Raises `AvahazardError` where there is no such model.
     """
     with reading(database) as session:
-        model = load_calibrated(session, name)
+        model = store.load_calibrated(session, name)
         records = load_records(session)
     kept, settings = model.specification, model.settings
     made_with = settings.get("made_with")

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from avahazard.arrays import Floats
+from avahazard.criticism.scoring import scores as scoring
 from avahazard.criticism.scoring.error_budget import (
     ErrorBudget,
     budget_by_event,
@@ -29,14 +30,6 @@ from avahazard.criticism.scoring.held_out import (
     held_out_predictions,
 )
 from avahazard.criticism.scoring.loo import leave_one_out
-from avahazard.criticism.scoring.scores import (
-    expected_records,
-    randomised_pit,
-    record_pit,
-    runout_scores,
-    speed_scores,
-    x_scores,
-)
 from avahazard.criticism.scoring.speed_misfit import (
     MatchedSpeeds,
     matched_speeds,
@@ -67,28 +60,10 @@ from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.event import Event
 from avahazard.records.reading import read_records
 from avahazard.report.picture import require_picture
+from avahazard.results import comparison as results
 from avahazard.results.base import RATIO, Report, Rows, plain, silent
-from avahazard.results.comparison import (
-    Comparison,
-    HeldOutScores,
-    Ladder,
-    PredictedEvent,
-    Prediction,
-    PredictionScores,
-    Rung,
-    Scores,
-    SpeedScores,
-    Standing,
-)
+from avahazard.store import results as store
 from avahazard.store.records import load_records
-from avahazard.store.results import (
-    COMPARISON,
-    StoredModel,
-    latest_result,
-    list_models,
-    load_model,
-    save_result,
-)
 from avahazard.store.session import reading, writing
 from avahazard.workflow.next_step import StoredModels, next_step
 from avahazard.workflow.stored import (
@@ -110,7 +85,7 @@ def compare(
     effect_files: Sequence[Path] = (),
     plot: Path | None = None,
     report: Report = silent,
-) -> Comparison:
+) -> results.Comparison:
     """Compare the stored model `name` with its measurements, and store the comparison.
 
     `plot` is a picture of where it fails. Raises `AvahazardError` where there is no such model, its
@@ -124,13 +99,13 @@ def compare(
     found = comparison(name, stored, lambda share: report(f"Comparing {name}", share, 1.0))
     found = replace(found, notes=notes_of_fit(stored))
     with writing(database) as session:
-        parent = load_model(session, name).parent
+        parent = store.load_model(session, name).parent
         if parent is not None:
-            before = stored_comparison(latest_result(session, COMPARISON, parent))
-            of_parent = load_model(session, parent).effects
+            before = stored_comparison(store.latest_result(session, store.COMPARISON, parent))
+            of_parent = store.load_model(session, parent).effects
             added = [key for key in stored.specification.effects if key not in of_parent]
             found = with_explained(found, before, added)
-        save_result(session, COMPARISON, name, plain(found, keyed=True))
+        store.save_result(session, store.COMPARISON, name, plain(found, keyed=True))
     if plot is not None:
         from avahazard.report.score_pictures import draw_comparison  # noqa: PLC0415 (slow)
 
@@ -138,9 +113,9 @@ def compare(
     return replace(found, next=next_step(database, name))
 
 
-def stored_comparison(document: dict[str, Any] | None) -> Comparison | None:
+def stored_comparison(document: dict[str, Any] | None) -> results.Comparison | None:
     """The comparison of a stored document; None where there is none."""
-    return None if document is None else Comparison.from_dict(document)
+    return None if document is None else results.Comparison.from_dict(document)
 
 
 def require_comparable(model: FittedModel) -> None:
@@ -155,14 +130,14 @@ def require_comparable(model: FittedModel) -> None:
 
 def comparison(
     name: str, model: FittedModel, progress: Callable[[float], None] = lambda _share: None
-) -> Comparison:
+) -> results.Comparison:
     """A model against the records that it was fitted to; nothing is stored."""
     observations = model.observations
     # The budget takes most memory, and leaves little: it comes before the draws that stay.
     budget = error_budget(model, generator(0, "error budget"))
     rng = generator(0, "compare")
-    expected = expected_records(model, RECORD_DRAWS, rng)
-    pit = record_pit(expected, rng)
+    expected = scoring.expected_records(model, RECORD_DRAWS, rng)
+    pit = scoring.record_pit(expected, rng)
     of_profile = ground_error(model)
     progress(0.09)
     speeds = matched_speeds(model, rng)
@@ -172,17 +147,17 @@ def comparison(
     held = choose_groups(observations)
     others = held_out_predictions(model, held.fits, lambda share: progress(0.24 + 0.71 * share))
     axes = event_axes(observations, np.median(expected.x, axis=1))
-    return Comparison(
+    return results.Comparison(
         model=name,
         coordinate=coordinate_name(observations),
-        scores=Scores(
-            runout=runout_scores(expected, pit, budget.floor),
+        scores=results.Scores(
+            runout=scoring.runout_scores(expected, pit, budget.floor),
             speed=_speed_scores(speeds),
             elpd_loo=loo.elpd,
             elpd_loo_se=loo.se,
             pareto_k_bad=loo.n_bad,
             pareto_k_refitted=loo.n_refitted,
-            runout_x=x_scores(expected, observations, budget.floor),
+            runout_x=scoring.x_scores(expected, observations, budget.floor),
         ),
         held_out=_held_out_scores(held, others, observations, budget),
         where_it_fails=where_it_fails(axes, expected.error, pit, observations.columns.path_index),
@@ -206,16 +181,16 @@ def coordinate_name(observations: Observations) -> str:
 
 def _held_out_scores(
     held: HeldOut, others: HeldOutPredictions, observations: Observations, budget: ErrorBudget
-) -> HeldOutScores:
-    pit = record_pit(others.records, generator(0, "held out scores"))
+) -> results.HeldOutScores:
+    pit = scoring.record_pit(others.records, generator(0, "held out scores"))
     elpd, se = _summed(others.log_density)
-    return HeldOutScores(
+    return results.HeldOutScores(
         by=held.by,
-        runout=runout_scores(others.records, pit, budget.floor),
+        runout=scoring.runout_scores(others.records, pit, budget.floor),
         speed=_speed_scores(others.speeds),
         elpd_loo=elpd,
         elpd_loo_se=se,
-        runout_x=x_scores(others.records, observations, budget.floor),
+        runout_x=scoring.x_scores(others.records, observations, budget.floor),
         groups=group_errors(held, others, observations),
         n_fits=len(np.unique(held.fits)),
     )
@@ -229,18 +204,20 @@ def _summed(log_density: Floats) -> tuple[float, float | None]:
     )
 
 
-def _speed_scores(speeds: MatchedSpeeds | None) -> SpeedScores | None:
+def _speed_scores(speeds: MatchedSpeeds | None) -> results.SpeedScores | None:
     if speeds is None:
         return None
-    pit = randomised_pit(speeds.draws, speeds.observed, generator(0, "speed scores"))
-    return speed_scores(speeds.draws, speeds.observed, speeds.sigma, pit)
+    pit = scoring.randomised_pit(speeds.draws, speeds.observed, generator(0, "speed scores"))
+    return scoring.speed_scores(speeds.draws, speeds.observed, speeds.sigma, pit)
 
 
-SCORES = [f.name for f in fields(Rung) if f.name in {of.name for of in fields(Standing)}]
+SCORES = [
+    f.name for f in fields(results.Rung) if f.name in {of.name for of in fields(results.Standing)}
+]
 """What a rung of the ladder has of the scores."""
 
 
-def ladder(database: str, *, plot: Path | None = None, report: Report = silent) -> Ladder:
+def ladder(database: str, *, plot: Path | None = None, report: Report = silent) -> results.Ladder:
     """Rank all models by their error; those never compared are compared, and that is stored.
 
     `plot` is a picture of the held-out error from model to model, and of their error budgets.
@@ -248,11 +225,13 @@ def ladder(database: str, *, plot: Path | None = None, report: Report = silent) 
     """
     require_picture(plot)
     with reading(database) as session:
-        models = list_models(session)
+        models = store.list_models(session)
         records = load_records(session)
         told = {model.name: notes_of(model, records) for model in models}
         known = {
-            model.name: stored_comparison(latest_result(session, COMPARISON, model.name))
+            model.name: stored_comparison(
+                store.latest_result(session, store.COMPARISON, model.name)
+            )
             for model in models
         }
     if not models:
@@ -276,14 +255,14 @@ def ladder(database: str, *, plot: Path | None = None, report: Report = silent) 
         step = stored.step(best)
     # Of the others' notes, which stand in their rows, nobody has to act on any.
     lacking = [n for found in told.values() for n in found if n.key == "not_comparable"]
-    return Ladder(rows, tuple(dict.fromkeys((*told[best], *lacking))), step)
+    return results.Ladder(rows, tuple(dict.fromkeys((*told[best], *lacking))), step)
 
 
 def ladder_rows(
-    models: Sequence[StoredModel],
-    comparisons: Mapping[str, Comparison | None],
+    models: Sequence[store.StoredModel],
+    comparisons: Mapping[str, results.Comparison | None],
     notes: Mapping[str, tuple[Note, ...]],
-) -> Rows[Rung]:
+) -> Rows[results.Rung]:
     """A rung for each model, with its notes; its scores are None where there is no comparison."""
     effects = {model.name: model.effects for model in models}
     rows = []
@@ -292,7 +271,7 @@ def ladder_rows(
         before = effects.get(model.parent or "", ())
         scores = {} if found is None else standing(found).to_dict()
         rows.append(
-            Rung(
+            results.Rung(
                 model=model.name,
                 parent=model.parent,
                 added=tuple(key for key in effects[model.name] if key not in before),
@@ -304,11 +283,11 @@ def ladder_rows(
     return Rows(rows)
 
 
-def standing(comparison: Comparison) -> Standing:
+def standing(comparison: results.Comparison) -> results.Standing:
     """The scores of a comparison by which models are ranked."""
     scores, held_out = comparison.scores, comparison.held_out
     runout, speed = scores.runout, scores.speed
-    return Standing(
+    return results.Standing(
         rmse_m=runout.rmse_m,
         crps_m=runout.crps_m,
         held_out_rmse_m=held_out.runout.rmse_m,
@@ -330,7 +309,7 @@ DENSITY_DRAWS = 500
 
 def predict(
     database: str, name: str, file: Path, *, effect_files: Sequence[Path] = ()
-) -> Prediction:
+) -> results.Prediction:
     """Predict the stop of every event in `file` by the stored model `name`; nothing is stored.
 
     Numbers are elevations of the stop in m, of the avalanche itself and not of a record with its
@@ -375,7 +354,7 @@ def predict(
         _row(e, v, left, (*_of_volume(stored, e.path_id, e.volume_m3), *of_all))
         for e, v, left in zip(new.events, values, left, strict=True)
     )
-    return Prediction(Rows(rows), scores, tuple(notes))
+    return results.Prediction(Rows(rows), scores, tuple(notes))
 
 
 def _new_events(file: Path, records: Records) -> Records:
@@ -413,9 +392,9 @@ def _has_runout(event: Event) -> bool:
 
 def _row(
     event: Event, values: Floats, left: NDArray[np.bool_], notes: tuple[Note, ...]
-) -> PredictedEvent:
+) -> results.PredictedEvent:
     q05, q50, q95 = np.quantile(values, [0.05, 0.5, 0.95])
-    return PredictedEvent(
+    return results.PredictedEvent(
         event_id=event.event_id,
         path_id=event.path_id,
         coordinate="elevation" if event.path_id else RATIO if event.in_ratio else "length",
@@ -429,11 +408,11 @@ def _row(
     )
 
 
-def _scores(model: FittedModel) -> PredictionScores:
+def _scores(model: FittedModel) -> results.PredictionScores:
     """Scores over new records; `elpd_loo` is their log predictive density."""
     rng = generator(0, "predict scores")
-    expected = expected_records(model, RECORD_DRAWS, rng)
-    pit = record_pit(expected, rng)
+    expected = scoring.expected_records(model, RECORD_DRAWS, rng)
+    pit = scoring.record_pit(expected, rng)
     budget = error_budget(model, generator(0, "error budget"))
     offsets = model.group_offsets(rng)
     given = [
@@ -443,11 +422,11 @@ def _scores(model: FittedModel) -> PredictionScores:
         for k in model.evenly(DENSITY_DRAWS)
     ]
     elpd, se = _summed(logsumexp(given, axis=0) - np.log(len(given)))
-    return PredictionScores(
-        runout=runout_scores(expected, pit, budget.floor),
+    return results.PredictionScores(
+        runout=scoring.runout_scores(expected, pit, budget.floor),
         speed=None,
         elpd_loo=elpd,
         elpd_loo_se=se,
         coordinate=coordinate_name(model.observations),
-        runout_x=x_scores(expected, model.observations, budget.floor),
+        runout_x=scoring.x_scores(expected, model.observations, budget.floor),
     )

@@ -20,28 +20,10 @@ from avahazard.inference.model.observations import LEFT
 from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
+from avahazard.results import diagnosis as results
 from avahazard.results.base import RATIO, Report, Rows, plain, silent
 from avahazard.results.comparison import Comparison
-from avahazard.results.diagnosis import (
-    Candidate,
-    Declared,
-    Diagnosis,
-    FittedLaw,
-    GroupTest,
-    LawParameter,
-    MeasuredAmount,
-    Measurement,
-    Pair,
-    Shape,
-)
-from avahazard.store.results import (
-    COMPARISON,
-    DIAGNOSIS,
-    latest_result,
-    load_model,
-    now,
-    save_result,
-)
+from avahazard.store import results as store
 from avahazard.store.session import reading, writing
 from avahazard.workflow.compare import coordinate_name, stored_comparison
 from avahazard.workflow.effects import read_own_of, write_effect_file
@@ -54,7 +36,7 @@ CHANCE, MOST_PATHS = 0.05, 4
 
 def diagnose_model(
     database: str, name: str, request: DiagnoseRequest, report: Report = silent
-) -> Diagnosis:
+) -> results.Diagnosis:
     """Diagnose the stored model `name`, and store it; effects of `effect_files` are candidates too.
 
     Raises `AvahazardError` where there is no such model, it has an expected effect already or the
@@ -66,7 +48,7 @@ def diagnose_model(
         raise AvahazardError(f"{file} is there already.", "Name another file.")
     require_picture(plot)
     with reading(database) as session:
-        own_files = read_own_of(load_model(session, name), request.effect_files)
+        own_files = read_own_of(store.load_model(session, name), request.effect_files)
     own = tuple(effect.definition for effect in own_files.values())
     stored, _ = load_stored(database, name, own=own)
     if not stored.knows_errors:
@@ -91,13 +73,13 @@ def diagnose_model(
     of_fit = [n for n in notes_of_fit(stored) if not (told.missing and n.key == "paths_differ")]
     told = replace(told, notes=(*of_fit, *told.notes), where=_where(database, stored, found, own))
     if expect:
-        at = now().isoformat(timespec="seconds")
-        told = replace(told, declared=Declared(tuple(expect), f"{at}Z"))
+        at = store.now().isoformat(timespec="seconds")
+        told = replace(told, declared=results.Declared(tuple(expect), f"{at}Z"))
     if file is not None and found.laws:
         write_effect_file(file, _law_file(stored, told, found.laws[0], request.seed))
         told = replace(told, effect_file=str(file))
     with writing(database) as session:
-        save_result(session, DIAGNOSIS, name, plain(told, keyed=True))
+        store.save_result(session, store.DIAGNOSIS, name, plain(told, keyed=True))
     if file is not None and not found.laws:
         raise _no_law(file, told)
     if plot is not None:
@@ -107,7 +89,7 @@ def diagnose_model(
     return replace(told, next=next_step(database, name))
 
 
-def _law_file(stored: FittedModel, told: Diagnosis, law: FoundLaw, seed: int) -> str:
+def _law_file(stored: FittedModel, told: results.Diagnosis, law: FoundLaw, seed: int) -> str:
     """The effect file of a law, with where it comes from."""
     lawful, record = told.lawful, stored.calibration.data_fingerprint
     assert lawful is not None
@@ -128,7 +110,7 @@ def _law_file(stored: FittedModel, told: Diagnosis, law: FoundLaw, seed: int) ->
     return '"""' + "\n".join(lines) + f'\n"""\n\n{law.text}'
 
 
-def _no_law(file: Path, told: Diagnosis) -> AvahazardError:
+def _no_law(file: Path, told: results.Diagnosis) -> AvahazardError:
     """Why no law was written."""
     if not told.missing:
         return AvahazardError(
@@ -177,7 +159,7 @@ def _where(
         return ()
     observations = stored.observations
     with reading(database) as session:
-        compared = stored_comparison(latest_result(session, COMPARISON, stored.name))
+        compared = stored_comparison(store.latest_result(session, store.COMPARISON, stored.name))
     notes = [] if compared is None else failing_paths(compared)
     tried = {c.key for c in found.candidates}
     for key in found.missing:
@@ -196,14 +178,14 @@ def failing_paths(compared: Comparison) -> list[Note]:
     return [Note("fails_on", paths=shown)]
 
 
-def diagnosis(name: str, found: Findings, seed: int) -> Diagnosis:
+def diagnosis(name: str, found: Findings, seed: int) -> results.Diagnosis:
     """What was found on the model `name`, and what to measure next."""
-    return Diagnosis(
+    return results.Diagnosis(
         model=name,
         verdict=found.verdict,
         missing=found.missing,
         candidates=Rows(_candidate(c, found) for c in found.candidates),
-        groups=Rows(GroupTest(g.key, g.gain, g.p_value, g.spread) for g in found.groups),
+        groups=Rows(results.GroupTest(g.key, g.gain, g.p_value, g.spread) for g in found.groups),
         pairs=Rows(_pair(more) for more in found.together),
         detectable_m=found.detectable.metres,
         detectable_log_friction=found.detectable.log_friction,
@@ -223,8 +205,8 @@ def diagnosis(name: str, found: Findings, seed: int) -> Diagnosis:
     )
 
 
-def _pair(more: Together) -> Pair:
-    return Pair(
+def _pair(more: Together) -> results.Pair:
+    return results.Pair(
         effects=more.effects,
         gain=more.gain,
         gain_over_best_single=more.gain_over_best_single,
@@ -234,12 +216,12 @@ def _pair(more: Together) -> Pair:
     )
 
 
-def _candidate(candidate: TriedEffect, found: Findings) -> Candidate:
+def _candidate(candidate: TriedEffect, found: Findings) -> results.Candidate:
     fit, witness = candidate.fit, candidate.force_witness
     gain = candidate.screened.gain
     if fit is not None:
         gain = fit.log_likelihood - found.base.log_likelihood
-    return Candidate(
+    return results.Candidate(
         effect=candidate.key,
         gain=gain,
         evidence_gain=candidate.evidence_gain,
@@ -253,31 +235,35 @@ def _candidate(candidate: TriedEffect, found: Findings) -> Candidate:
         parameters={} if fit is None else fit.parameters(candidate.key),
         physics=candidate.screened.definition.meaning,
         confounded_with=candidate.confounded_with,
-        force_witness=None if witness is None else MeasuredAmount(witness.value, witness.se),
+        force_witness=None
+        if witness is None
+        else results.MeasuredAmount(witness.value, witness.se),
         kinds=candidate.kinds,
         shape=_shape(candidate.shape),
         laws=Rows(map(_law, found.laws)) if candidate.key in found.missing[:1] else None,
     )
 
 
-def _shape(found: FoundShape | None) -> Shape | None:
+def _shape(found: FoundShape | None) -> results.Shape | None:
     if found is None:
         return None
     curve = found.curve
     low, middle, high = (tuple(row.tolist()) for row in found.quantiles)
-    return Shape(curve.of, curve.unit, curve.value, tuple(curve.x.tolist()), low, middle, high)
+    return results.Shape(
+        curve.of, curve.unit, curve.value, tuple(curve.x.tolist()), low, middle, high
+    )
 
 
-def _law(found: FoundLaw) -> FittedLaw:
+def _law(found: FoundLaw) -> results.FittedLaw:
     form = found.form
     parameters = {}
     for p in form.parameters:
         low, middle, high = found.quantiles[p.name].tolist()
-        parameters[p.name] = LawParameter(low, middle, high, p.unit)
-    return FittedLaw(form.name, form.key, form.formula, parameters, found.evidence)
+        parameters[p.name] = results.LawParameter(low, middle, high, p.unit)
+    return results.FittedLaw(form.name, form.key, form.formula, parameters, found.evidence)
 
 
-def _measure_next(found: Findings, seed: int) -> Rows[Measurement]:
+def _measure_next(found: Findings, seed: int) -> Rows[results.Measurement]:
     """What would part the two best explanations, or show an effect that is too small to see."""
     fits = [c.fit for c in found.candidates if c.fit is not None]
     if len(fits) > 1:
@@ -288,4 +274,4 @@ def _measure_next(found: Findings, seed: int) -> Rows[Measurement]:
     n = found.base.posterior.observations.n_events
     ratio = coordinate_name(found.base.posterior.observations) == RATIO
     key, size = "more_events_ratio" if ratio else "more_events", found.detectable.metres / 2**0.5
-    return Rows([Measurement(Note(key, n=n, size=size), found.screening.critical_gain)])
+    return Rows([results.Measurement(Note(key, n=n, size=size), found.screening.critical_gain)])

@@ -38,16 +38,8 @@ from avahazard.report.hazard_tables import (
 from avahazard.results.base import Report, Rows, plain, silent
 from avahazard.results.database import Export, Layer
 from avahazard.results.hazard import HazardRow
+from avahazard.store import results as store
 from avahazard.store.records import load_records, load_simulations
-from avahazard.store.results import (
-    BOUNDS,
-    ZONES,
-    latest_documents,
-    latest_run,
-    load_model,
-    now,
-    read_run,
-)
 from avahazard.store.session import reading
 from avahazard.whole_file import put_in_place
 from avahazard.workflow.by_path import survey
@@ -81,9 +73,9 @@ def export(database: str, name: str, file: FilePath) -> Export:
     if ending == ".parquet":
         return _parquet(database, name, file)
     with reading(database) as session:
-        model = load_model(session, name)
-        rows = latest_documents(session, BOUNDS, name)
-        zones = latest_documents(session, ZONES, name)
+        model = store.load_model(session, name)
+        rows = store.latest_documents(session, store.BOUNDS, name)
+        zones = store.latest_documents(session, store.ZONES, name)
         records = load_records(session)
         known = notes_of(model, records)
     if not rows:
@@ -100,7 +92,7 @@ def export(database: str, name: str, file: FilePath) -> Export:
     from avahazard.gis import map_files  # noqa: PLC0415 (may be missing)
 
     if ending == ".gpkg":
-        day = np.datetime64(now(), "ms")
+        day = np.datetime64(store.now(), "ms")
         write = partial(map_files.write_geopackage, layers=made, day=day)
         replace_file(file, map_files.is_own_geopackage, write)
     else:
@@ -113,15 +105,15 @@ def _parquet(database: str, name: str, file: FilePath) -> Export:
     """Write the rows as Parquet, a few in memory at a time."""
     require_parquet()
     with reading(database) as session:
-        model = load_model(session, name)
-        run = latest_run(session, BOUNDS, name)
+        model = store.load_model(session, name)
+        run = store.latest_run(session, store.BOUNDS, name)
         if run is None:
             raise _no_bounds(name)
 
         known = notes_of(model, load_records(session))
 
         def rows() -> Iterator[HazardRow]:
-            for found in read_run(session, run.id):
+            for found in store.read_run(session, run.id):
                 yield from (_bounds(row, known) for row in found.documents)
 
         n_rows = n_places = 0

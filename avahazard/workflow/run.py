@@ -31,18 +31,10 @@ from avahazard.results.base import Report, Rows, silent
 from avahazard.results.calibration import Calibration
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.made import ProjectRun, Step
+from avahazard.store import results as store
 from avahazard.store.records import load_records
-from avahazard.store.results import (
-    COMPARISON,
-    DIAGNOSIS,
-    Kind,
-    latest_documents,
-    latest_result,
-    latest_run,
-    list_models,
-    load_calibrated,
-)
 from avahazard.store.session import reading
+from avahazard.workflow import requests
 from avahazard.workflow.by_path import PathWork, run_key
 from avahazard.workflow.calibrate import add, asked_for, calibrate
 from avahazard.workflow.compare import compare
@@ -53,15 +45,6 @@ from avahazard.workflow.hazard import hazard, hazard_work
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.next_step import next_step
 from avahazard.workflow.report import write_report
-from avahazard.workflow.requests import (
-    CalibrateRequest,
-    DiagnoseRequest,
-    HazardRequest,
-    ImportRequest,
-    ReportRequest,
-    RunRequest,
-    ZonesRequest,
-)
 from avahazard.workflow.stored import notes_of
 from avahazard.workflow.zones import NoDragError, zones, zones_work
 
@@ -77,14 +60,14 @@ Name = Annotated[str, Limits(min_length=1, max_length=150)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ModelRequest(CalibrateRequest):
+class ModelRequest(requests.CalibrateRequest):
     """`[model]`: what `calibrate` is asked for, and the name of the model."""
 
     name: Name = "base"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RoundsRequest(DiagnoseRequest):
+class RoundsRequest(requests.DiagnoseRequest):
     """`[diagnose]`: what `diagnose` is asked for, and how often what it names is added."""
 
     add: bool = False
@@ -153,21 +136,23 @@ class Project(Strict):
     land_cover: str | None = None
     skip: list[StepName] = Limits(default=[])
     project: Annotated[
-        ReportRequest, TomlTable(ReportRequest(), ("title", "author", "place", "date", "language"))
-    ] = ReportRequest()
+        requests.ReportRequest,
+        TomlTable(requests.ReportRequest(), ("title", "author", "place", "date", "language")),
+    ] = requests.ReportRequest()
     model: Annotated[ModelRequest, TomlTable(ModelRequest(), MODEL)] = ModelRequest()
     diagnose: Annotated[RoundsRequest, TomlTable(RoundsRequest(), ("seed", "add", "rounds"))] = (
         RoundsRequest()
     )
     hazard: Annotated[
-        HazardRequest,
+        requests.HazardRequest,
         TomlTable(
-            HazardRequest(return_periods=YEARS), ("return_periods", "volumes", "paths", "seed")
+            requests.HazardRequest(return_periods=YEARS),
+            ("return_periods", "volumes", "paths", "seed"),
         ),
-    ] = HazardRequest(return_periods=YEARS)
-    zones: Annotated[ZonesRequest, TomlTable(ZonesRequest(), ("limits", "no_drag"))] = (
-        ZonesRequest()
-    )
+    ] = requests.HazardRequest(return_periods=YEARS)
+    zones: Annotated[
+        requests.ZonesRequest, TomlTable(requests.ZonesRequest(), ("limits", "no_drag"))
+    ] = requests.ZonesRequest()
     report: ReportSection = ReportSection()
     export: ExportSection = ExportSection()
 
@@ -198,7 +183,7 @@ ALIKE = ("law", "scatter", "distribution", "tails", "method", "forward", "seed",
 
 
 def run_project(
-    file: FilePath, database: str, request: RunRequest, report: Report = silent
+    file: FilePath, database: str, request: requests.RunRequest, report: Report = silent
 ) -> ProjectRun:
     """Run the project of `file`, in its own database or else in `database`.
 
@@ -221,7 +206,7 @@ def run_project(
     run.answers(model)
     with reading(database) as session:
         # Also where every step is up to date.
-        run.notes += notes_of(load_calibrated(session, model), load_records(session))
+        run.notes += notes_of(store.load_calibrated(session, model), load_records(session))
     done = [name for name in ("hazard", "report") if name not in project.skip]
     return run.result(file, model, next_step(database, model, done))
 
@@ -253,7 +238,7 @@ class RunningProject:
     project: Project
     folder: FilePath
     database: str
-    request: RunRequest
+    request: requests.RunRequest
     report: Report
     written: float
     fresh: bool = False
@@ -294,7 +279,7 @@ class RunningProject:
         # A dry run may look at a database that it must not make.
         if not self.request.dry_run:
             init_database(self.database)
-        asked = ImportRequest(
+        asked = requests.ImportRequest(
             dem=None if project.dem is None else folder / project.dem,
             land_cover=None if project.land_cover is None else folder / project.land_cover,
             update=project.update or self.request.update,
@@ -374,7 +359,7 @@ class RunningProject:
     ) -> str:
         """The latest model NAME or NAME-n that fits, on today's records; else a new one."""
         with reading(self.database) as session:
-            models = {model.name: model for model in list_models(session)}
+            models = {model.name: model for model in store.list_models(session)}
             stored = {
                 n: Calibration.from_dict(model.result)
                 for n, model in models.items()
@@ -398,7 +383,7 @@ class RunningProject:
 
     def compared(self, model: str) -> None:
         """The comparison of a model."""
-        if self._stored(COMPARISON, model) is not None:
+        if self._stored(store.COMPARISON, model) is not None:
             self.up_to_date(f"compare {model}")
             return
         if self.only_said(f"compare {model}"):
@@ -410,7 +395,7 @@ class RunningProject:
     def diagnosed(self, model: str) -> Diagnosis | None:
         """The diagnosis of a model; None where a dry run leaves it open."""
         wanted = self.project.diagnose
-        document = self._stored(DIAGNOSIS, model)
+        document = self._stored(store.DIAGNOSIS, model)
         if document is not None and document["seed"] == wanted.seed:
             found = Diagnosis.from_dict(document)
             self.up_to_date(f"diagnose {model}", _verdict(found))
@@ -421,11 +406,11 @@ class RunningProject:
         self.done(f"diagnose {model}", _verdict(found))
         return found
 
-    def _stored(self, kind: Kind, model: str) -> dict[str, Any] | None:
+    def _stored(self, kind: store.Kind, model: str) -> dict[str, Any] | None:
         if self.everything:
             return None
         with reading(self.database) as session:
-            return latest_result(session, kind, model)
+            return store.latest_result(session, kind, model)
 
     def answers(self, model: str) -> None:
         """Bounds, zones, report and exports by a model."""
@@ -469,10 +454,10 @@ class RunningProject:
             return False
         work, _ = plan()
         with reading(self.database) as session:
-            run = latest_run(session, work.kind, work.model.model)
+            run = store.latest_run(session, work.kind, work.model.model)
             if run is None or run.key != run_key(work):
                 return False
-            found = latest_documents(session, work.kind, work.model.model) or ()
+            found = store.latest_documents(session, work.kind, work.model.model) or ()
         self.up_to_date(step, counted(len({row["path_id"] for row in found}), "path"))
         return True
 

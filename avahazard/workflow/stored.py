@@ -54,26 +54,11 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.path import Profile
+from avahazard.results import calibration as results
 from avahazard.results.base import plain
-from avahazard.results.calibration import (
-    Calibration,
-    GivenTold,
-    HeavierTails,
-    ParameterSummary,
-    PathSpread,
-    PriorCoordinate,
-    PriorDominated,
-    PriorTold,
-)
 from avahazard.results.models import Surroundings
+from avahazard.store import results as store
 from avahazard.store.records import load_records
-from avahazard.store.results import (
-    StoredModel,
-    load_calibrated,
-    load_draws,
-    save_calibration,
-    save_model,
-)
 from avahazard.store.session import Session, reading
 from avahazard.workflow.by_path import Survey, any_events, fingerprint_of, survey
 from avahazard.workflow.effects import own_effects
@@ -96,7 +81,7 @@ def surroundings() -> Surroundings:
 def save_calibrated(
     session: Session,
     model: FittedModel,
-    result: Calibration,
+    result: results.Calibration,
     *,
     paths: tuple[str, ...] = (),
     effect_file: str | None = None,
@@ -122,14 +107,14 @@ def save_calibrated(
         "arms": model.layout.arms,
         "slots": slots,
     }
-    save_model(session, name, specification, parent=result.parent, effect_file=effect_file)
+    store.save_model(session, name, specification, parent=result.parent, effect_file=effect_file)
     settings = {
         "method": model.method,
         "chains": by_chain[0],
         "draws": by_chain[1],
         "made_with": surroundings().to_dict(),
     }
-    save_calibration(session, name, settings, document, draws)
+    store.save_calibration(session, name, settings, document, draws)
 
 
 def load_stored(
@@ -215,8 +200,8 @@ def limits_speed(model: FittedModel) -> bool:
 def load_parameter_draws(database: str, name: str) -> dict[str, Floats]:
     """Draws `[n_chains, n_draws]` of the parameters that people read, in the result's order."""
     with reading(database) as session:
-        model = load_calibrated(session, name)
-        draws = load_draws(session, model.calibration)
+        model = store.load_calibrated(session, name)
+        draws = store.load_draws(session, model.calibration)
     return {key: draws[key] for key in model.result["parameters"] if key in draws}
 
 
@@ -245,7 +230,7 @@ def _load(
     own: Sequence[Definition] | None = None,
 ) -> FittedModel:
     """What is stored of a model, on no events yet."""
-    stored = load_calibrated(session, name)
+    stored = store.load_calibrated(session, name)
     own = own_effects(stored, effect_files) if own is None else own
     kept = stored.specification
     fields = kept["specification"]
@@ -259,7 +244,7 @@ def _load(
     )
     effects = build_effects(specification, kept["facts"], own)
     slots = kept["slots"]
-    draws = {key: v.ravel() for key, v in load_draws(session, stored.calibration).items()}
+    draws = {key: v.ravel() for key, v in store.load_draws(session, stored.calibration).items()}
     u = np.column_stack([draws[f"{COORDINATE}{slot}"] for slot in slots])
     friction = friction_model(specification, effects, kept.get("arms"), speeds=TRACK_SLOT in slots)
     if "arms" not in kept:
@@ -274,7 +259,7 @@ def _load(
         method=kept["method"],
         definitions=definitions_of(specification, own),
         facts=kept["facts"],
-        stored=Calibration.from_dict(stored.result),
+        stored=results.Calibration.from_dict(stored.result),
         paths=stored.paths,
         version=stored.version,
     )
@@ -306,7 +291,7 @@ independent normals they tell as much at 0.71)."""
 
 def calibration_result(
     found: FittedModel, name: str, records: Records, *, seed: int, parent: str | None = None
-) -> Calibration:
+) -> results.Calibration:
     """Sum up what was found of a model on `records`: its parameters, convergence, with notes."""
     specification, chains, law = found.specification, found.chains, found.layout.law
     checks = chains.diagnostics
@@ -315,11 +300,13 @@ def calibration_result(
         notes.append(Note("not_converged", rhat=checks.rhat_max, ess=checks.ess_min))
     dominated = prior_dominated(found)
     units = dict(zip(chains.names, chains.units, strict=True))
-    given = {g.name: GivenTold(g.mean, g.sd, units[g.name]) for g in specification.given}
+    given = {g.name: results.GivenTold(g.mean, g.sd, units[g.name]) for g in specification.given}
     prior = None
     if (told := specification.prior) is not None:
         each = zip(law.coordinates, told.mean, told.sd.tolist(), strict=True)
-        prior = PriorTold(told.source, {name: PriorCoordinate(m, s) for name, m, s in each})
+        prior = results.PriorTold(
+            told.source, {name: results.PriorCoordinate(m, s) for name, m, s in each}
+        )
     notes += prior_notes(name, given, prior, dominated)
     outcomes = found.observations.outcomes.items()
     of_records = (
@@ -331,11 +318,11 @@ def calibration_result(
     spread = tails = None
     if (differ := paths_differ(found)) is not None and differ.evidence >= WORTH_A_NOTE:
         effect = None if differ.lacking else differ.effect
-        spread = PathSpread(differ.sd, differ.evidence, differ.n_paths, effect)
+        spread = results.PathSpread(differ.sd, differ.evidence, differ.n_paths, effect)
     if (gain := heavier_tails(found)) is not None and gain > HEAVY_TAILS:
-        tails = HeavierTails(gain)
+        tails = results.HeavierTails(gain)
     notes[:0] = [one.note(name) for one in (spread, tails) if one is not None]
-    return Calibration(
+    return results.Calibration(
         model=name,
         parent=parent,
         law=specification.law,
@@ -365,7 +352,7 @@ def calibration_result(
     )
 
 
-def prior_dominated(model: FittedModel) -> dict[str, PriorDominated]:
+def prior_dominated(model: FittedModel) -> dict[str, results.PriorDominated]:
     """The parameters that the records hardly narrow, by their coordinate."""
     from scipy.stats import truncnorm  # noqa: PLC0415 (slow)
 
@@ -380,7 +367,7 @@ def prior_dominated(model: FittedModel) -> dict[str, PriorDominated]:
         ratio = float(np.std(draws, ddof=1)) / sd
         if ratio > STILL_PRIOR:
             moved = (float(np.mean(draws)) - mean) / sd
-            found[slot.name] = PriorDominated(ratio, moved)
+            found[slot.name] = results.PriorDominated(ratio, moved)
     return found
 
 
@@ -395,10 +382,10 @@ def _all_draws(found: FittedModel) -> Iterator[tuple[str, Floats, str]]:
             yield told, found.offsets[name], "log friction"
 
 
-def summary(draws: Floats, unit: str) -> ParameterSummary:
+def summary(draws: Floats, unit: str) -> results.ParameterSummary:
     """Mean, sd, mode and 5 and 95 % quantiles of draws `[n]`."""
     low, high = np.quantile(draws, [0.05, 0.95])
-    return ParameterSummary(
+    return results.ParameterSummary(
         mean=float(draws.mean()),
         sd=float(draws.std(ddof=1)),
         mode=mode(draws),
@@ -449,7 +436,7 @@ def notes_of_fit(model: FittedModel) -> tuple[Note, ...]:
     return model_notes(model.calibration, model.records_changed, model.version)
 
 
-def notes_of(model: StoredModel, records: Records) -> tuple[Note, ...]:
+def notes_of(model: store.StoredModel, records: Records) -> tuple[Note, ...]:
     """The notes on a stored model, without loading its draws; `records` are those of today."""
     if not model.result:  # nothing to say of a model that has not been calibrated
         return ()
@@ -457,11 +444,11 @@ def notes_of(model: StoredModel, records: Records) -> tuple[Note, ...]:
     if {path.path_id for path in records.paths}.issuperset(model.paths):
         mine = only_paths(records, model.paths)
         changed = data_fingerprint(mine) != model.result["data_fingerprint"]
-    return model_notes(Calibration.from_dict(model.result), changed, model.version)
+    return model_notes(results.Calibration.from_dict(model.result), changed, model.version)
 
 
 def model_notes(
-    result: Calibration, records_changed: bool, version: str | None
+    result: results.Calibration, records_changed: bool, version: str | None
 ) -> tuple[Note, ...]:
     """The notes on what a calibration found; `version` is that of the program that made it."""
     name, n, now = result.model, result.n_events, avahazard.__version__
@@ -488,9 +475,9 @@ def model_notes(
 
 def prior_notes(
     name: str,
-    given: Mapping[str, GivenTold],
-    prior: PriorTold | None,
-    dominated: Mapping[str, PriorDominated],
+    given: Mapping[str, results.GivenTold],
+    prior: results.PriorTold | None,
+    dominated: Mapping[str, results.PriorDominated],
 ) -> list[Note]:
     """Where the priors are not the program's own, and which parameters they dominate."""
     notes = [found.note(name, key) for key, found in given.items()]
