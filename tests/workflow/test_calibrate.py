@@ -193,7 +193,7 @@ def test_a_child_whose_comparison_cannot_be_stored_is_not_stored_either(
         raise OSError("killed")
 
     with monkeypatch.context() as patched:
-        patched.setattr("avahazard.workflow.calibrate.save_result", broken)
+        patched.setattr("avahazard.store.results.save_result", broken)
         with pytest.raises(OSError, match="killed"):
             add(snow_database, "base", ["season"], "season")
     with reading(snow_database) as session:
