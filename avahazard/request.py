@@ -7,17 +7,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import KW_ONLY, MISSING, dataclass, field, fields
 from pathlib import Path
 from types import NoneType
-from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
 
 from avahazard.records.errors import AvahazardError, did_you_mean
 
 Item = TypeVar("Item")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Option:
     """What a field is, in one line of help, and which values it may have.
 
@@ -28,6 +28,7 @@ class Option:
     """
 
     help: str
+    _: KW_ONLY
     flag: str | None = None
     short: str | None = None
     metavar: str | None = None
@@ -38,6 +39,15 @@ class Option:
     most: int | float | None = None
     choices: Callable[[], Iterable[str]] | None = None
     parse: Callable[[Sequence[str]], Any] | None = None
+
+
+def option(default: Item, told: Option | str, **more: Any) -> Item:
+    """The default of a field that is an option: `told`, or its help and what `more` is to say."""
+    metadata = {"option": told if isinstance(told, Option) else Option(told, **more)}
+    made: Any = field(default=default, metadata=metadata)
+    if default == {}:
+        made = field(default_factory=dict, metadata=metadata)
+    return cast(Item, made)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,11 +109,11 @@ class Request:
     """
 
     def __post_init__(self) -> None:
-        for field in fields_of(type(self)):
-            value = getattr(self, field.name)
-            values = tuple(field.read(one) for one in (many(value) if field.many else (value,)))
-            value = tuple(dict.fromkeys(values)) if field.many else values[0]
-            object.__setattr__(self, field.name, value)
+        for of in fields_of(type(self)):
+            value = getattr(self, of.name)
+            values = tuple(of.read(one) for one in (many(value) if of.many else (value,)))
+            value = tuple(dict.fromkeys(values)) if of.many else values[0]
+            object.__setattr__(self, of.name, value)
         self.check()
 
     def check(self) -> None:
@@ -117,21 +127,18 @@ def fields_of(request: type[Request]) -> tuple[Field, ...]:
 
 def parts_of(request: type[Request]) -> Iterator[Field | tuple[str, type[Request]]]:
     """The options of a request, and the requests within it by the name of their field."""
-    hints = get_type_hints(request, include_extras=True)
-    for field in fields(request):
-        hint = hints[field.name]
+    hints = get_type_hints(request)
+    for found in fields(request):
+        hint = hints[found.name]
         if isinstance(hint, type) and issubclass(hint, Request):
-            yield field.name, hint
-            continue
-        hint, *told = get_args(hint) if get_origin(hint) is Annotated else (hint,)
-        option = next((one for one in told if isinstance(one, Option)), None)
-        if option is not None:
+            yield found.name, hint
+        elif "option" in found.metadata:
             several = get_origin(hint) is Sequence
             kinds = [kind for kind in get_args(hint) if kind is not NoneType]
             optional = not several and NoneType in get_args(hint)
             kind = kinds[0] if several or optional else hint
-            default = None if field.default is MISSING else field.default
-            yield Field(field.name, kind, several, default, option)
+            default = None if found.default is MISSING else found.default
+            yield Field(found.name, kind, several, default, found.metadata["option"])
 
 
 def many(value: Iterable[Item] | Item) -> tuple[Item, ...]:

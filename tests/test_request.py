@@ -5,25 +5,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import pytest
 
 from avahazard.records.errors import AvahazardError
-from avahazard.request import Option, Request, fields_of, many
+from avahazard.request import Request, fields_of, many, option
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Asked(Request):
     """All kinds of fields."""
 
-    years: Annotated[Sequence[float], Option(help="Years.", unit="years", over=1.0)] = ()
-    files: Annotated[Sequence[Path], Option(help="Files.")] = ()
-    names: Annotated[Sequence[str], Option(help="Names.")] = ()
-    draws: Annotated[int | None, Option(help="Draws.", what="number of draws", least=2, most=9)] = (
-        None
-    )
-    kind: Annotated[Literal["open", "channelled"], Option(help="A kind.")] = "open"
+    years: Sequence[float] = option((), "Years.", unit="years", over=1.0)
+    files: Sequence[Path] = option((), "Files.")
+    names: Sequence[str] = option((), "Names.")
+    draws: int | None = option(None, "Draws.", what="number of draws", least=2, most=9)
+    kind: Literal["open", "channelled"] = option("open", "A kind.")
     plain: bool = False
 
 

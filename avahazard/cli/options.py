@@ -14,7 +14,7 @@ import typer
 from avahazard.cli.output import Render, ask, emit, warn
 from avahazard.engine import LOCAL, EngineName, close_engine, set_engine
 from avahazard.records.errors import AvahazardError
-from avahazard.request import Field, Option, Request, parts_of
+from avahazard.request import Field, Request, option, parts_of
 from avahazard.workflow.requests import EFFECT_FILES
 
 
@@ -138,25 +138,21 @@ def _filled(request: type[Request], values: dict[str, Any]) -> Request:
 class EngineRequest(Request):
     """Who does the work, and how many of them."""
 
-    engine: Annotated[
-        EngineName, Option(help="Threads, processes, or a dask cluster; results are the same.")
-    ] = LOCAL
-    workers: Annotated[
-        int | None,
-        Option(
-            help="How many share the work; results are the same. [default: the cores]",
-            metavar="N",
-            least=1,
-            most=1024,
-        ),
-    ] = None
-    scheduler: Annotated[
-        str | None,
-        Option(
-            help="Of dask, such as tcp://host:8786; without it dask has workers on this machine.",
-            metavar="ADDRESS",
-        ),
-    ] = None
+    engine: EngineName = option(
+        LOCAL, "Threads, processes, or a dask cluster; results are the same."
+    )
+    workers: int | None = option(
+        None,
+        "How many share the work; results are the same. [default: the cores]",
+        metavar="N",
+        least=1,
+        most=1024,
+    )
+    scheduler: str | None = option(
+        None,
+        "Of dask, such as tcp://host:8786; without it dask has workers on this machine.",
+        metavar="ADDRESS",
+    )
 
 
 def with_engine(command: Callable[..., None]) -> Callable[..., None]:

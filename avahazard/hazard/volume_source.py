@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path as FilePath
-from typing import Annotated, Literal
+from typing import Literal
 
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import WINTER_STARTS
-from avahazard.request import Option, Request
+from avahazard.request import Request, option
 
 Family = Literal["gev", "gpd"]
 
@@ -25,70 +25,56 @@ class VolumeSource(Request):
     400 kg/m3) makes volumes.
     """
 
-    family: Annotated[
-        Family,
-        Option(
-            help="gev of the yearly largest volumes, or gpd of those over a threshold.",
-            flag="--frequency",
-            what="family of frequencies",
-        ),
-    ] = "gev"
-    threshold_m3: Annotated[
-        float | None,
-        Option(
-            help="The threshold of gpd. [default: the median of each path's volumes]",
-            flag="--threshold",
-            metavar="M3",
-            what="threshold",
-            unit="m3",
-            over=0.0,
-        ),
-    ] = None
-    table: Annotated[
-        FilePath | None,
-        Option(
-            help="Your own volumes: CSV with path_id, return_period_years, volume_m3.",
-            flag="--volumes",
-            metavar="FILE",
-        ),
-    ] = None
-    snowfall: Annotated[
-        FilePath | None,
-        Option(
-            help="Volumes from three-day snow depths over release_area_m2 of the path: CSV with "
-            "year, depth_m, and path_id where they differ.",
-            metavar="FILE",
-        ),
-    ] = None
-    density_ratio: Annotated[
-        float,
-        Option(
-            help="With --snowfall: density of the released snow over that of the deposit.",
-            metavar="RATIO",
-            over=0.0,
-        ),
-    ] = 0.5
-    year_starts: Annotated[
-        int,
-        Option(
-            help="Month in which a year begins: 10 for winters, 1 for calendar years.",
-            metavar="MONTH",
-            what="month",
-            least=1,
-            most=12,
-        ),
-    ] = WINTER_STARTS
-    as_of: Annotated[
-        int | None,
-        Option(
-            help="Rate and volumes of this year, by the trend of the records. [default: means over "
-            "the observed years]",
-            metavar="YEAR",
-            what="year",
-            least=1000,
-            most=3000,
-        ),
-    ] = None
+    family: Family = option(
+        "gev",
+        "gev of the yearly largest volumes, or gpd of those over a threshold.",
+        flag="--frequency",
+        what="family of frequencies",
+    )
+    threshold_m3: float | None = option(
+        None,
+        "The threshold of gpd. [default: the median of each path's volumes]",
+        flag="--threshold",
+        metavar="M3",
+        what="threshold",
+        unit="m3",
+        over=0.0,
+    )
+    table: FilePath | None = option(
+        None,
+        "Your own volumes: CSV with path_id, return_period_years, volume_m3.",
+        flag="--volumes",
+        metavar="FILE",
+    )
+    snowfall: FilePath | None = option(
+        None,
+        "Volumes from three-day snow depths over release_area_m2 of the path: CSV with "
+        "year, depth_m, and path_id where they differ.",
+        metavar="FILE",
+    )
+    density_ratio: float = option(
+        0.5,
+        "With --snowfall: density of the released snow over that of the deposit.",
+        metavar="RATIO",
+        over=0.0,
+    )
+    year_starts: int = option(
+        WINTER_STARTS,
+        "Month in which a year begins: 10 for winters, 1 for calendar years.",
+        metavar="MONTH",
+        what="month",
+        least=1,
+        most=12,
+    )
+    as_of: int | None = option(
+        None,
+        "Rate and volumes of this year, by the trend of the records. [default: means over "
+        "the observed years]",
+        metavar="YEAR",
+        what="year",
+        least=1000,
+        most=3000,
+    )
 
     def check(self) -> None:
         """Raise `AvahazardError` for values that do not go together."""

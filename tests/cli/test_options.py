@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import pytest
 import typer
@@ -13,7 +12,7 @@ from typer.testing import CliRunner
 
 from avahazard.cli.options import taking_requests
 from avahazard.hazard.volume_source import VolumeSource
-from avahazard.request import Option, Request
+from avahazard.request import Request, option
 from avahazard.workflow.requests import HazardRequest
 from tests.cli.test_help import ALL
 
@@ -28,10 +27,10 @@ OF_THEIR_OWN = {
 def test_an_option_reads_alike_wherever_it_is() -> None:
     found: dict[str, set[tuple[str | None, object]]] = defaultdict(set)
     for name, command in ALL.items():
-        for option in command.params:
-            for flag in option.opts:
+        for param in command.params:
+            for flag in param.opts:
                 if flag.startswith("--") and name not in OF_THEIR_OWN.get(flag, ()):
-                    kind = (option.metavar, option.multiple)
+                    kind = (param.metavar, param.multiple)
                     found[flag].add(kind)
     assert {flag: kinds for flag, kinds in found.items() if len(kinds) > 1} == {}
 
@@ -40,7 +39,7 @@ def test_an_option_reads_alike_wherever_it_is() -> None:
 class Asked(Request):
     """A request with a pair of numbers."""
 
-    pair: Annotated[tuple[str, ...], Option(help="Two numbers.", parse=tuple)] = ()
+    pair: tuple[str, ...] = option((), "Two numbers.", parse=tuple)
 
 
 def called(*words: str) -> tuple[int, str, list[object]]:
