@@ -13,7 +13,7 @@ from sqlalchemy.orm import Session
 
 from avahazard.records.errors import AvahazardError
 from avahazard.results.database import DatabaseState
-from avahazard.store import schema
+from avahazard.store import schema, tables
 from avahazard.store.results import read_draws
 from avahazard.store.session import (
     database_name,
@@ -22,27 +22,14 @@ from avahazard.store.session import (
     sqlite_file,
     translated,
 )
-from avahazard.store.tables import (
-    Base,
-    CalibrationTable,
-    ComparisonTable,
-    DiagnosisTable,
-    EventTable,
-    ModelTable,
-    PathResultTable,
-    PathTable,
-    ResultTable,
-    Sealed,
-    SpeedTable,
-)
 from avahazard.whole_file import put_new_in_place
 
-COUNTED: dict[str, type[Base]] = {
-    "paths": PathTable,
-    "events": EventTable,
-    "speeds": SpeedTable,
-    "models": ModelTable,
-    "calibrations": CalibrationTable,
+COUNTED: dict[str, type[tables.Base]] = {
+    "paths": tables.PathTable,
+    "events": tables.EventTable,
+    "speeds": tables.SpeedTable,
+    "models": tables.ModelTable,
+    "calibrations": tables.CalibrationTable,
 }
 
 
@@ -178,15 +165,22 @@ def check_database(session: Session) -> list[str]:
                 problems.append(f"The file is damaged: {line}.")
         for table, row, parent, _ in session.execute(text("PRAGMA foreign_key_check")):
             problems.append(f"Row {row} of {table} refers to {parent} that is not there.")
-    for calibration, model in session.execute(select(CalibrationTable.id, CalibrationTable.model)):
+    for calibration, model in session.execute(
+        select(tables.CalibrationTable.id, tables.CalibrationTable.model)
+    ):
         for fault in read_draws(session, calibration)[1]:
             problems.append(f"The draws of {model} (calibration {calibration}): {fault}.")
-    for sealed in (CalibrationTable, ComparisonTable, DiagnosisTable, PathResultTable):
+    for sealed in (
+        tables.CalibrationTable,
+        tables.ComparisonTable,
+        tables.DiagnosisTable,
+        tables.PathResultTable,
+    ):
         problems += _faults(session, sealed)
     return problems
 
 
-def _faults(session: Session, table: type[Sealed]) -> Iterator[str]:
+def _faults(session: Session, table: type[tables.Sealed]) -> Iterator[str]:
     """Rows of a table that are not what was stored."""
     for key in session.execute(select(*table.__table__.primary_key)).all():
         where = f"Row {', '.join(map(str, key))} of {table.__tablename__}"
@@ -196,6 +190,6 @@ def _faults(session: Session, table: type[Sealed]) -> Iterator[str]:
             yield f"{where} is no document any more."
             continue
         if row.digest() != row.sha256:
-            by = f", by {row.model}," if isinstance(row, ResultTable) else ""
+            by = f", by {row.model}," if isinstance(row, tables.ResultTable) else ""
             yield f"{where}{by} is not what was stored: its checksum differs."
         session.expunge(row)

@@ -13,15 +13,9 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from avahazard.arrays import Floats
+from avahazard.criticism.scoring import error_budget as budgets
 from avahazard.criticism.scoring import scores as scoring
-from avahazard.criticism.scoring.error_budget import (
-    ErrorBudget,
-    budget_by_event,
-    budget_parts,
-    error_budget,
-    profile_part,
-    with_explained,
-)
+from avahazard.criticism.scoring import speed_misfit as speeds_of
 from avahazard.criticism.scoring.held_out import (
     HeldOut,
     HeldOutPredictions,
@@ -30,12 +24,6 @@ from avahazard.criticism.scoring.held_out import (
     held_out_predictions,
 )
 from avahazard.criticism.scoring.loo import leave_one_out
-from avahazard.criticism.scoring.speed_misfit import (
-    MatchedSpeeds,
-    matched_speeds,
-    measured_force,
-    speed_misfit,
-)
 from avahazard.criticism.scoring.where_it_fails import event_axes, where_it_fails
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.model.observations import (
@@ -104,7 +92,7 @@ def compare(
             before = stored_comparison(store.latest_result(session, store.COMPARISON, parent))
             of_parent = store.load_model(session, parent).effects
             added = [key for key in stored.specification.effects if key not in of_parent]
-            found = with_explained(found, before, added)
+            found = budgets.with_explained(found, before, added)
         store.save_result(session, store.COMPARISON, name, plain(found, keyed=True))
     if plot is not None:
         from avahazard.report.score_pictures import draw_comparison  # noqa: PLC0415 (slow)
@@ -134,13 +122,13 @@ def comparison(
     """A model against the records that it was fitted to; nothing is stored."""
     observations = model.observations
     # The budget takes most memory, and leaves little: it comes before the draws that stay.
-    budget = error_budget(model, generator(0, "error budget"))
+    budget = budgets.error_budget(model, generator(0, "error budget"))
     rng = generator(0, "compare")
     expected = scoring.expected_records(model, RECORD_DRAWS, rng)
     pit = scoring.record_pit(expected, rng)
     of_profile = ground_error(model)
     progress(0.09)
-    speeds = matched_speeds(model, rng)
+    speeds = speeds_of.matched_speeds(model, rng)
     progress(0.15)
     loo = leave_one_out(model)
     progress(0.24)
@@ -161,11 +149,11 @@ def comparison(
         ),
         held_out=_held_out_scores(held, others, observations, budget),
         where_it_fails=where_it_fails(axes, expected.error, pit, observations.columns.path_index),
-        speed_misfit=None if speeds is None else speed_misfit(observations, speeds),
-        measured_force=measured_force(observations) if observations.speeds else None,
-        budget=budget_parts(expected.error, budget),
-        budget_by_event=budget_by_event(observations, expected.error, budget, of_profile),
-        profile_m=profile_part(observations, of_profile),
+        speed_misfit=None if speeds is None else speeds_of.speed_misfit(observations, speeds),
+        measured_force=speeds_of.measured_force(observations) if observations.speeds else None,
+        budget=budgets.budget_parts(expected.error, budget),
+        budget_by_event=budgets.budget_by_event(observations, expected.error, budget, of_profile),
+        profile_m=budgets.profile_part(observations, of_profile),
     )
 
 
@@ -180,7 +168,10 @@ def coordinate_name(observations: Observations) -> str:
 
 
 def _held_out_scores(
-    held: HeldOut, others: HeldOutPredictions, observations: Observations, budget: ErrorBudget
+    held: HeldOut,
+    others: HeldOutPredictions,
+    observations: Observations,
+    budget: budgets.ErrorBudget,
 ) -> results.HeldOutScores:
     pit = scoring.record_pit(others.records, generator(0, "held out scores"))
     elpd, se = _summed(others.log_density)
@@ -204,7 +195,7 @@ def _summed(log_density: Floats) -> tuple[float, float | None]:
     )
 
 
-def _speed_scores(speeds: MatchedSpeeds | None) -> results.SpeedScores | None:
+def _speed_scores(speeds: speeds_of.MatchedSpeeds | None) -> results.SpeedScores | None:
     if speeds is None:
         return None
     pit = scoring.randomised_pit(speeds.draws, speeds.observed, generator(0, "speed scores"))
@@ -413,7 +404,7 @@ def _scores(model: FittedModel) -> results.PredictionScores:
     rng = generator(0, "predict scores")
     expected = scoring.expected_records(model, RECORD_DRAWS, rng)
     pit = scoring.record_pit(expected, rng)
-    budget = error_budget(model, generator(0, "error budget"))
+    budget = budgets.error_budget(model, generator(0, "error budget"))
     offsets = model.group_offsets(rng)
     given = [
         model.posterior.event_log_likelihood(

@@ -26,15 +26,7 @@ from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Records, of_path
 from avahazard.records.errors import AvahazardError
 from avahazard.records.path import Path
-from avahazard.report.hazard_tables import (
-    is_own_csv,
-    is_own_parquet,
-    is_own_workbook,
-    require_parquet,
-    write_hazard,
-    write_hazard_parquet,
-    write_hazard_workbook,
-)
+from avahazard.report import hazard_tables
 from avahazard.results.base import Report, Rows, plain, silent
 from avahazard.results.database import Export, Layer
 from avahazard.results.hazard import HazardRow
@@ -51,7 +43,10 @@ if TYPE_CHECKING:
     from avahazard.gis.hazard_map import MapLayer, MappedPath
 
 ENDINGS = (".gpkg", ".geojson", ".csv", ".xlsx", ".parquet")
-TABLES = {".csv": (is_own_csv, write_hazard), ".xlsx": (is_own_workbook, write_hazard_workbook)}
+TABLES = {
+    ".csv": (hazard_tables.is_own_csv, hazard_tables.write_hazard),
+    ".xlsx": (hazard_tables.is_own_workbook, hazard_tables.write_hazard_workbook),
+}
 
 
 def export(database: str, name: str, file: FilePath) -> Export:
@@ -103,7 +98,7 @@ def export(database: str, name: str, file: FilePath) -> Export:
 
 def _parquet(database: str, name: str, file: FilePath) -> Export:
     """Write the rows as Parquet, a few in memory at a time."""
-    require_parquet()
+    hazard_tables.require_parquet()
     with reading(database) as session:
         model = store.load_model(session, name)
         run = store.latest_run(session, store.BOUNDS, name)
@@ -120,9 +115,9 @@ def _parquet(database: str, name: str, file: FilePath) -> Export:
 
         def write(part: FilePath) -> None:
             nonlocal n_rows, n_places
-            n_rows, n_places = write_hazard_parquet(part, rows)
+            n_rows, n_places = hazard_tables.write_hazard_parquet(part, rows)
 
-        replace_file(file, is_own_parquet, write)
+        replace_file(file, hazard_tables.is_own_parquet, write)
     notes = () if n_places else ("no design runout has a place on the map: there is no geometry.",)
     return Export(name, str(file), Rows([Layer("hazard", n_rows, None)]), notes)
 

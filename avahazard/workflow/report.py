@@ -28,14 +28,7 @@ from avahazard.records.defaults import H_OVER_L_REL_SIGMA
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.path import Path, Profile, TerrainCrop
-from avahazard.report.html.content import (
-    Cover,
-    EventView,
-    PathView,
-    PlanView,
-    ReportContent,
-    SpeedLine,
-)
+from avahazard.report.html import content as page
 from avahazard.report.language import language_of, speaking
 from avahazard.results.base import RATIO, Report, finite, silent
 from avahazard.results.database import WrittenReport
@@ -138,7 +131,7 @@ def averaged_rows(session: Session, models: Sequence[str], name: str) -> list[Ha
 
 def gather(
     database: str, name: str, request: ReportRequest, report: Report = silent
-) -> ReportContent:
+) -> page.ReportContent:
     """Gather what the report of a stored model shows.
 
     Raises `AvahazardError` where there is no such model, or its own effects are not given.
@@ -183,7 +176,7 @@ def gather(
         "rows": rows,
         "zones": zones,
     }
-    return ReportContent(
+    return page.ReportContent(
         model=calibration,
         created=str(calibration.created),
         draws={key: v.ravel() for key, v in load_parameter_draws(database, name).items()},
@@ -208,7 +201,7 @@ def gather(
         versions=surroundings().versions,
         lacking=_lacking(stored, {key for key, value in there.items() if value}),
         loop=loop,
-        cover=Cover(request.title, request.author, request.place, request.date),
+        cover=page.Cover(request.title, request.author, request.place, request.date),
         brief=request.brief,
     )
 
@@ -245,12 +238,12 @@ ANY_VOLUME_M3 = 1e4
 def path_views(
     stored: FittedModel,
     records: Records,
-    events: Sequence[EventView],
+    events: Sequence[page.EventView],
     rows: Sequence[HazardRow],
     alpha_beta: Sequence[TerrainRunout],
     zones: Sequence[ZonedPath],
     grounds: Mapping[str, TerrainCrop],
-) -> tuple[PathView, ...]:
+) -> tuple[page.PathView, ...]:
     """The paths that the model was calibrated on or that have bounds, in the order of the store.
 
     `records` are all of the database; `events` are those of the calibration; `rows`, `alpha_beta`
@@ -272,7 +265,7 @@ def path_views(
             smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
         mine = [e for e in events if e.path_id == path.path_id]
         views.append(
-            PathView(
+            page.PathView(
                 path=path,
                 profile=profile,
                 smooth=smooth,
@@ -299,7 +292,7 @@ def _of(path: Path, rows: Sequence[R]) -> list[R]:
 
 def _speeds(
     model: FittedModel, records: Records, rows: Sequence[HazardRow]
-) -> Iterator[tuple[str, list[SpeedLine]]]:
+) -> Iterator[tuple[str, list[page.SpeedLine]]]:
     """By path, for each of its rows: the row, x and speed of the block of median friction."""
     values = model.layout.effect_values(model.draws.mean(axis=0))
     for path_id in dict.fromkeys(row.path_id for row in rows):
@@ -315,15 +308,15 @@ def _speeds(
                 continue
             found = run_site(future.site, float(mu), resistance).speeds
             places = np.array([[s.x_m, s.speed_m_s] for s in found])
-            lines.append(SpeedLine(row, places[:, 0], places[:, 1]))
+            lines.append(page.SpeedLine(row, places[:, 0], places[:, 1]))
         yield path_id, lines
 
 
-def _plan(profile: Profile, ground: TerrainCrop | None) -> PlanView | None:
+def _plan(profile: Profile, ground: TerrainCrop | None) -> page.PlanView | None:
     """The path from above, by its own coordinates; None where it has none."""
     some = np.unique(np.linspace(0, len(profile.x_m) - 1, MOST_PLACES).round().astype(int))
     if profile.easting_m is not None and profile.northing_m is not None:
-        return PlanView(
+        return page.PlanView(
             profile.x_m[some],
             profile.easting_m[some],
             profile.northing_m[some],
@@ -331,11 +324,13 @@ def _plan(profile: Profile, ground: TerrainCrop | None) -> PlanView | None:
             ground if ground is not None and ground.crs == profile.crs else None,
         )
     if profile.lon is not None and profile.lat is not None:
-        return PlanView(profile.x_m[some], profile.lon[some], profile.lat[some], None)
+        return page.PlanView(profile.x_m[some], profile.lon[some], profile.lat[some], None)
     return None
 
 
-def event_views(events: tuple[Event, ...], model: FittedModel, mu: Floats) -> tuple[EventView, ...]:
+def event_views(
+    events: tuple[Event, ...], model: FittedModel, mu: Floats
+) -> tuple[page.EventView, ...]:
     """The events of the model, in its order; `mu` `[n_events]` is their apparent friction."""
     observations = model.observations
     draws = _predicted(model)
@@ -361,9 +356,9 @@ def event_views(events: tuple[Event, ...], model: FittedModel, mu: Floats) -> tu
     return tuple(views)
 
 
-def event_view(event: Event, smooth: SmoothProfile | None) -> EventView:
+def event_view(event: Event, smooth: SmoothProfile | None) -> page.EventView:
     """One event by itself, with its place on the path's smoothed profile, where it has one."""
-    return EventView(
+    return page.EventView(
         event_id=event.event_id,
         path_id=event.path_id,
         date=event.date,

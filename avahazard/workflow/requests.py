@@ -8,15 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from avahazard.hazard.volume_source import VolumeSource
-from avahazard.inference.model.choices import (
-    BLOCK,
-    DEFAULT_METHOD,
-    DistributionName,
-    ForwardName,
-    MethodName,
-    ScatterName,
-    TailsName,
-)
+from avahazard.inference.model import choices
 from avahazard.records.conventions import Conventions, Decimal, Order
 from avahazard.records.errors import AvahazardError
 from avahazard.report.language import LanguageName
@@ -118,22 +110,25 @@ class CalibrateRequest(Request):
     """What a model is made of, on which events it is calibrated, and how."""
 
     law: str = option("exponential", "Friction as a function of volume.", choices=_laws)
-    scatter: ScatterName = option(
+    scatter: choices.ScatterName = option(
         "constant", "Scatter of friction: the same for all, or by volume."
     )
-    distribution: DistributionName = option("lognormal", "Distribution of friction given volume.")
-    method: MethodName = option(
-        DEFAULT_METHOD, "marginal accounts for measurement error; the others are the paper's."
+    distribution: choices.DistributionName = option(
+        "lognormal", "Distribution of friction given volume."
     )
-    tails: TailsName = option(
+    method: choices.MethodName = option(
+        choices.DEFAULT_METHOD,
+        "marginal accounts for measurement error; the others are the paper's.",
+    )
+    tails: choices.TailsName = option(
         "normal", "student is robust to outliers (Student's t, 4 degrees of freedom)."
     )
     with_: Sequence[str] = option((), "Add an effect; may be given again.", metavar="EFFECT")
     without: Sequence[str] = option(
         (), "Leave out an effect, such as centrifugal.", metavar="EFFECT"
     )
-    forward: ForwardName = option(
-        BLOCK, "What runs: the block, or the runs that `simulate` has stored."
+    forward: choices.ForwardName = option(
+        choices.BLOCK, "What runs: the block, or the runs that `simulate` has stored."
     )
     paths: Sequence[str] = option(
         (), "Only events of this path; may be given again.", metavar="PATH"

@@ -12,12 +12,7 @@ import numpy as np
 
 import avahazard
 from avahazard.arrays import Floats
-from avahazard.criticism.diagnosis.nuisances import (
-    HEAVY_TAILS,
-    WORTH_A_NOTE,
-    heavier_tails,
-    paths_differ,
-)
+from avahazard.criticism.diagnosis import nuisances
 from avahazard.criticism.diagnosis.two_kinds import kinds_of
 from avahazard.effects.columns import NO_EVENTS, build_columns
 from avahazard.effects.effect import Definition
@@ -42,14 +37,8 @@ from avahazard.inference.model.specification import (
     prior_from_document,
 )
 from avahazard.notes import Note
+from avahazard.records import crosscheck
 from avahazard.records.collection import Records, only_paths, unknown_path
-from avahazard.records.crosscheck import (
-    place_fault,
-    repeated,
-    repeated_notes,
-    unseen_elevation,
-    volume_fault,
-)
 from avahazard.records.errors import AvahazardError
 from avahazard.records.event import Event
 from avahazard.records.fingerprint import data_fingerprint
@@ -316,10 +305,12 @@ def calibration_result(
     )
     notes += of_records
     spread = tails = None
-    if (differ := paths_differ(found)) is not None and differ.evidence >= WORTH_A_NOTE:
+    if (
+        differ := nuisances.paths_differ(found)
+    ) is not None and differ.evidence >= nuisances.WORTH_A_NOTE:
         effect = None if differ.lacking else differ.effect
         spread = results.PathSpread(differ.sd, differ.evidence, differ.n_paths, effect)
-    if (gain := heavier_tails(found)) is not None and gain > HEAVY_TAILS:
+    if (gain := nuisances.heavier_tails(found)) is not None and gain > nuisances.HEAVY_TAILS:
         tails = results.HeavierTails(gain)
     notes[:0] = [one.note(name) for one in (spread, tails) if one is not None]
     return results.Calibration(
@@ -509,20 +500,20 @@ def record_notes(records: Records, sites: Sequence[Site]) -> tuple[Note, ...]:
     above: dict[str, list[tuple[float, str]]] = {}
     for event in records.events:
         path, profile = paths.get(event.path_id or ""), profiles.get(event.path_id or "")
-        fault = volume_fault(event)
+        fault = crosscheck.volume_fault(event)
         if fault is None and profile is not None:
-            fault = place_fault(event, path, profile)
+            fault = crosscheck.place_fault(event, path, profile)
         if fault is not None:
             values = dict(zip(("column", "value", "accepted"), fault, strict=True))
             notes.append(Note("contradicts_itself", event.event_id, **values))
-        elevation = None if path is None else unseen_elevation(event, path, profile)
+        elevation = None if path is None else crosscheck.unseen_elevation(event, path, profile)
         if path is not None and elevation is not None:
             above.setdefault(path.path_id, []).append((elevation, event.event_id))
     for path_id, stops in above.items():
         highest, events = zip(*sorted(stops, reverse=True), strict=True)
         told = {"n": len(stops), "limit": paths[path_id].observed_below_m, "events": list(events)}
         notes.append(Note("above_limit", path_id, **told, elevation=highest[0]))
-    return (*notes, *repeated_notes(repeated(records.events)))
+    return (*notes, *crosscheck.repeated_notes(crosscheck.repeated(records.events)))
 
 
 def _misfits(profiles: Mapping[str, Profile], sites: Sequence[Site]) -> Iterator[Note]:
