@@ -95,9 +95,7 @@ def compare(
             found = budgets.with_explained(found, before, added)
         store.save_result(session, store.COMPARISON, name, plain(found, keyed=True))
     if plot is not None:
-        from avahazard.report.score_pictures import draw_comparison  # noqa: PLC0415 (slow)
-
-        draw_comparison(plot, found)
+        found.plot(plot)
     return replace(found, next=next_step(database, name))
 
 

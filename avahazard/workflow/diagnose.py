@@ -83,9 +83,7 @@ def diagnose_model(
     if file is not None and not found.laws:
         raise _no_law(file, told)
     if plot is not None:
-        from avahazard.report.score_pictures import draw_diagnosis  # noqa: PLC0415 (slow)
-
-        draw_diagnosis(plot, told)
+        told.plot(plot)
     return replace(told, next=next_step(database, name))
 
 
