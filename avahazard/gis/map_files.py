@@ -22,13 +22,14 @@ from avahazard.gis.hazard_map import Feature, Kind, MapLayer, moved_geometry
 from avahazard.gis.systems import WGS84, moved, read_system
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import plain
+from avahazard.results.terrain import PERIOD_COLORS
 
 # Colours that the colour-blind tell apart (Okabe and Ito).
 GREY, ORANGE, SKY, GREEN, BLUE, RED = (
     "#666666", "#e69f00", "#56b4e9", "#009e73", "#0072b2", "#d55e00",
 )  # fmt: skip
 BY_QUANTILE = {"q05": SKY, "q50": BLUE, "q95": RED}
-BY_PERIOD = {"300 years": SKY, "100 years": BLUE, "30 years": ORANGE, "10 years": RED}
+BY_PERIOD = {f"{period:g} years": color for period, color in PERIOD_COLORS.items()}
 
 
 @dataclass(frozen=True, slots=True)

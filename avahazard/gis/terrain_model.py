@@ -28,7 +28,7 @@ from avahazard.records.path import TerrainCrop
 LOWEST_M, HIGHEST_M = -500.0, 9000.0
 """Beyond these a cell holds no elevation: a gap that the file does not declare, such as -9999."""
 POINTS_A_READ = 32
-MOST_CELLS = 200
+MOST_CELLS = 400
 MOST_HEADER = 10
 """Lines of the header of an ESRI ASCII grid."""
 MARGIN_M, MARGIN_SHARE = 100.0, 0.1

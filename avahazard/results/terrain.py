@@ -160,6 +160,10 @@ class TerrainRunout(Result):
     notes: tuple[Note, ...]
 
 
+PERIOD_COLORS = {300.0: "#56b4e9", 100.0: "#0072b2", 30.0: "#e69f00", 10.0: "#d55e00"}
+"""Return periods (years) whose areas a map has, the largest area first, and their colours."""
+
+
 @dataclass(frozen=True, slots=True)
 class SimulatedPath(Result):
     """The runs of a path: how many there are, and were made now; over which ranges, and how far.

@@ -22,6 +22,7 @@ from avahazard.hazard.exceedance import Avalanches, reach
 from avahazard.hazard.frequency import volume_frequencies
 from avahazard.hazard.path_hazard import path_hazard
 from avahazard.hazard.zones import ZoneSystem
+from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.model.choices import BLOCK
 from avahazard.notes import Note
 from avahazard.records.collection import Records, find_profile
@@ -29,7 +30,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.records.path import Path, TerrainCrop
 from avahazard.records.simulation import Simulation, ground_of
 from avahazard.results.base import Report, Rows, silent
-from avahazard.results.terrain import ChanceMap, MappedBy
+from avahazard.results.terrain import PERIOD_COLORS, ChanceMap, MappedBy
 from avahazard.store.records import load_simulations, load_terrain
 from avahazard.store.results import now
 from avahazard.store.session import reading
@@ -44,8 +45,6 @@ if TYPE_CHECKING:
     from avahazard.gis.hazard_map import MappedPath
 
 PRESSURES_KPA = (3.0, 10.0, 30.0)
-PERIODS = (10.0, 30.0, 100.0, 300.0)
-"""Return periods (years) whose areas a GeoPackage has."""
 N_PLACES = 200
 BY_BLOCK, BY_FLOW = 1.0, 2.0
 """Values of the band `engine`."""
@@ -55,7 +54,8 @@ BY_BLOCK, BY_FLOW = 1.0, 2.0
 class MapPart:
     """A path on the map: chances `[n_rows, n_columns]` by band on its ground, with their limits.
 
-    Of a path without runs there is the chance (5, 50, 95 %) at places `x` (m) along its line.
+    `place` `[n_rows, n_columns]` (m) is where its cells are along the line, nan far from it. Of a
+    path without runs there is the chance (5, 50, 95 %) at places `x` (m) along its line.
     """
 
     one: MappedPath
@@ -63,6 +63,12 @@ class MapPart:
     runs: list[Simulation]
     bands: dict[str, Floats] = field(default_factory=dict)
     x: Floats = field(default_factory=lambda: np.empty(0))
+    place: Floats = field(default_factory=lambda: np.empty(0))
+
+    def runout(self, band: str, return_period_years: float) -> float | None:
+        """The farthest place (m) along the line that is come to once in the period, if any."""
+        there = self.place[self.bands[band] >= 1.0 / return_period_years]
+        return float(np.nanmax(there)) if np.isfinite(there).any() else None
 
 
 def draw_map(
@@ -84,6 +90,42 @@ def draw_map(
         )
     limits = load_limits(request.limits)
     model, records = load_stored(database, name, request.effect_files)
+    parts, left_out = map_parts(database, model, records, request, limits, report)
+    flows = model.specification.forward != BLOCK
+    grid = grid_of([part.crop for part in parts])
+    notes = [*notes_of_fit(model), *map(Note.ready, limits.notes)]
+    if left_out:
+        notes.insert(0, Note("not_on_map", paths=", ".join(left_out)))
+    if not flows and any(part.runs for part in parts):
+        notes.insert(0, Note("friction_of_block", model=name))
+    if file.suffix.lower() == ".gpkg":
+        bands = _write_areas(file, parts, limits)
+    else:
+        bands = _write_chances(file, parts)
+    rows = [
+        MappedBy(
+            part.one.path.path_id,
+            ENGINE if part.runs else BLOCK,
+            len(part.runs),
+            float(np.nanmax(part.bands["chance"], initial=0.0)),
+        )
+        for part in parts
+    ]
+    return ChanceMap(name, str(file), grid.crs, grid.cell_m, bands, Rows(rows), tuple(notes))
+
+
+def map_parts(
+    database: str,
+    model: FittedModel,
+    records: Records,
+    request: MapRequest,
+    limits: ZoneSystem,
+    report: Report = silent,
+) -> tuple[list[MapPart], list[str]]:
+    """The paths on a map with their chances, and the names of those that are not on it.
+
+    Raises as `draw_map`.
+    """
     require_friction_scatter(model)
     with reading(database) as session:
         known = survey(session)
@@ -107,33 +149,14 @@ def draw_map(
         avalanches = path_hazard(model, records, path_id, volumes, seed=request.seed).avalanches
         _fill(part, avalanches, limits)
         parts.append(part)
+    report("Drawing the map", len(named), len(named))
     if not parts:
         raise AvahazardError(
             f"There is nothing to draw: {', '.join(left_out)} have no terrain"
             f"{' or no runs' if flows else ''}.",
             "Import lines with --dem; then run: avahazard simulate.",
         )
-    grid = grid_of([part.crop for part in parts])
-    notes = [*notes_of_fit(model), *map(Note.ready, limits.notes)]
-    if left_out:
-        notes.insert(0, Note("not_on_map", paths=", ".join(left_out)))
-    if not flows and any(part.runs for part in parts):
-        notes.insert(0, Note("friction_of_block", model=name))
-    report("Drawing the map", len(named), len(named))
-    if file.suffix.lower() == ".gpkg":
-        bands = _write_areas(file, parts, limits)
-    else:
-        bands = _write_chances(file, parts)
-    rows = [
-        MappedBy(
-            part.one.path.path_id,
-            ENGINE if part.runs else BLOCK,
-            len(part.runs),
-            float(np.nanmax(part.bands["chance"], initial=0.0)),
-        )
-        for part in parts
-    ]
-    return ChanceMap(name, str(file), grid.crs, grid.cell_m, bands, Rows(rows), tuple(notes))
+    return parts, left_out
 
 
 def _part(
@@ -159,7 +182,7 @@ def _fill(part: MapPart, avalanches: Avalanches, limits: ZoneSystem) -> None:
         return
     from avahazard.gis.avaframe_project import STOP_KPA, ground  # noqa: PLC0415 (may be missing)
 
-    place = ground(part.one.line, part.crop).place
+    part.place = place = ground(part.one.line, part.crop).place
     pressures = {rule.pressure_kpa_min for zone in limits.zones for rule in zone.rules} - {0.0}
 
     def chance(limit: float) -> Floats:
@@ -226,7 +249,7 @@ def _write_areas(file: FilePath, parts: Sequence[MapPart], limits: ZoneSystem) -
             continue
         grid, line = grid_of([part.crop]), part.one.line
         about = {"path_id": part.one.path.path_id, "engine": ENGINE}
-        for period in reversed(PERIODS):
+        for period in PERIOD_COLORS:
             told = {**about, "return_period_years": period, "period": f"{period:g} years"}
             reached += areas(grid, part.bands["chance"] >= 1.0 / period, line, told)
             for q in ("q95", "q05"):

@@ -33,8 +33,8 @@ from avahazard.report.language import language_of, speaking
 from avahazard.results.base import RATIO, Report, finite, silent
 from avahazard.results.database import WrittenReport
 from avahazard.results.diagnosis import Diagnosis
-from avahazard.results.hazard import HazardRow
-from avahazard.results.terrain import TerrainRunout
+from avahazard.results.hazard import HazardRow, PlaceQuantiles
+from avahazard.results.terrain import PERIOD_COLORS, TerrainRunout
 from avahazard.results.zones import ZonedPath
 from avahazard.store.records import load_terrain
 from avahazard.store.results import (
@@ -58,10 +58,11 @@ from avahazard.workflow.friction import (
     friction_view,
     from_reference,
 )
+from avahazard.workflow.map import map_parts
 from avahazard.workflow.next_step import next_step
 from avahazard.workflow.path import alpha_beta_paths, describe_path, list_paths
 from avahazard.workflow.report_loop import QUANTILES, loop_view
-from avahazard.workflow.requests import ReportRequest
+from avahazard.workflow.requests import MapRequest, ReportRequest
 from avahazard.workflow.runout import run_site
 from avahazard.workflow.stored import (
     limits_speed,
@@ -70,6 +71,7 @@ from avahazard.workflow.stored import (
     notes_of_fit,
     surroundings,
 )
+from avahazard.workflow.zones import load_limits
 
 ENDINGS = (".html", ".htm")
 
@@ -162,7 +164,8 @@ def gather(
     events = event_views(only_paths(records, stored.paths).events, stored, found.mu)
     report("Writing the report", 0.14, 1.0)
     baseline = alpha_beta_paths(database) if records.profiles else ()
-    paths = path_views(stored, records, events, rows, baseline, zones, grounds)
+    flows = flow_views(database, stored, records)
+    paths = path_views(stored, records, events, rows, baseline, zones, grounds, flows)
     shown = {view.path.path_id for view in paths}
     report("Writing the report", 0.4, 1.0)
     loop = loop_view(database, stored, records, models, comparisons, diagnoses)
@@ -173,7 +176,7 @@ def gather(
         "profiles": records.profiles,
         "comparison": comparisons[name],
         "diagnosis": diagnoses.get(name),
-        "rows": rows,
+        "rows": rows or flows,
         "zones": zones,
     }
     return page.ReportContent(
@@ -213,7 +216,8 @@ def _lacking(stored: FittedModel, there: set[str]) -> Mapping[str, Note]:
     if "profiles" not in there:
         lacking["paths"] = lacking["rows"] = Note("no_profiles")
     elif stored.specification.forward != BLOCK:
-        lacking["rows"] = lacking["zones"] = Note("map_instead", model=name)
+        lacking["zones"] = Note("map_instead", model=name)
+        lacking |= {} if "rows" in there else {"rows": lacking["zones"]}
     elif "rows" not in there:
         lacking["rows"] = Note("no_bounds", model=name)
     if stored.sigma_m is not None:
@@ -243,12 +247,13 @@ def path_views(
     alpha_beta: Sequence[TerrainRunout],
     zones: Sequence[ZonedPath],
     grounds: Mapping[str, TerrainCrop],
+    flows: Mapping[str, page.FlowView],
 ) -> tuple[page.PathView, ...]:
     """The paths that the model was calibrated on or that have bounds, in the order of the store.
 
     `records` are all of the database; `events` are those of the calibration; `rows`, `alpha_beta`
-    and `zones` are the results of `hazard`, `alpha-beta` and `zones`, `grounds` the terrain by
-    path.
+    and `zones` are the results of `hazard`, `alpha-beta` and `zones`, `grounds` and `flows` the
+    terrain and what flows there by path.
     """
     bounded = {row.path_id for row in rows}
     trained = set(stored.paths) or {path.path_id for path in records.paths}
@@ -280,7 +285,9 @@ def path_views(
                 speeds=speeds.get(path.path_id, []),
                 alpha_beta=_of(path, alpha_beta),
                 zones=next(iter(_of(path, zones)), None),
-                plan=None if profile is None else _plan(profile, grounds.get(path.path_id)),
+                plan=None
+                if profile is None
+                else _plan(profile, grounds.get(path.path_id), flows.get(path.path_id)),
             )
         )
     return tuple(views)
@@ -312,7 +319,29 @@ def _speeds(
         yield path_id, lines
 
 
-def _plan(profile: Profile, ground: TerrainCrop | None) -> page.PlanView | None:
+def flow_views(database: str, model: FittedModel, records: Records) -> dict[str, page.FlowView]:
+    """The annual chance on the terrain of paths by a flow model; empty for a model of the block."""
+    if model.specification.forward == BLOCK:
+        return {}
+    limits = load_limits(MapRequest().limits)
+    try:
+        parts, _ = map_parts(database, model, records, MapRequest(), limits)
+    except AvahazardError:  # such as records without dates, of which its notes tell
+        return {}
+    bands = ("chance_q05", "chance", "chance_q95")
+    return {
+        part.one.path.path_id: page.FlowView(
+            part.bands["chance"],
+            {t: PlaceQuantiles(*(part.runout(b, t) for b in bands)) for t in PERIOD_COLORS},
+        )
+        for part in parts
+        if part.runs
+    }
+
+
+def _plan(
+    profile: Profile, ground: TerrainCrop | None, flow: page.FlowView | None
+) -> page.PlanView | None:
     """The path from above, by its own coordinates; None where it has none."""
     some = np.unique(np.linspace(0, len(profile.x_m) - 1, MOST_PLACES).round().astype(int))
     if profile.easting_m is not None and profile.northing_m is not None:
@@ -321,7 +350,7 @@ def _plan(profile: Profile, ground: TerrainCrop | None) -> page.PlanView | None:
             profile.easting_m[some],
             profile.northing_m[some],
             profile.crs or "?",
-            ground if ground is not None and ground.crs == profile.crs else None,
+            *((ground, flow) if ground is not None and ground.crs == profile.crs else ()),
         )
     if profile.lon is not None and profile.lat is not None:
         return page.PlanView(profile.x_m[some], profile.lon[some], profile.lat[some], None)

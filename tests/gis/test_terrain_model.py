@@ -80,7 +80,7 @@ def test_the_ground_around_a_path(tmp_path: Path, target: str, cell: float) -> N
         crop = terrain.around("P", moved(line, CRS(CODE), system), system, target)
     assert (crop.path_id, crop.crs, crop.elevation_m.dtype) == ("P", target, np.float32)
     n_rows, n_columns = crop.elevation_m.shape
-    assert max(n_rows, n_columns) <= 200
+    assert max(n_rows, n_columns) <= 400
     east = crop.west_m + (np.arange(n_columns) + 0.5) * crop.cell_m
     north = crop.north_m - (np.arange(n_rows) + 0.5) * crop.cell_m
     centres = np.stack(np.meshgrid(east, north), axis=-1).reshape(-1, 2)

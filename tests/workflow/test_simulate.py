@@ -25,6 +25,8 @@ from typer.testing import Result
 from avahazard.engines.com1dfa import PLACE
 from avahazard.store.records import load_simulations
 from avahazard.store.session import reading
+from avahazard.workflow.report import gather
+from avahazard.workflow.requests import ReportRequest
 from tests.conftest import command_line
 from tests.engines.slope import LAW, real_avaframe, stop_m, write_program, write_slope
 from tests.workflow.slope import TABLE
@@ -157,6 +159,24 @@ def test_the_map_as_raster_and_as_areas(flow_slope: Path) -> None:
     layers = {name for name, _ in pyogrio.list_layers(areas)}
     assert {"zone_areas", "return_periods", "paths", "layer_styles"} <= layers
     assert run("map", "flow", "-o", str(flow_slope / "map.pdf")).exit_code == 1
+
+
+def test_the_report_has_the_map_over_the_terrain(flow_slope: Path) -> None:
+    run = command_line(flow_slope / "avahazard.db")
+    page = flow_slope / "flow.html"
+    assert run("report", "flow", "-o", str(page)).exit_code == 0
+    text = page.read_text(encoding="utf-8")
+    assert "comes here once in 100 years" in text
+    assert '<image href="data:image/png;base64,' in text
+    content = gather(str(flow_slope / "avahazard.db"), "flow", ReportRequest())
+    (view,) = content.paths
+    flow = view.plan.flow
+    assert flow.chance.shape == view.plan.ground.elevation_m.shape
+    middle = [flow.runouts[t].q50 for t in sorted(flow.runouts)]
+    assert middle == sorted(middle)
+    for x in flow.runouts.values():
+        assert x.q05 <= x.q50 <= x.q95
+    assert "rows" not in content.lacking
 
 
 def test_paths_without_runs_are_drawn_along_the_line(flow_slope: Path) -> None:

@@ -15,7 +15,12 @@ from avahazard.notes import Note, grouped, placed
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.report.html.content import PathView, PlanView, ReportContent
 from avahazard.report.html.figure import GROUND, INK, VERMILION
-from avahazard.report.html.map_figure import round_length
+from avahazard.report.html.map_figure import (
+    TINT,
+    period_words,
+    round_length,
+    terrain_png,
+)
 from avahazard.report.html.path_figure import shown_end
 from avahazard.report.language import plural, say, spoken
 from avahazard.report.sentences import change_words, error_words, failure_words, verdict_words
@@ -33,6 +38,7 @@ from avahazard.report.words import (
 )
 from avahazard.results.comparison import Comparison
 from avahazard.results.hazard import Design, HazardRow, PlaceQuantiles
+from avahazard.results.terrain import PERIOD_COLORS
 
 USUAL_YEARS = 100.0
 FEW_EVENTS = 5
@@ -55,6 +61,11 @@ def conclusion(content: ReportContent) -> list[str]:
 def _how_far(content: ReportContent) -> str:
     period = shown_period(content)
     rows = [r for r in content.rows if r.design and r.return_period_years == period]
+    if flows := [view for view in content.paths if view.plan and view.plan.flow]:
+        return say(
+            "Where flow comes to once in 10 to 300 years is mapped for {paths}.",
+            paths=paths(len(flows)),
+        )
     if not rows:
         return say("No design runout was computed.")
     past = [content.names[r.path_id] for r in rows if r.design and r.design.records_beyond]
@@ -134,10 +145,13 @@ def rests_on(content: ReportContent) -> list[str]:
     )
 
 
-def limits() -> list[str]:
+def limits(content: ReportContent) -> list[str]:
     """The limits of every report, a line each."""
+    flows = any(view.plan and view.plan.flow for view in content.paths)
     return [
-        say(
+        say("The terrain is that of the import, in cells: what is smaller is not in it.")
+        if flows
+        else say(
             "The avalanche is one block on one line: a runout is a point on that line, not an "
             "outline on the map."
         ),
@@ -177,10 +191,13 @@ def path_cards(content: ReportContent) -> tuple[list[PathCard], list[str]]:
             PathCard(
                 number,
                 view.name,
-                profile_picture(view, shown),
+                terrain_picture(view, view.plan)
+                if view.plan and view.plan.flow
+                else profile_picture(view, shown),
                 (
                     *(_line(row, design) for row, design in designs),
                     *_average_lines(content, view),
+                    *_flow_lines(view, view.smooth),
                     *_zone_lines(view, view.smooth),
                 ),
                 None if shown is None else farthest_words(shown, metres),
@@ -217,6 +234,14 @@ def _average_lines(content: ReportContent, view: PathView) -> Iterable[tuple[str
             yield name, place(own.q50), span(own), ""
 
 
+def _flow_lines(view: PathView, smooth: SmoothProfile) -> Iterable[tuple[str, str, str, str]]:
+    """How far the flow comes along the line once in each period."""
+    flow = view.plan.flow if view.plan else None
+    for period, x in sorted(flow.runouts.items()) if flow else ():
+        height = None if x.q50 is None else float(smooth.height(x.q50))
+        yield spoken().number(f"{period:g}"), place(x.q50), span(x), place(height)
+
+
 def _zone_lines(view: PathView, smooth: SmoothProfile) -> Iterable[tuple[str, str, str, str]]:
     """Where each zone ends."""
     for zone in view.zones.zones if view.zones else ():
@@ -231,6 +256,8 @@ def _zone_lines(view: PathView, smooth: SmoothProfile) -> Iterable[tuple[str, st
 
 def _mind(content: ReportContent, view: PathView, shown: Design | None) -> Iterable[str]:
     """What to mind on a path: of its answer, its records and its baseline."""
+    if view.plan and view.plan.flow:
+        return
     if shown is None:
         yield say("No design runout: the block does not start, or the rate is not known.")
         return
@@ -312,6 +339,39 @@ def profile_picture(view: PathView, design: Design | None) -> Markup:
         f'<text x="4" y="2">z {metres(high)}</text>'
     )
     return _svg(f"0 -8 {WIDTH} {HEIGHT + 8 + UNDER}", words, parts)
+
+
+def terrain_picture(view: PathView, plan: PlanView) -> Markup:
+    """The terrain with the areas that flow comes to, the line, and a scale."""
+    ground = plan.ground
+    assert ground is not None
+    n_rows, n_columns = ground.elevation_m.shape
+    wide, high = n_columns * ground.cell_m, n_rows * ground.cell_m
+    scale = WIDTH / max(wide, high)
+    room = 0.5 * (WIDTH - wide * scale)
+
+    def at(there: float) -> tuple[float, float]:
+        east, north = (float(np.interp(there, plan.x, v)) for v in (plan.east, plan.north))
+        return room + (east - ground.west_m) * scale, (ground.north_m - north) * scale
+
+    length = round_length(0.3 * wide)
+    under = high * scale + 8
+    parts = [
+        f'<image href="{terrain_png(plan)}" x="{room:.1f}" y="0" width="{wide * scale:.1f}" '
+        f'height="{high * scale:.1f}" preserveAspectRatio="none"/>',
+        f'<polyline points="{_points(at, plan.x)}" fill="none" stroke="{INK}"/>',
+        f'<path d="M{room:.1f} {under}v5h{length * scale:.1f}v-5" fill="none" stroke="{INK}"/>'
+        f'<text x="{room + length * scale + 6:.1f}" y="{under + 5}">'
+        f"{metres(length)}</text>",
+    ]
+    for k, (period, color) in enumerate(PERIOD_COLORS.items()):
+        down = under + 22 + 15 * k
+        parts.append(
+            f'<rect x="0" y="{down - 10}" width="12" height="12" fill="{color}" opacity="{TINT}"/>'
+            f'<text x="18" y="{down}">{escape(period_words(period))}</text>'
+        )
+    words = say("{path}: where flow comes to once in some years", path=view.name)
+    return _svg(f"0 0 {WIDTH} {under + 75}", words, parts)
 
 
 def _svg(box: str, words: str, parts: Iterable[str]) -> Markup:

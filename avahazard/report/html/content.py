@@ -13,7 +13,7 @@ from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison, Rung
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.friction import FrictionDensity
-from avahazard.results.hazard import HazardRow
+from avahazard.results.hazard import HazardRow, PlaceQuantiles
 from avahazard.results.terrain import PathSummary, TerrainRunout
 from avahazard.results.zones import ZonedPath
 
@@ -60,10 +60,21 @@ class FrictionView:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class FlowView:
+    """Annual chance by a flow model in the cells of the ground, `[n_rows, n_columns]`.
+
+    `runouts` are the places along the line that it comes to once in the periods (years).
+    """
+
+    chance: Floats
+    runouts: Mapping[float, PlaceQuantiles]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class PlanView:
     """A path on the map: `east`, `north` `[n]` at places `x`; degrees where `crs` is None.
 
-    `ground` is the terrain around it, in the same system.
+    `ground` is the terrain around it, in the same system, and `flow` what comes to its cells.
     """
 
     x: Floats
@@ -71,6 +82,7 @@ class PlanView:
     north: Floats
     crs: str | None
     ground: TerrainCrop | None = None
+    flow: FlowView | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

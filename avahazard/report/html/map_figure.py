@@ -27,9 +27,10 @@ from avahazard.report.html.figure import (
     line,
     marks,
 )
-from avahazard.report.language import say
+from avahazard.report.language import say, spoken
 from avahazard.report.words import case, interval, metres
 from avahazard.results.hazard import HazardRow
+from avahazard.results.terrain import PERIOD_COLORS
 
 Span = tuple[float, float]
 
@@ -77,11 +78,30 @@ TO_LIGHT = np.array([-0.5, 0.5, np.sqrt(0.5)])
 DARKEST = 0.35
 
 
-def hillshade(elevation_m: NDArray[np.float32], cell_m: float) -> bytes:
+MOST_SHADED = 200
+"""Cells of the picture along a side, at most."""
+TINT = 0.55
+
+
+def terrain_png(plan: PlanView) -> str:
+    """The ground of a path with the areas that flow comes to, as the address of a picture."""
+    assert plan.ground is not None
+    step = -(-max(plan.ground.elevation_m.shape) // MOST_SHADED)
+    chance = None if plan.flow is None else plan.flow.chance[::step, ::step]
+    ground = plan.ground.elevation_m[::step, ::step]
+    shade = hillshade(ground, step * plan.ground.cell_m, chance)
+    return f"data:image/png;base64,{base64.b64encode(shade).decode('ascii')}"
+
+
+def hillshade(
+    elevation_m: NDArray[np.float32], cell_m: float, chance: Floats | None = None
+) -> bytes:
     """PNG of elevations `[n_rows, n_columns]`, rows from north; clear where they are NaN.
 
-    Grey is the cosine of the angle between the normal of the ground and the light (Lambert).
+    Grey is the cosine of the angle between the normal of the ground and the light (Lambert). Where
+    the annual `chance` is over 1/T it has the colour of the shortest such period T.
     """
+    from matplotlib.colors import to_rgb  # noqa: PLC0415 (slow)
     from matplotlib.image import imsave  # noqa: PLC0415 (slow)
 
     ground = elevation_m.astype(np.float64)
@@ -89,11 +109,15 @@ def hillshade(elevation_m: NDArray[np.float32], cell_m: float) -> bytes:
     normal = np.stack([-eastward, southward, np.ones_like(ground)])
     light = np.tensordot(TO_LIGHT, normal, 1) / np.linalg.norm(normal, axis=0)
     shade = DARKEST + (1.0 - DARKEST) * np.clip(light, 0.0, 1.0)
-    shade[np.isnan(ground)] = np.nan
+    known = np.isfinite(shade) & np.isfinite(ground)
+    colored = np.dstack([np.where(known, np.round(shade, 2), 0.0)] * 3 + [known.astype(float)])
+    often = np.zeros_like(ground) if chance is None else chance
+    for period, color in PERIOD_COLORS.items():
+        inside = (often >= 1.0 / period) & known
+        colored[inside, :3] = TINT * np.array(to_rgb(color)) + (1.0 - TINT) * shade[inside, None]
     picture = BytesIO()
     # Nothing of the day or of the machine: equal grounds make equal pictures.
-    look: dict[str, Any] = {"cmap": "gray", "vmin": 0.0, "vmax": 1.0, "format": "png"}
-    imsave(picture, np.round(shade, 2), metadata={"Software": ""}, **look)
+    imsave(picture, colored, metadata={"Software": ""}, format="png")
     return picture.getvalue()
 
 
@@ -110,6 +134,9 @@ def map_figure(k: int, view: PathView) -> Figure | None:
         return None
     degrees = plan.crs is None
     data: list[Trace] = [line(plan.east, plan.north, INK, 1.6, name=say("path"))]
+    for period, color in PERIOD_COLORS.items() if plan.flow else ():
+        look = {"symbol": "square", "size": 14, "color": color, "opacity": TINT}
+        data.append(marks([None], [None], look, name=period_words(period)))
     for zone in view.zones.zones if view.zones else ():
         if zone.to_x_m > zone.from_x_m:
             name = label(say("zone: {zone}", zone=say(zone.zone)))
@@ -147,6 +174,11 @@ def map_figure(k: int, view: PathView) -> Figure | None:
     )
 
 
+def period_words(period: float) -> str:
+    """What the colour of a return period (years) says."""
+    return label(say("comes here once in {years} years", years=spoken().number(f"{period:g}")))
+
+
 def _layout(plan: PlanView, east: Span, north: Span, ratio: float) -> dict[str, Any]:
     across, upwards, ticks = say("easting (m)"), say("northing (m)"), "d"
     if plan.crs is None:
@@ -162,10 +194,8 @@ def _layout(plan: PlanView, east: Span, north: Span, ratio: float) -> dict[str, 
     if plan.ground is not None:
         ground = plan.ground
         n_rows, n_columns = ground.elevation_m.shape
-        shade = hillshade(ground.elevation_m, ground.cell_m)
-        picture = base64.b64encode(shade).decode("ascii")
         places["images"] = [
-            {"source": f"data:image/png;base64,{picture}", "xref": "x", "yref": "y",
+            {"source": terrain_png(plan), "xref": "x", "yref": "y",
              "x": ground.west_m, "y": ground.north_m, "sizex": n_columns * ground.cell_m,
              "sizey": n_rows * ground.cell_m, "sizing": "stretch", "layer": "below",
              "opacity": 0.85}

@@ -104,7 +104,7 @@ def test_it_says_what_it_rests_on(content: ReportContent) -> None:
     assert untold(text, "61 events", "extrapolated") == []
     few = replace(content.paths[0], events=())
     assert "fewer than 5" in " ".join(rests_on(replace(content, paths=(few, *content.paths[1:]))))
-    assert len(limits()) == 5
+    assert len(limits(content)) == 5
 
 
 def test_notes_are_a_line_each_kind_and_every_one_is_there(content: ReportContent) -> None:

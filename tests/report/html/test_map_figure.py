@@ -7,9 +7,11 @@ from io import BytesIO
 import matplotlib.image as mpimg
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 
-from avahazard.report.html.map_figure import M_PER_DEGREE, hillshade, round_length, scale_bar
+from avahazard.report.html.map_figure import M_PER_DEGREE, TINT, hillshade, round_length, scale_bar
 from avahazard.report.language import language_of, speaking
+from avahazard.results.terrain import PERIOD_COLORS
 
 
 @pytest.mark.parametrize(
@@ -64,3 +66,14 @@ def test_the_slope_counts_and_not_the_rise_of_a_cell(cell: float) -> None:
     )
     same = mpimg.imread(BytesIO(hillshade((5.0 * row).astype(np.float32), 10.0)), format="png")
     np.testing.assert_array_equal(picture, same)
+
+
+def test_cells_have_the_colour_of_the_shortest_period_that_is_reached() -> None:
+    chance = np.array([[0.0, 1 / 250], [1 / 50, 1 / 5]])
+    flat = hillshade(np.zeros((2, 2), np.float32), 10.0)
+    drawn = hillshade(np.zeros((2, 2), np.float32), 10.0, chance)
+    plain, colored = (mpimg.imread(BytesIO(png), format="png") for png in (flat, drawn))
+    assert np.array_equal(plain[0, 0], colored[0, 0])
+    for place, period in (((0, 1), 300.0), ((1, 0), 100.0), ((1, 1), 10.0)):
+        mixed = TINT * np.array(to_rgb(PERIOD_COLORS[period])) + (1.0 - TINT) * plain[place][:3]
+        np.testing.assert_allclose(colored[place][:3], mixed, atol=0.01)
