@@ -233,7 +233,9 @@ def _event_gain(
 ) -> float:
     x, way, length = _places(first.posterior.observations, event, n_places)
     pair = (_expected(first, event, x), _expected(second, event, x))
-    own = max(_own_error(first), _own_error(second))
+    # Friction scatters along the tracks as found, or as thought of before.
+    found = [fit.posterior.layout.track_sigma(fit.mode.u) for fit in (first, second)]
+    own = max(sigma or TRACK_SCATTER for sigma in found)
     # Of squares of speed (`speed_errors`), at the mean of what both fits expect.
     mean = np.mean([fit.chance @ fit.speeds for fit in pair], axis=0)
     error = SPEED_SIGMA_M_S**2 * (4.0 * mean**2 + 2.0 * SPEED_SIGMA_M_S**2)
@@ -255,11 +257,6 @@ def _log_density(square: Floats, expected: _Expected, factor: Floats) -> Floats:
     with np.errstate(divide="ignore"):
         log_chance = np.log(expected.chance)
     return np.asarray(logsumexp(log_chance - 0.5 * np.sum(z**2, axis=2), axis=1))
-
-
-def _own_error(fit: Refit) -> float:
-    """Scatter of friction along the tracks, as found or as thought of before."""
-    return fit.posterior.layout.track_sigma(fit.mode.u) or TRACK_SCATTER
 
 
 def _places(observations: Observations, event: int, n_places: int) -> tuple[Floats, Floats, float]:

@@ -189,19 +189,8 @@ class BlockMemory(NamedTuple):
 @kernel
 def block_memory(n_nodes: int) -> BlockMemory:
     """Working memory for events of at most so many nodes."""
-    many = (n_nodes, BLOCK)
-    return BlockMemory(
-        np.zeros(many),
-        np.zeros(many),
-        np.zeros(BLOCK),
-        np.zeros(BLOCK),
-        np.zeros(BLOCK),
-        np.zeros(BLOCK),
-        np.zeros(BLOCK),
-        np.zeros(BLOCK),
-        np.zeros(BLOCK),
-        np.zeros(BLOCK),
-    )
+    place, weight, m = np.zeros((n_nodes, BLOCK)), np.zeros((n_nodes, BLOCK)), np.zeros((8, BLOCK))
+    return BlockMemory(place, weight, m[0], m[1], m[2], m[3], m[4], m[5], m[6], m[7])
 
 
 @kernel

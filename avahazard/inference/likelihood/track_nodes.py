@@ -310,20 +310,6 @@ class FineTrack(NamedTuple):
     square: Floats
 
 
-def squares(speeds: Floats) -> Floats:
-    """u² `[n_friction, n_places]`, carried on to the first friction that stops short of a place.
-
-    Straight and below 0, so that the stop has its place between this friction and the one before.
-    """
-    square = speeds**2
-    stops = np.flatnonzero(np.diff(speeds == 0.0, axis=0).any(axis=1)) + 1
-    for c in stops[stops > 1]:
-        short = (speeds[c] == 0.0) & (speeds[c - 1] > 0.0)
-        ahead = 2.0 * square[c - 1] - square[c - 2]
-        square[c] = np.where(short, np.minimum(ahead, 0.0), square[c])
-    return np.asarray(square)
-
-
 def track_nodes(tables: TrackTables, scatter: float, panels: Ints, in_log: bool) -> TrackNodes:
     """Nodes of all tracks with this `scatter` of friction along them; `panels` `[n_tracks]`."""
     n = len(panels)

@@ -18,7 +18,6 @@ from avahazard.inference.likelihood.track_nodes import (
     inverse_root,
     speed_log_density,
     squared,
-    squares,
     whitening,
 )
 from avahazard.inference.model.observations import ELEVATION, LEFT, SpeedRecord, speed_record
@@ -287,24 +286,6 @@ def test_between_takes_fewer_parts_of_many_cells() -> None:
     here = coarse[(coarse > 0.4) & (coarse < 0.41)]
     assert np.max(np.diff(fine)) < np.min(np.diff(here))
     assert len(coarse) < len(fine) + 3 * len(MU)
-
-
-def test_squares_go_straight_below_nought_where_a_block_stops_short() -> None:
-    # u² falls evenly with friction: 9, 5, 1 and, carried on, -3; the last place is never reached.
-    speeds = np.sqrt(
-        np.array([[16.0, 9.0, 0.0], [12.0, 5.0, 0.0], [8.0, 1.0, 0.0], [4.0, 0.0, 0.0]])
-    )
-    found = squares(np.vstack([speeds, np.zeros((2, 3))]))
-    expected = [
-        [16.0, 9.0, 0.0],
-        [12.0, 5.0, 0.0],
-        [8.0, 1.0, 0.0],
-        [4.0, -3.0, 0.0],
-        # Just at rest, where it is carried on to nought itself.
-        [0.0, 0.0, 0.0],
-        [0.0, 0.0, 0.0],
-    ]
-    np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
 def test_events_without_speeds_are_untouched() -> None:
