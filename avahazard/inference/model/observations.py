@@ -243,12 +243,12 @@ def track_spread(way: Floats, length: float) -> Floats:
 
 def speed_records(
     speeds: Sequence[Speed],
-    index: dict[str, int],
     events: Sequence[Event],
     sites: dict[str, Site],
     release: Ints,
 ) -> tuple[SpeedRecord, ...]:
     """Speeds by event, in the order of the events; elevations become the first place there."""
+    index = {e.event_id: i for i, e in enumerate(events)}
     of_event: dict[int, list[Speed]] = {}
     for speed in speeds:
         if speed.event_id in index:
@@ -493,7 +493,7 @@ def _arranged(
     columns = replace(columns, made=counted(columns))
     kinds = [_observation(e) for e in events]
     kind = np.array([k for k, _ in kinds], dtype=np.int64)
-    observed = np.array([v for _, v in kinds])
+    observed = np.array([v for _, v in kinds], np.float64)
     # Few events that are to be predicted may follow their stops by chance.
     outcomes = outcome_columns(columns, kind, observed) if prior is None else {}
     numbers = {name: values for name, values in columns.numbers.items() if name not in outcomes}
@@ -512,7 +512,7 @@ def _arranged(
     sigma = [
         H_OVER_L_REL_SIGMA / (e.h_over_l or 1.0) if e.in_ratio else e.runout_sigma_m for e in events
     ]
-    index = {e.event_id: i for i, e in enumerate(events)}
+    limit = [paths[e.path_id].observed_below_m if e.path_id else None for e in events]
     return Observations(
         sites=sites,
         columns=columns,
@@ -523,14 +523,11 @@ def _arranged(
         leaving_sigma=released.leaving,
         release=release,
         fall_height=fall_height,
-        limit=np.array(
-            [_or_nan(paths[e.path_id].observed_below_m) if e.path_id else np.nan for e in events]
-        ),
+        limit=np.array(limit, np.float64),
         volumes=volume_nodes(events, columns, None if prior is None else prior.volumes),
         # Measured speeds are held against those of a block alone.
         speeds=speed_records(
             [] if any(isinstance(s, SimulatedSite) for s in sites) else records.speeds,
-            index,
             events,
             {s.path.path_id: s for s in sites},
             release,
@@ -538,10 +535,6 @@ def _arranged(
         in_ratio=in_ratio,
         outcomes=outcomes,
     )
-
-
-def _or_nan(value: float | None) -> float:
-    return np.nan if value is None else value
 
 
 def _grounds(profiles: Sequence[Profile]) -> Iterable[SmoothProfile]:
@@ -563,16 +556,16 @@ def _ground(_shared: None, profile: Profile) -> SmoothProfile:
     return smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
 
 
-def _observation(event: Event) -> tuple[int, float]:
+def _observation(event: Event) -> tuple[int, float | None]:
     if event.left_profile:
         return LEFT, np.nan
     if event.path_id is None:
         if event.in_ratio:
-            return LENGTH, 1.0 / _or_nan(event.h_over_l)
-        return LENGTH, _or_nan(event.runout_length_m)
+            return LENGTH, event.h_over_l and 1.0 / event.h_over_l
+        return LENGTH, event.runout_length_m
     if event.runout_x_m is not None:
         return PLACE, event.runout_x_m
-    return ELEVATION, _or_nan(event.runout_elevation_m)
+    return ELEVATION, event.runout_elevation_m
 
 
 def part_of(observations: Observations, events: Ints) -> Observations:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avahazard.criticism.scoring.fit_draws import FitDraws, evenly_weighted, fit_draws
+from avahazard.criticism.scoring.held_out import FitDraws, evenly_weighted, fit_draws
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.sampling import sample
 from tests.criticism.studies import fitted, slopes, straight

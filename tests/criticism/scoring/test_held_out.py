@@ -10,10 +10,10 @@ from scipy.special import logsumexp
 from scipy.stats import norm
 
 from avahazard.criticism.scoring.error_budget import with_explained
-from avahazard.criticism.scoring.fit_draws import fit_draws
 from avahazard.criticism.scoring.held_out import (
     choose_groups,
     error_fall,
+    fit_draws,
     gathered,
     held_out_predictions,
     held_out_together,
