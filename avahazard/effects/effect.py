@@ -69,7 +69,7 @@ class Effect:
     @property
     def neutral(self) -> Floats:
         """Neutral values `[n_parameters]`."""
-        return np.array([p.neutral for p in self.parameters])
+        return np.array([p.neutral for p in self.parameters], np.float64)
 
 
 @dataclass(frozen=True, slots=True)

@@ -251,3 +251,10 @@ def test_its_second_example_runs_too() -> None:
     head = TEMPLATE[: TEMPLATE.index("# Exactly one function")]
     found = definition_from(head + example, "template.py")
     assert isinstance(found.build({}), MotionEffect)
+
+
+def test_whole_numbers_at_neutral_can_be_moved_by_parts() -> None:
+    found = effect_of("def speed_resistance(speeds, k):\n    return k * speeds\n", neutral=0)
+    moved = found.neutral
+    moved[0] += 0.25
+    assert moved.tolist() == [0.25]

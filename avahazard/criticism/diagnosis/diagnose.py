@@ -16,7 +16,14 @@ from avahazard.criticism.diagnosis.full_fits import (
     group_tests,
     plainly_different,
 )
-from avahazard.criticism.diagnosis.laws import FoundLaw, FoundShape, found_laws, found_shape
+from avahazard.criticism.diagnosis.laws import (
+    FoundLaw,
+    FoundShape,
+    curve_of,
+    found_laws,
+    found_shape,
+    with_laws,
+)
 from avahazard.criticism.diagnosis.measurements import (
     Detectable,
     correlation,
@@ -149,6 +156,7 @@ def diagnose(
     fits, screening = fitted_in_full(base, screened, alone, expected, known, of_fits)
     survivors = [c for c in screening.candidates if c.key in fits and c.p_family <= LEVEL]
     evidence = {c.key: evidence_gain(c, fits, base, screening) for c in survivors}
+    evidence = with_laws(fits, evidence)
     ranked = sorted(survivors, key=lambda c: -evidence[c.key])
     fits = {c.key: fits[c.key] for c in ranked}
     naming = name_effects(ranked, evidence, fits, base, expected)
@@ -186,7 +194,7 @@ def diagnose(
 def leading_smooth(missing: Sequence[str], fits: Mapping[str, Refit]) -> str | None:
     """The first of what is missing, where it is a smooth curve; laws are asked of it alone."""
     for key in missing[:1]:
-        if key in fits and fits[key].definition(key).curve(fits[key].facts.get(key, {})):
+        if key in fits and curve_of(fits[key], key):
             return key
     return None
 

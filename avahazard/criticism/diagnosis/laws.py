@@ -9,6 +9,7 @@ ranks them.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -87,14 +88,10 @@ def found_laws(base: Refit, fit: Refit, key: str) -> tuple[FoundLaw, ...]:
     Those within `MARGIN` of the best.
     """
     entry = base.definition(key)
-    curve = entry.curve(fit.facts.get(key, {}))
+    curve = curve_of(fit, key)
     if curve is None:
         return ()
-    effect = next(e for e in fit.posterior.effects if e.key == key)
-    ends = curve.columns[[0, -1], 0] * effect.parameters[0].prior_sd
-    spread = abs(float(ends[1] - ends[0]))
-    likelihood = curves_likelihood(fit, key, curve, spread)
-    matches = [match(form, *likelihood) for form in forms_of(curve, spread)]
+    matches, _ = matched(fit, key, curve)
     best = max(m.evidence for m in matches)
     least = best - max(NEAR, NEAR_SHARE * (fit.log_likelihood - base.log_likelihood))
     near = sorted((m for m in matches if m.evidence > least), key=lambda m: -m.evidence)
@@ -109,6 +106,52 @@ def found_laws(base: Refit, fit: Refit, key: str) -> tuple[FoundLaw, ...]:
     fitted = list(spread_map(_fitted, shared, near))
     fitted.sort(key=lambda law: -law.evidence)
     return tuple(law for law in fitted if law.evidence > fitted[0].evidence - MARGIN)
+
+
+def curve_of(fit: Refit, key: str) -> Curve | None:
+    """The curve of smooth `key` of a fit; None for what is no curve."""
+    return fit.definition(key).curve(fit.facts.get(key, {}))
+
+
+def matched(fit: Refit, key: str, curve: Curve) -> tuple[list[Match], float]:
+    """How the forms match the curve of smooth `key`, and the same evidence of the smooth itself."""
+    effect = next(e for e in fit.posterior.effects if e.key == key)
+    sd = np.array([p.prior_sd for p in effect.parameters])
+    spread = abs(float(np.ptp(curve.columns[[0, -1], 0]))) * sd[0]
+    places, precision, pull = curves_likelihood(fit, key, curve, spread)
+    columns = sd * np.array([np.interp(places, curve.x, column) for column in curve.columns.T]).T
+    bend = columns.T @ precision @ columns + np.eye(len(sd))
+    slope = columns.T @ pull
+    smooth = 0.5 * slope @ np.linalg.solve(bend, slope) - 0.5 * np.linalg.slogdet(bend)[1]
+    return [match(f, places, precision, pull) for f in forms_of(curve, spread)], float(smooth)
+
+
+def with_laws(fits: Mapping[str, Refit], evidence: Mapping[str, float]) -> dict[str, float]:
+    """Evidence (nats) of candidates; where a force by a state of the ground leads, with its law.
+
+    Places along a path are alike in several states, and a smooth of each may follow a force by one
+    of them as well. A law, such as a band, is sharper: what the best adds to its smooth tells the
+    states apart.
+    """
+    leader = max(evidence, key=lambda key: evidence[key], default=None)
+    if leader is None or not _on_ground(fits[leader], leader):
+        return dict(evidence)
+    return {
+        key: before + (_law_gain(fits[key], key) if _on_ground(fits[key], key) else 0.0)
+        for key, before in evidence.items()
+    }
+
+
+def _on_ground(fit: Refit, key: str) -> bool:
+    curve = curve_of(fit, key)
+    return curve is not None and curve.form == "added_friction"
+
+
+def _law_gain(fit: Refit, key: str) -> float:
+    curve = curve_of(fit, key)
+    assert curve is not None
+    matches, smooth = matched(fit, key, curve)
+    return max(0.0, max(m.evidence for m in matches) - smooth)
 
 
 def curves_likelihood(

@@ -10,10 +10,13 @@ import pytest
 from avahazard.criticism.diagnosis.diagnose import leading_smooth
 from avahazard.criticism.diagnosis.laws import (
     LEVELS,
+    curve_of,
     curves_likelihood,
     found_laws,
     found_shape,
     match,
+    matched,
+    with_laws,
 )
 from avahazard.criticism.diagnosis.refits import Refit, refit, refit_with
 from avahazard.effects.effect import FrictionEffect
@@ -108,6 +111,20 @@ def test_the_law_of_a_step_is_among_the_laws() -> None:
     again = refit(observations, base.specification, base.facts, (entry.key,), (entry,), base)
     drawn = again.drawn(entry.key)[:, 0]
     np.testing.assert_allclose(np.quantile(drawn, LEVELS), step.quantiles["change"], atol=0.02)
+
+
+def test_the_evidence_of_the_smooth_itself_to_second_order_is_that_of_its_fit() -> None:
+    _, base, fit = fits()
+    curve = curve_of(fit, KEY)
+    assert curve is not None
+    matches, smooth = matched(fit, KEY, curve)
+    assert smooth == pytest.approx(fit.evidence - base.evidence, abs=2.0)
+    best = max(matches, key=lambda m: m.evidence)
+    assert best.form.name == "step"
+    assert best.evidence > smooth
+    # What is no force by a state of the ground stands by itself.
+    assert with_laws({KEY: fit}, {KEY: 12.0}) == {KEY: 12.0}
+    assert with_laws({}, {}) == {}
 
 
 def test_laws_are_asked_of_what_leads_alone() -> None:
