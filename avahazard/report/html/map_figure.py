@@ -147,15 +147,9 @@ def map_figure(k: int, view: PathView) -> Figure | None:
     stops = [e for e in view.events if e.stop_x_m is not None]
     if stops:
         names = {view.path.path_id: view.name}
-        data.append(
-            event_marks(
-                *_at(plan, [e.stop_x_m for e in stops]),
-                {"symbol": "circle-open", "size": 7, "color": INK, "line": {"width": 1.2}},
-                stops,
-                names,
-                name=say("recorded stops"),
-            )
-        )
+        look = {"symbol": "circle-open", "size": 7, "color": INK, "line": {"width": 1.2}}
+        there = _at(plan, [e.stop_x_m for e in stops])
+        data.append(event_marks(*there, look, stops, names, name=say("recorded stops")))
     look = {"symbol": "triangle-down", "size": 11, "color": BLACK}
     release = _at(plan, [view.release_x])
     data.append(marks(*release, look, say("release"), name=say("release")))

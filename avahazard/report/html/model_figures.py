@@ -57,17 +57,9 @@ def friction_figure(
     shown = [e for e in events if e.mu_reference is not None and e.volume_m3]
     hover = say("apparent friction {friction}", friction="%{y:.3f}")
     for name, color, symbol, mine in by_path(shown, names):
-        data.append(
-            event_marks(
-                [e.volume_m3 for e in mine],
-                [e.mu_reference for e in mine],
-                {"color": color, "symbol": symbol, "size": 7, "opacity": 0.8},
-                mine,
-                names,
-                hover,
-                name=label(name),
-            )
-        )
+        look = {"color": color, "symbol": symbol, "size": 7, "opacity": 0.8}
+        volume, mu = [e.volume_m3 for e in mine], [e.mu_reference for e in mine]
+        data.append(event_marks(volume, mu, look, mine, names, hover, name=label(name)))
     lacking = len(events) - len(shown)
     return Figure(
         "friction",

@@ -212,45 +212,31 @@ def _alpha_beta(view: PathView, smooth: SmoothProfile, below: float) -> list[Tra
         place = row.runout_x_m
         if place is None:
             continue
-        low, high = row.runout_x_low_m, row.runout_x_high_m
-        low = place if low is None else low
-        high = smooth.x_max if high is None else high
+        low = place if row.runout_x_low_m is None else row.runout_x_low_m
+        high = smooth.x_max if row.runout_x_high_m is None else row.runout_x_high_m
         color = ("#6B5400", "#7A3E9D")[number % 2]
-        values = {"coefficients": say(row.coefficients)}
+        by, ends = say(row.coefficients), {"low": integer(low), "high": integer(high)}
         hover = say(
-            "α-β, {coefficients}: x {x} m ({low} to {high})",
-            x="%{x:.0f}",
-            low=integer(low),
-            high=integer(high),
-            **values,
+            "α-β, {coefficients}: x {x} m ({low} to {high})", coefficients=by, x="%{x:.0f}", **ends
         )
-        traces.append(
-            marks(
-                [place],
-                [float(smooth.height(place)) - (1.0 + number) * below],
-                {"symbol": "star", "size": 12, "color": color},
-                hover,
-                name=say("α-β, {coefficients}", **values),
-                error_x=error_bar([low], [place], [high], color),
-            )
-        )
+        y = float(smooth.height(place)) - (1.0 + number) * below
+        look = {"symbol": "star", "size": 12, "color": color}
+        name = say("α-β, {coefficients}", coefficients=by)
+        bar = error_bar([low], [place], [high], color)
+        traces.append(marks([place], [y], look, hover, name=name, error_x=bar))
     return traces
 
 
 def _zones(zones: ZonedPath, foot: float, drop: float) -> list[Trace]:
     """A strip in the colour of each zone at the foot of the panel."""
-    return [
-        line(
-            [zone.from_x_m, zone.to_x_m],
-            [foot + 0.03 * drop] * 2,
-            zone.color,
-            10.0,
-            label(say(zone.zone)) + ": x %{x:.0f} m",
-            name=label(say("zone: {zone}", zone=say(zone.zone))),
-        )
-        for zone in zones.zones
-        if zone.to_x_m > zone.from_x_m
-    ]
+    traces, y = [], [foot + 0.03 * drop] * 2
+    for zone in zones.zones:
+        if zone.to_x_m > zone.from_x_m:
+            of = say(zone.zone)
+            name, hover = label(say("zone: {zone}", zone=of)), label(of) + ": x %{x:.0f} m"
+            ends = [zone.from_x_m, zone.to_x_m]
+            traces.append(line(ends, y, zone.color, 10.0, hover, name=name))
+    return traces
 
 
 LEAST = 1e-5
@@ -304,7 +290,7 @@ def _quantiles(view: PathView) -> list[Trace]:
     places = view.zones.places
     periods = [entry.return_period_years for entry in places[0].by_return_period]
     known = [row.return_period_years for row in view.rows]
-    traces: list[Trace] = []
+    traces, x = [], [place.x_m for place in places]
     for k, period in enumerate(periods):
         color = ROW_COLORS[(known.index(period) if period in known else k) % len(ROW_COLORS)]
         of = years(period)
@@ -318,18 +304,9 @@ def _quantiles(view: PathView) -> list[Trace]:
                 pressure="%{customdata:.0f}",
                 x="%{x:.0f}",
             )
-            traces.append(
-                line(
-                    [place.x_m for place in places],
-                    _moving([getattr(entry.speed_m_s, key) for entry in entries]),
-                    color,
-                    width,
-                    hover,
-                    dash=dash,
-                    customdata=[getattr(entry.pressure_kpa, key) for entry in entries],
-                    **_speed_of(of),
-                )
-            )
+            speeds = _moving([getattr(entry.speed_m_s, key) for entry in entries])
+            own = {"customdata": [getattr(e.pressure_kpa, key) for e in entries], **_speed_of(of)}
+            traces.append(line(x, speeds, color, width, hover, dash=dash, **own))
     return traces
 
 
@@ -408,6 +385,12 @@ def _ends(state: StateView, shown: Sequence[int]) -> list[float | None]:
 
 MARGIN = {"l": 92, "r": TOOLBAR_PX, "t": 10, "b": 50}
 ROOM = 1.15
+ONCE_IN: dict[str, Any] = {
+    "type": "log",
+    "range": [-4.0, 0.15],
+    "tickvals": [1.0, 0.1, 0.01, 0.001, 0.0001],
+    "ticktext": ["1", "1/10", "1/100", "1/1000", "1/10 000"],
+}
 PROFILE_PX, PANEL_PX, GAP_PX = 340, 140, 32
 
 
@@ -426,13 +409,8 @@ def path_figure(
     end = shown_end(view, bands)
     here = [place for place in loop.places if place.path_id == view.path.path_id]
     ground = [*profile_traces(view), *place_traces(here, view.smooth, end), block_trace(view)]
-    panels: list[tuple[list[Trace], dict[str, Any], int]] = [
-        (
-            ground,
-            axis(say("elevation (m)"), range=profile_range(view.smooth, len(view.rows))),
-            PROFILE_PX,
-        )
-    ]
+    heights = axis(say("elevation (m)"), range=profile_range(view.smooth, len(view.rows)))
+    panels: list[tuple[list[Trace], dict[str, Any], int]] = [(ground, heights, PROFILE_PX)]
     words = [say("its profile with the recorded stops and the predicted runouts")]
     states: States = {}
     if shown:
@@ -451,20 +429,7 @@ def path_figure(
         panels.append((speeds, axis(of_speed, rangemode="tozero"), PANEL_PX))
     if reach_of(view) is not None:
         words.append(say("the chance to be reached in a year"))
-        ticks = [1.0, 0.1, 0.01, 0.001, 0.0001]
-        panels.append(
-            (
-                reach_traces(view),
-                axis(
-                    say("reached a year"),
-                    type="log",
-                    tickvals=ticks,
-                    ticktext=["1", "1/10", "1/100", "1/1000", "1/10 000"],
-                    range=[-4.0, 0.15],
-                ),
-                PANEL_PX,
-            )
-        )
+        panels.append((reach_traces(view), axis(say("reached a year"), **ONCE_IN), PANEL_PX))
     total = sum(px for _, _, px in panels) + GAP_PX * (len(panels) - 1)
     data: list[Trace] = []
     axes: dict[str, Any] = {}
@@ -508,19 +473,10 @@ def shown_end(view: PathView, more: Sequence[float] = ()) -> float:
 def block_trace(view: PathView) -> Trace:
     """The block, on its release until a slider moves it."""
     assert view.smooth is not None
-    return marks(
-        [view.release_x],
-        [float(view.smooth.height(view.release_x or 0.0))],
-        {
-            "symbol": "square",
-            "size": 15,
-            "color": VERMILION,
-            "line": {"color": "white", "width": 2},
-        },
-        say("the block stops: x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}"),
-        name=say("the block"),
-        meta="block",
-        showlegend=False,
-        cliponaxis=False,
-        visible=False,
-    )
+    y = float(view.smooth.height(view.release_x or 0.0))
+    white = {"color": "white", "width": 2}
+    look = {"symbol": "square", "size": 15, "color": VERMILION, "line": white}
+    hover = say("the block stops: x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}")
+    own = {"name": say("the block"), "meta": "block"}
+    hidden = {"showlegend": False, "cliponaxis": False, "visible": False}
+    return marks([view.release_x], [y], look, hover, **own, **hidden)

@@ -191,21 +191,14 @@ def residuals_figure(events: Sequence[EventView], names: Names, loop: LoopView) 
         rows = [place[e.event_id] for e in mine]
         for state in states:
             changes[state.key][len(data)] = {"y": state.error[rows]}
-        data.append(
-            event_marks(
-                [e.volume_m3 for e in mine],
-                own.error[rows],
-                {"color": color, "symbol": symbol, "size": 7},
-                mine,
-                names,
-                hover,
-                name=label(name),
-                opacity=0.8,
-            )
-        )
+        x, look = [e.volume_m3 for e in mine], {"color": color, "symbol": symbol, "size": 7}
+        shown = event_marks(x, own.error[rows], look, mine, names, hover)
+        data.append({**shown, "name": label(name), "opacity": 0.8})
     most = ROOM * max(float(np.nanmax(np.abs(state.error))) for state in states)
     lost = len(events) - len(with_volume)
     upwards = say("predicted less recorded ({unit})", unit="H/L" if ratio else "m")
+    volumes = axis(say("volume (m³)"), type="log", dtick=1)
+    zero = {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": 0, "y1": 0, "line": DASHED}
     return Figure(
         "residuals",
         say("What the model misses"),
@@ -223,15 +216,9 @@ def residuals_figure(events: Sequence[EventView], names: Names, loop: LoopView) 
             ),
         ),
         data,
-        layout(
-            axis(say("volume (m³)"), type="log", dtick=1),
-            axis(upwards, range=[-most, most]),
-            height=420,
-            shapes=[{"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": 0, "y1": 0,
-                     "line": DASHED}],
-        ),
+        layout(volumes, axis(upwards, range=[-most, most]), height=420, shapes=[zero]),
         states=changes,
-    )  # fmt: skip
+    )
 
 
 def failed_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> Figure | None:
