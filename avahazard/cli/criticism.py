@@ -11,19 +11,7 @@ from rich.console import Console
 
 from avahazard.cli.options import EffectFiles, StoredModel, answers, argument, picture
 from avahazard.cli.output import settings, show
-from avahazard.report.model_tables import (
-    budget_table,
-    candidates_table,
-    compared_parts,
-    failures_table,
-    ladder_table,
-    laws_table,
-    measure_table,
-    misfit_table,
-    predicted_table,
-    scores_table,
-    shape_table,
-)
+from avahazard.report import model_tables
 from avahazard.report.sentences import error_words, failure_words, verdict_words
 from avahazard.results.base import plain
 from avahazard.results.comparison import Comparison, Prediction
@@ -34,13 +22,13 @@ from avahazard.workflow.requests import DiagnoseRequest
 def show_comparison(console: Console, found: Comparison) -> None:
     """Print scores, the budget of errors, and where the model fails."""
     scores = found.scores
-    show(console, scores_table(found.coordinate, compared_parts(found)))
+    show(console, model_tables.scores_table(found.coordinate, model_tables.compared_parts(found)))
     for words in error_words(found):
         console.print(words)
     if scores.elpd_loo is not None:
         se = "" if scores.elpd_loo_se is None else f" ± {scores.elpd_loo_se:.1f}"
         console.print(f"elpd, each record left out in turn: {scores.elpd_loo:.1f}{se} nats.")
-    for made in (budget_table, misfit_table, failures_table):
+    for made in (model_tables.budget_table, model_tables.misfit_table, model_tables.failures_table):
         show(console, made(found))
     console.print(failure_words(found))
 
@@ -78,13 +66,13 @@ def show_diagnosis(console: Console, found: Diagnosis) -> None:
     if found.declared is not None:
         words = ", ".join(found.declared.effects)
         console.print(f"Declared beforehand ({found.declared.at}), tested first: {words}.")
-    candidates = candidates_table(found)
+    candidates = model_tables.candidates_table(found)
     show(console, replace(candidates, shown=max(candidates.shown or 0, CANDIDATES_SHOWN)))
     best = found.candidates[0] if found.candidates else None
     if found.missing and best is not None and best.effect in found.missing:
         console.print(best.physics, soft_wrap=True)
-    show(console, shape_table(found))
-    show(console, laws_table(found))
+    show(console, model_tables.shape_table(found))
+    show(console, model_tables.laws_table(found))
     if found.effect_file is not None:
         console.print(f"Written: {found.effect_file}", soft_wrap=True)
     elif found.lawful is not None:
@@ -95,7 +83,7 @@ def show_diagnosis(console: Console, found: Diagnosis) -> None:
     _findings(console, found)
     # Where an effect is named it is added first; what parts it from others comes after.
     if found.verdict != "missing-effect" or settings().verbose:
-        show(console, measure_table(found))
+        show(console, model_tables.measure_table(found))
 
 
 def _nearest(console: Console, best: Candidate, n_tried: int) -> None:
@@ -157,7 +145,7 @@ EXTRA = {"noise_floor_m", "noise_floor_crps_m"}
 
 @answers(
     "compare.ladder",
-    lambda console, found: show(console, ladder_table(found.rows)),
+    lambda console, found: show(console, model_tables.ladder_table(found.rows)),
     document=lambda found: [
         {key: value for key, value in row.items() if key not in EXTRA} for row in plain(found.rows)
     ],
@@ -176,10 +164,10 @@ def ladder(
 
 def show_prediction(console: Console, found: Prediction) -> None:
     """Print the events with their predicted runouts, and the scores where runouts are given."""
-    show(console, predicted_table(found.events))
+    show(console, model_tables.predicted_table(found.events))
     if found.scores is not None:
         scores = [("these events", found.scores)]
-        show(console, scores_table(found.scores.coordinate, scores))
+        show(console, model_tables.scores_table(found.scores.coordinate, scores))
 
 
 @answers(

@@ -13,33 +13,17 @@ from rich.console import Console
 from avahazard.cli.options import CalibratedModel, answers, argument, flag, output_file
 from avahazard.cli.output import ask, emit, emit_rows, settings, show, table, warn
 from avahazard.notes import Note, counted, grouped
-from avahazard.report.tables import (
-    apart_table,
-    design_table,
-    models_table,
-    period_volumes_table,
-    points_table,
-    speeds_table,
-    volume_runout_table,
-    volumes_table,
-    zones_table,
-)
+from avahazard.report import tables
 from avahazard.results.hazard import HazardPlan, HazardRow
 from avahazard.results.terrain import ChanceMap, SimulationPlan, Simulations
 from avahazard.results.zones import Zones
-from avahazard.workflow.requests import (
-    HazardRequest,
-    MapRequest,
-    SimulateRequest,
-    VolumesRequest,
-    ZonesRequest,
-)
+from avahazard.workflow import requests
 
 
 def volumes(
     paths: Annotated[list[str] | None, argument("Paths; all without one.", "[PATH]…")] = None,
     *,
-    request: VolumesRequest,
+    request: requests.VolumesRequest,
 ) -> None:
     """Fit how often which volumes come down the paths: return levels and their error.
 
@@ -50,7 +34,7 @@ def volumes(
       avahazard volumes --frequency gpd --threshold 20000
     """
     found = ask("volumes.volumes", request=replace(request, paths=paths or ()))
-    emit(found, lambda console, _: show(console, volumes_table(found.rows)))
+    emit(found, lambda console, _: show(console, tables.volumes_table(found.rows)))
 
 
 MOST_ROWS, MOST_NOTES = 500, 100
@@ -60,7 +44,7 @@ MOST_ROWS, MOST_NOTES = 500, 100
 def hazard(
     names: Annotated[list[str], argument("A calibrated model; several are averaged.", "NAME…")],
     *,
-    request: HazardRequest,
+    request: requests.HazardRequest,
     dry_run: Annotated[
         bool, flag("--dry-run", "Say what it will take, and compute nothing.")
     ] = False,
@@ -128,13 +112,13 @@ def show_bounds(
     periods = [row for row in rows if row.return_period_years is not None]
     given = [row for row in rows if row.return_period_years is None]
     if periods:
-        show(console, design_table(periods))
+        show(console, tables.design_table(periods))
     if rows and rows[0].by_model:
-        show(console, models_table(rows))
+        show(console, tables.models_table(rows))
     if verbose or given:
-        show(console, volume_runout_table(rows if verbose else given))
+        show(console, tables.volume_runout_table(rows if verbose else given))
     if verbose:
-        for made in (apart_table, period_volumes_table, points_table):
+        for made in (tables.apart_table, tables.period_volumes_table, tables.points_table):
             show(console, made(rows))
     elif periods:
         console.print("Volumes, their runouts and places on the map: avahazard --verbose hazard …")
@@ -151,14 +135,18 @@ def show_zones(console: Console, found: Zones) -> None:
     entries = found.rows
     show_windows(console, (note for entry in entries for note in entry.notes))
     whole = settings().verbose or len(entries) <= FEW_PATHS
-    for made in (design_table, zones_table, speeds_table) if whole else (zones_table,):
+    for made in (
+        (tables.design_table, tables.zones_table, tables.speeds_table)
+        if whole
+        else (tables.zones_table,)
+    ):
         show(console, made(entries))
     if not whole:
         console.print("Design runouts, speeds and pressures: avahazard --verbose zones …")
 
 
 @answers("zones.zones", show_zones, notes=_beside_windows)
-def zones(name: CalibratedModel, *, request: ZonesRequest) -> None:
+def zones(name: CalibratedModel, *, request: requests.ZonesRequest) -> None:
     """Find speed, pressure and hazard zones along the paths, by return period.
 
     A model needs drag (calibrate it with turbulent-drag, or import measured speeds): without,
@@ -202,7 +190,7 @@ def simulate(
         list[str] | None, argument("Paths; all with terrain without one.", "[PATH]…")
     ] = None,
     *,
-    request: SimulateRequest,
+    request: requests.SimulateRequest,
     dry_run: Annotated[
         bool, flag("--dry-run", "Say what it will take at least, and run nothing.")
     ] = False,
@@ -262,7 +250,7 @@ def map(
     name: CalibratedModel,
     file: Annotated[Path, output_file("Ends in .tif (chances) or .gpkg (areas and zones).")],
     *,
-    request: MapRequest,
+    request: requests.MapRequest,
 ) -> None:
     """Draw the annual chance of an avalanche, and of pressures, in the cells of the terrain.
 

@@ -20,12 +20,7 @@ from avahazard.results.base import Rows
 from avahazard.results.database import GuessedColumns, Import
 from avahazard.results.friction import ApparentEvent, Frictions, PerturbationCheck
 from avahazard.results.terrain import PathCheck, PathSummary, Runout, RunoutAt
-from avahazard.workflow.requests import (
-    AlphaBetaRequest,
-    FrictionRequest,
-    ImportRequest,
-    RunoutRequest,
-)
+from avahazard.workflow import requests
 
 
 def import_(
@@ -38,7 +33,7 @@ def import_(
         ),
     ],
     *,
-    request: ImportRequest,
+    request: requests.ImportRequest,
     guess_columns: Annotated[
         bool, flag("--guess-columns", "Write a first columns.toml beside a table; import nothing.")
     ] = False,
@@ -171,7 +166,7 @@ def _lift_off(found: Runout) -> Iterator[str]:
 
 
 @answers("runout.run_block", _runout, notes=_lift_off)
-def runout(path_id: OnePath, *, request: RunoutRequest) -> None:
+def runout(path_id: OnePath, *, request: requests.RunoutRequest) -> None:
     """Run the block once: its stop and its speeds; or F(μ), where it stops under any friction.
 
     \b
@@ -258,7 +253,7 @@ def _jumps(found: Frictions) -> Iterator[str]:
 def friction(
     path_id: Annotated[str | None, argument("Only events of this path.", "[PATH]")] = None,
     *,
-    request: FrictionRequest,
+    request: requests.FrictionRequest,
 ) -> None:
     """Show the apparent friction of the events and its density.
 
@@ -363,7 +358,7 @@ def alpha_beta(
         str | None, argument("The path_id of a path; all where none is given.", "[PATH]")
     ] = None,
     *,
-    request: AlphaBetaRequest,
+    request: requests.AlphaBetaRequest,
 ) -> None:
     """Give the alpha-beta runout of the paths: a baseline from the terrain alone.
 

@@ -14,58 +14,14 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from avahazard.report.html import brief
+from avahazard.report import model_tables, tables
+from avahazard.report.html import brief, model_figures, record_figures, score_figures
 from avahazard.report.html.content import LoopView, PathView, ReportContent, StateView
 from avahazard.report.html.figure import Figure, script_json
 from avahazard.report.html.map_figure import map_figure
-from avahazard.report.html.model_figures import (
-    density_figure,
-    friction_figure,
-    offsets_figure,
-    posterior_figures,
-)
 from avahazard.report.html.path_figure import path_figure
-from avahazard.report.html.record_figures import (
-    failed_figure,
-    predicted_figures,
-    record_figure,
-    residuals_figure,
-    suspect_figure,
-)
-from avahazard.report.html.score_figures import (
-    budget_figure,
-    effects_figure,
-    force_figure,
-    ladder_figure,
-)
 from avahazard.report.language import plural, say, spoken
-from avahazard.report.model_tables import (
-    budget_table,
-    candidates_table,
-    compared_parts,
-    failures_table,
-    kinds_table,
-    ladder_table,
-    laws_table,
-    measure_table,
-    misfit_table,
-    parameters_table,
-    scores_table,
-    shape_table,
-)
 from avahazard.report.sentences import error_words, model_words, verdict_words, why_words
-from avahazard.report.tables import (
-    Table,
-    alpha_beta_table,
-    apart_table,
-    design_table,
-    made,
-    paths_table,
-    period_volumes_table,
-    points_table,
-    volume_runout_table,
-    zones_table,
-)
 from avahazard.report.words import events, integer, paths, share
 
 DIGITS = 5
@@ -76,7 +32,7 @@ def switch_json(content: ReportContent) -> Markup:
     loop = content.loop
     states = (*loop.models, *loop.swept)
     shared: list[Any] = []
-    tables = {state.key: _state_rows(state, shared) for state in states}
+    numbers = {state.key: _state_rows(state, shared) for state in states}
     value = {
         "own": loop.lineage[-1],
         "language": _language(),
@@ -87,7 +43,7 @@ def switch_json(content: ReportContent) -> Markup:
                 "held_out_m": state.held_out_m,
                 "crps_m": state.crps_m,
                 "rmse_m": state.rmse_m,
-                "tables": tables[state.key],
+                "tables": numbers[state.key],
             }
             for state in states
         },
@@ -191,7 +147,7 @@ def render(content: ReportContent) -> str:
         "common": common,
         "zoned": any(view.zones and view.zones.zones for view in content.paths),
         "period": period,
-        "design": design_table(shown, content.names),
+        "design": tables.design_table(shown, content.names),
         "model_words": model_words(model, n_paths),
         "why_words": why_words(model.model, list(content.ladder)),
         "error_words": [] if content.comparison is None else error_words(content.comparison),
@@ -205,8 +161,8 @@ def render(content: ReportContent) -> str:
             "chapters": brief.chapters(content),
             "verdict": None if diagnosis is None else verdict_words(diagnosis, None),
             "figures": _figures(content, names),
-            "posterior": posterior_figures(model.parameters, content.draws),
-            "predicted": predicted_figures(content.events, names, content.loop),
+            "posterior": model_figures.posterior_figures(model.parameters, content.draws),
+            "predicted": record_figures.predicted_figures(content.events, names, content.loop),
             "switch": switch_json(content),
             "sections": list(_sections(content)),
             "tables": _tables(content, names),
@@ -254,17 +210,21 @@ def _figures(content: ReportContent, names: dict[str, str]) -> dict[str, Figure 
     friction = content.friction
     force = () if comparison is None else comparison.measured_force
     return {
-        "record": record_figure(content.events, content.paths),
-        "ladder": ladder_figure(content.ladder, content.model.model),
-        "friction": None if friction is None else friction_figure(friction, content.events, names),
-        "density": density_figure(content.densities, names),
-        "residuals": residuals_figure(content.events, names, content.loop),
-        "failed": failed_figure(content.events, names, content.loop),
-        "suspect": suspect_figure(content.events, names, content.loop, content.loop.suspect),
-        "budget": budget_figure(content.ladder, content.loop.comparisons),
-        "effects": None if diagnosis is None else effects_figure(diagnosis),
-        "offsets": offsets_figure(content.model.parameters, names),
-        "force": force_figure(force) if force else None,
+        "record": record_figures.record_figure(content.events, content.paths),
+        "ladder": score_figures.ladder_figure(content.ladder, content.model.model),
+        "friction": None
+        if friction is None
+        else model_figures.friction_figure(friction, content.events, names),
+        "density": model_figures.density_figure(content.densities, names),
+        "residuals": record_figures.residuals_figure(content.events, names, content.loop),
+        "failed": record_figures.failed_figure(content.events, names, content.loop),
+        "suspect": record_figures.suspect_figure(
+            content.events, names, content.loop, content.loop.suspect
+        ),
+        "budget": score_figures.budget_figure(content.ladder, content.loop.comparisons),
+        "effects": None if diagnosis is None else score_figures.effects_figure(diagnosis),
+        "offsets": model_figures.offsets_figure(content.model.parameters, names),
+        "force": score_figures.force_figure(force) if force else None,
     }
 
 
@@ -277,42 +237,42 @@ def _sections(content: ReportContent) -> Iterator[PathSection]:
         yield PathSection(number, view, tuple(f for f in drawn if f is not None))
 
 
-def _tables(content: ReportContent, names: dict[str, str]) -> dict[str, Table | None]:
+def _tables(content: ReportContent, names: dict[str, str]) -> dict[str, tables.Table | None]:
     """The tables of the annex; None where there is nothing to show."""
     comparison, diagnosis = content.comparison, content.diagnosis
     rows = content.rows
     zones = [view.zones for view in content.paths if view.zones is not None]
     baseline = [row for view in content.paths for row in view.alpha_beta]
     found = {
-        "design": design_table(rows, names) if rows else None,
-        "volume": volume_runout_table(rows, names) if rows else None,
-        "apart": apart_table(rows, names),
-        "volumes": period_volumes_table(rows, names),
-        "points": points_table(rows, names),
-        "zones": zones_table(zones, names),
-        "alpha_beta": alpha_beta_table(baseline, names),
-        "paths": paths_table(content.summaries, names) if content.paths else None,
-        "models": ladder_table(content.ladder),
-        "parameters": parameters_table(content.model, offsets=False),
-        "kinds": kinds_table(content.model),
+        "design": tables.design_table(rows, names) if rows else None,
+        "volume": tables.volume_runout_table(rows, names) if rows else None,
+        "apart": tables.apart_table(rows, names),
+        "volumes": tables.period_volumes_table(rows, names),
+        "points": tables.points_table(rows, names),
+        "zones": tables.zones_table(zones, names),
+        "alpha_beta": tables.alpha_beta_table(baseline, names),
+        "paths": tables.paths_table(content.summaries, names) if content.paths else None,
+        "models": model_tables.ladder_table(content.ladder),
+        "parameters": model_tables.parameters_table(content.model, offsets=False),
+        "kinds": model_tables.kinds_table(content.model),
         "made": made_table(content),
     }
     if comparison is not None:
-        parts = compared_parts(comparison)
-        found["scores"] = scores_table(comparison.coordinate, parts)
-        found["failures"] = failures_table(comparison, names)
-        found["budget"] = budget_table(comparison)
-        found["misfit"] = misfit_table(comparison)
+        parts = model_tables.compared_parts(comparison)
+        found["scores"] = model_tables.scores_table(comparison.coordinate, parts)
+        found["failures"] = model_tables.failures_table(comparison, names)
+        found["budget"] = model_tables.budget_table(comparison)
+        found["misfit"] = model_tables.misfit_table(comparison)
     if diagnosis is not None:
-        found["candidates"] = candidates_table(diagnosis)
-        found["shape"] = shape_table(diagnosis)
-        found["laws"] = laws_table(diagnosis)
-        found["measure"] = measure_table(diagnosis)
+        found["candidates"] = model_tables.candidates_table(diagnosis)
+        found["shape"] = model_tables.shape_table(diagnosis)
+        found["laws"] = model_tables.laws_table(diagnosis)
+        found["measure"] = model_tables.measure_table(diagnosis)
     optional = ("scores", "failures", "budget", "misfit", "candidates", "shape", "laws", "measure")
     return dict.fromkeys(optional) | found
 
 
-def made_table(content: ReportContent) -> Table:
+def made_table(content: ReportContent) -> tables.Table:
     """Seeds, versions and fingerprints."""
     model = content.model
     checks = content.model.diagnostics
@@ -358,7 +318,7 @@ def made_table(content: ReportContent) -> Table:
     ]
     columns = (("", itemgetter(0)), ("", itemgetter(1)))
     known = [row for row in rows if row[1] not in (None, "")]
-    return made("made", say("How to make it again"), columns, known)
+    return tables.made("made", say("How to make it again"), columns, known)
 
 
 def _plotly() -> str:
