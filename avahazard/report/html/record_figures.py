@@ -43,12 +43,8 @@ def predicted_figures(events: Sequence[EventView], names: Names, loop: LoopView)
     """
     figures = []
     for coordinate in KINDS:
-        rows = [
-            k
-            for k, e in enumerate(events)
-            if e.coordinate == coordinate and e.predicted is not None
-        ]
-        if rows:
+        kind = [k for k, e in enumerate(events) if e.coordinate == coordinate]
+        if rows := [k for k in kind if events[k].predicted is not None]:
             figures.append(_predicted(coordinate, events, rows, names, loop))
     return figures
 
@@ -72,10 +68,12 @@ def _predicted(
         expected = np.array([e.predicted for e in mine])
         shown = _against(expected, mine, marker, names)
         data.append({**shown, "name": label(name), "opacity": 0.8})
-    ends = [v for k in stopped for v in (events[k].observed_m, _middle(events[k])) if v is not None]
-    if ends:
-        data.append(_equal(min(ends), max(ends)))
-    left, inside = len(rows) - len(stopped), sum(_inside(events[k]) for k in stopped)
+    observed = np.array([events[k].observed_m for k in stopped], np.float64)
+    low, middle, high = np.array([events[k].predicted for k in stopped]).reshape(-1, 3).T
+    if stopped:
+        ends = np.concatenate([observed, middle])
+        data.append(_equal(float(ends.min()), float(ends.max())))
+    left, inside = len(rows) - len(stopped), int(np.sum((low <= observed) & (observed <= high)))
     return Figure(
         f"predicted-{coordinate}",
         title,
@@ -160,16 +158,6 @@ def _range(rows: Sequence[int], states: Sequence[StateView]) -> dict[str, list[f
     values = np.concatenate([state.predicted[rows].ravel() for state in states])
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
     return {"range": [low - 0.03 * (high - low), high + 0.03 * (high - low)]}
-
-
-def _middle(event: EventView) -> float | None:
-    return None if event.predicted is None else event.predicted[1]
-
-
-def _inside(event: EventView) -> bool:
-    if event.predicted is None or event.observed_m is None:
-        return False
-    return event.predicted[0] <= event.observed_m <= event.predicted[2]
 
 
 ROOM = 1.08
