@@ -17,6 +17,7 @@ from avahazard.synth.effects import DEMO_EFFECT
 from avahazard.synth.making import make_world
 from avahazard.synth.world import Settings
 from avahazard.synth.writing import write_records
+from avahazard.workflow import requests
 from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.database import init_database
@@ -24,12 +25,6 @@ from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.report import write_report
-from avahazard.workflow.requests import (
-    CalibrateRequest,
-    DiagnoseRequest,
-    HazardRequest,
-    ReportRequest,
-)
 
 MODEL, PAPERS_MODEL = "twin", "twin-gibbs"
 DATABASE, BOUNDS, PICTURE = "twin.db", "twin-bounds.csv", "twin-bounds.png"
@@ -63,16 +58,16 @@ def run_demo(folder: FilePath, report: Report = silent) -> Demo:
     with as_file(files("avahazard.data")) as data:
         sources = [data / file for file in ("paths.csv", "profiles.csv", "events.csv")]
         import_files(name, sources)
-    model = calibrate(name, MODEL, CalibrateRequest(), tell[0])
-    gibbs = calibrate(name, PAPERS_MODEL, CalibrateRequest(method="gibbs"), tell[1])
-    bounds = hazard(name, MODEL, HazardRequest(return_periods=[RETURN_PERIOD]), tell[2])
+    model = calibrate(name, MODEL, requests.CalibrateRequest(), tell[0])
+    gibbs = calibrate(name, PAPERS_MODEL, requests.CalibrateRequest(method="gibbs"), tell[1])
+    bounds = hazard(name, MODEL, requests.HazardRequest(return_periods=[RETURN_PERIOD]), tell[2])
     write_hazard(folder / BOUNDS, bounds.rows)
     with reading(name) as session:
         records = load_records(session)
     title = f"100-year design runout on the twin of Ancey's (2005) seven paths, model “{MODEL}”"
     draw_hazard(folder / PICTURE, title, records, bounds.rows)
     compare(name, MODEL, report=tell[3])
-    write_report(name, MODEL, folder / REPORT, ReportRequest(), tell[4])
+    write_report(name, MODEL, folder / REPORT, requests.ReportRequest(), tell[4])
     loop = find_hidden(folder, tell[5])
     written = [str(folder / file) for file in (DATABASE, BOUNDS, PICTURE, REPORT)]
     return Demo(
@@ -111,15 +106,15 @@ def find_hidden(folder: FilePath, report: Report) -> HiddenEffect:
     database = str(folder / HIDDEN_DATABASE)
     init_database(database)
     import_files(database, sources)
-    model = calibrate(database, BASE, CalibrateRequest(), tell[0])
+    model = calibrate(database, BASE, requests.CalibrateRequest(), tell[0])
     compared = compare(database, BASE, report=tell[1])
-    diagnosis = diagnose_model(database, BASE, DiagnoseRequest(), tell[2])
+    diagnosis = diagnose_model(database, BASE, requests.DiagnoseRequest(), tell[2])
     child, last = None, BASE
     if diagnosis.verdict == "missing-effect":
         child, last = add(database, BASE, diagnosis.missing, CHILD, report=tell[3]), CHILD
-    bounds = hazard(database, last, HazardRequest(), tell[4])
+    bounds = hazard(database, last, requests.HazardRequest(), tell[4])
     page = folder / HIDDEN_REPORT
-    write_report(database, last, page, ReportRequest(), tell[5])
+    write_report(database, last, page, requests.ReportRequest(), tell[5])
     return HiddenEffect(
         database=database,
         files=(database, str(page), *map(str, sources)),

@@ -22,16 +22,7 @@ from avahazard.inference.model.friction_model import FrictionModel
 from avahazard.inference.model.friction_scatter import log_density
 from avahazard.inference.model.laws import law
 from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.inference.paper.apparent import (
-    DEFAULT_KAPPA,
-    N_REPLICATES,
-    STATUSES,
-    BackCalculation,
-    back_calculate,
-    choose_kappa,
-    density_band,
-    holy_density,
-)
+from avahazard.inference.paper import apparent
 from avahazard.inference.paper.calibration import recorded_elevation
 from avahazard.inference.paper.least_squares import LawFit, fit_every_law, fit_law, usable
 from avahazard.inference.prediction import look_up
@@ -71,7 +62,7 @@ LAW = "exponential"
 
 
 def friction_densities(
-    mu: Floats, observations: Observations, kappa: float | str = DEFAULT_KAPPA
+    mu: Floats, observations: Observations, kappa: float | str = apparent.DEFAULT_KAPPA
 ) -> Rows[FrictionDensity]:
     """Holy's density of all events and of each path that has at least two frictions.
 
@@ -86,8 +77,8 @@ def friction_densities(
     for name, members in groups.items():
         if np.sum(members) < 2:
             continue
-        width = choose_kappa(mu[members]) if isinstance(kappa, str) else kappa
-        density = holy_density(mu[members], width)
+        width = apparent.choose_kappa(mu[members]) if isinstance(kappa, str) else kappa
+        density = apparent.holy_density(mu[members], width)
         x = np.linspace(density.mu[0] - TAIL / width, density.mu[-1] + TAIL / width, N_POINTS)
         densities.append(
             FrictionDensity(
@@ -104,12 +95,14 @@ def friction_densities(
     return Rows(densities)
 
 
-def perturbation_check(found: BackCalculation, observations: Observations) -> PerturbationCheck:
+def perturbation_check(
+    found: apparent.BackCalculation, observations: Observations
+) -> PerturbationCheck:
     """What the errors of the records do to the frictions, and to the law fitted to them."""
     sd = found.perturbation.mu_sd[np.isfinite(found.perturbation.mu_sd)]
     volume = np.exp(observations.columns.log_volume)
     check = PerturbationCheck(
-        n_replicates=N_REPLICATES,
+        n_replicates=apparent.N_REPLICATES,
         n_events=len(sd),
         mu_sd_median=float(np.median(sd)) if len(sd) else None,
         mu_sd_max=float(np.max(sd)) if len(sd) else None,
@@ -129,7 +122,7 @@ def perturbation_check(found: BackCalculation, observations: Observations) -> Pe
 
 
 def largest_jumps(
-    observations: Observations, predicted: Predicted, found: BackCalculation
+    observations: Observations, predicted: Predicted, found: apparent.BackCalculation
 ) -> Rows[LargestJump]:
     """For each path where F jumps within the frictions of its events, the largest jump.
 
@@ -182,7 +175,7 @@ def friction_view(model: FittedModel) -> FrictionView | None:
     )
 
 
-def apparent_friction(model: FittedModel) -> tuple[BackCalculation, Predicted]:
+def apparent_friction(model: FittedModel) -> tuple[apparent.BackCalculation, Predicted]:
     """Friction that stops each event's block at its record, with the model's effects at work.
 
     Effects on the motion and on the record stand at the median of the posterior: so the
@@ -192,7 +185,7 @@ def apparent_friction(model: FittedModel) -> tuple[BackCalculation, Predicted]:
     values = model.layout.effect_values(np.median(model.draws, axis=0))
     curvature = float(model.specification.centrifugal)
     predicted = predict_records(observations, model.effects, values, curvature)
-    return back_calculate(observations, predicted), predicted
+    return apparent.back_calculate(observations, predicted), predicted
 
 
 def from_reference(model: FittedModel) -> Floats:
@@ -257,7 +250,7 @@ def show_frictions(
             records = replace(records, events=_events_of(records, path_id))
         observations = build_observations(records)
         predicted = predict_records(observations, (), {})
-        found = back_calculate(observations, predicted)
+        found = apparent.back_calculate(observations, predicted)
     frictions = Frictions(
         events=_events(found, observations),
         density=friction_densities(found.mu, observations, request.kappa),
@@ -291,7 +284,7 @@ def _events_of(records: Records, path_id: str) -> tuple[Event, ...]:
     return mine
 
 
-def _events(found: BackCalculation, observations: Observations) -> Rows[ApparentEvent]:
+def _events(found: apparent.BackCalculation, observations: Observations) -> Rows[ApparentEvent]:
     columns = observations.columns
     return Rows(
         ApparentEvent(
@@ -299,7 +292,7 @@ def _events(found: BackCalculation, observations: Observations) -> Rows[Apparent
             path_id=columns.paths[k] if k >= 0 else None,
             mu=finite(found.mu[i]),
             mu_sd=finite(found.perturbation.mu_sd[i]),
-            status=STATUSES[found.status[i]],
+            status=apparent.STATUSES[found.status[i]],
             mu_low=finite(found.mu_low[i]),
             mu_high=finite(found.mu_high[i]),
         )
@@ -318,7 +311,7 @@ def fit_laws(database: str, path_id: str | None = None, plot: Path | None = None
     with reading(database) as session:
         records = load_records(session)
     observations = build_observations(only_paths(records, () if path_id is None else (path_id,)))
-    mu = back_calculate(observations, predict_records(observations, (), {})).mu
+    mu = apparent.back_calculate(observations, predict_records(observations, (), {})).mu
     found, volume, mu = fit_laws_of(observations, mu)
     if plot is not None:
         from avahazard.report.friction_pictures import draw_laws  # noqa: PLC0415 (slow)
@@ -402,7 +395,7 @@ def paper_figures(
 
 def _of_records(database: str, records: Records, observations: Observations) -> Iterator[Planned]:
     """What needs no model."""
-    found = back_calculate(observations, predict_records(observations, (), {}))
+    found = apparent.back_calculate(observations, predict_records(observations, (), {}))
     densities = friction_densities(found.mu, observations)
     frictions = {d.path_id: _frictions(found, observations, d.path_id) for d in densities}
     whole, by_path = ([d for d in densities if (d.path_id == "all") is of] for of in (True, False))
@@ -422,7 +415,7 @@ def _draw_runout(database: str, path_id: str, mu: float, file: Path) -> None:
     run_block(database, path_id, RunoutRequest(mu=mu, table=True, plot=file))
 
 
-def _frictions(found: BackCalculation, observations: Observations, name: str) -> Floats:
+def _frictions(found: apparent.BackCalculation, observations: Observations, name: str) -> Floats:
     """The apparent frictions `[n]` of a density's events."""
     columns = observations.columns
     mine = np.isfinite(found.mu)
@@ -431,7 +424,7 @@ def _frictions(found: BackCalculation, observations: Observations, name: str) ->
     return found.mu[mine]
 
 
-def _draw_fits(observations: Observations, found: BackCalculation, file: Path) -> None:
+def _draw_fits(observations: Observations, found: apparent.BackCalculation, file: Path) -> None:
     fits, volume, mu = fit_laws_of(observations, found.mu)
     from avahazard.report.friction_pictures import draw_laws  # noqa: PLC0415 (slow)
 
@@ -442,7 +435,7 @@ def _draw_densities(
     title: str,
     densities: Sequence[FrictionDensity],
     frictions: dict[str, Floats],
-    moved: BackCalculation | None,
+    moved: apparent.BackCalculation | None,
     file: Path,
 ) -> None:
     """`moved` holds the records moved within their errors, for the band of the first density."""
@@ -453,8 +446,8 @@ def _draw_densities(
     bands = {}
     if moved is not None:
         first = densities[0]
-        bands[first.path_id] = density_band(
-            moved.perturbation.mu, np.array(first.mu), DEFAULT_KAPPA
+        bands[first.path_id] = apparent.density_band(
+            moved.perturbation.mu, np.array(first.mu), apparent.DEFAULT_KAPPA
         )
     draw_with_normals(file, title, densities, frictions, bands)
 

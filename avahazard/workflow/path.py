@@ -20,13 +20,8 @@ from avahazard.hazard.alpha_beta import (
     alpha_beta_runouts,
 )
 from avahazard.notes import Note
+from avahazard.physics import smooth_profile as smoothing
 from avahazard.physics.point_error import point_error
-from avahazard.physics.smooth_profile import (
-    SmoothProfile,
-    block_length,
-    legendre_profile,
-    smooth_profile,
-)
 from avahazard.physics.terrain import build_terrain
 from avahazard.records.collection import Records, find_path, find_profile
 from avahazard.records.errors import AvahazardError
@@ -68,7 +63,7 @@ def view_path(database: str, path_id: str, plot: FilePath | None = None) -> Path
     path = find_path(records, path_id)
     profile = find_profile(records, path)
     events = [event for event in records.events if event.path_id == path_id]
-    smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
+    smooth = smoothing.smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
     check = describe_path(path, profile, smooth, events)
     if plot is not None:
         from avahazard.report.path_pictures import draw_path  # noqa: PLC0415 (matplotlib is slow)
@@ -80,7 +75,7 @@ def view_path(database: str, path_id: str, plot: FilePath | None = None) -> Path
 
 
 def describe_path(
-    path: Path, profile: Profile, smooth: SmoothProfile, events: list[Event]
+    path: Path, profile: Profile, smooth: smoothing.SmoothProfile, events: list[Event]
 ) -> PathCheck:
     """Check a path whose profile was regularised as `smooth`; see `view_path`."""
     terrain = build_terrain(smooth)
@@ -107,21 +102,21 @@ def describe_path(
     return replace(check, notes=tuple(_notes(check)))
 
 
-def _fit(profile: Profile, smooth: SmoothProfile) -> ProfileFit:
+def _fit(profile: Profile, smooth: smoothing.SmoothProfile) -> ProfileFit:
     estimate = point_error(profile.x_m, profile.y_m)
     posterior = smooth.posterior
     return ProfileFit(
         method=smooth.method,
         degree=smooth.degree,
         smoothing=smooth.smoothing,
-        polynomial_rms_m=legendre_profile(profile.x_m, profile.y_m).rms_m,
+        polynomial_rms_m=smoothing.legendre_profile(profile.x_m, profile.y_m).rms_m,
         rms_m=smooth.rms_m,
         max_deviation_m=smooth.max_deviation_m,
         elevation_sigma_m=smooth.sigma_m,
         sigma_from=smooth.sigma_source,
         sigma_estimate_m=float(estimate.sigma[0]) if estimate.source == "estimated" else None,
         ground_sd_m=None if posterior is None else float(np.mean(posterior.sd(profile.x_m))),
-        block_m=block_length(float(profile.x_m[-1] - profile.x_m[0])),
+        block_m=smoothing.block_length(float(profile.x_m[-1] - profile.x_m[0])),
     )
 
 
@@ -152,7 +147,7 @@ def _stretches(parts: Sequence[Stretch]) -> list[Note]:
     return [Note("stretch", first=part.from_x_m, last=part.to_x_m) for part in parts]
 
 
-def _release(smooth: SmoothProfile, path: Path, event: Event | None = None) -> float:
+def _release(smooth: smoothing.SmoothProfile, path: Path, event: Event | None = None) -> float:
     elevation = path.release_elevation_m
     if event is not None and event.release_elevation_m is not None:
         elevation = event.release_elevation_m
@@ -201,9 +196,9 @@ def alpha_beta_paths(
 
 def _runouts(
     records: Records, path: Path, regressions: tuple[Regression, ...]
-) -> tuple[SmoothProfile, tuple[AlphaBeta, ...]]:
+) -> tuple[smoothing.SmoothProfile, tuple[AlphaBeta, ...]]:
     profile = find_profile(records, path)
-    smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
+    smooth = smoothing.smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
     release_x = release_place(smooth, path.release_elevation_m)
     return smooth, alpha_beta_runouts(profile.x_m, profile.y_m, smooth, release_x, regressions)
 
@@ -220,7 +215,7 @@ def _paths(records: Records, path_id: str | None) -> list[Path]:
     return paths
 
 
-def _row(path: Path, smooth: SmoothProfile, found: AlphaBeta) -> TerrainRunout:
+def _row(path: Path, smooth: smoothing.SmoothProfile, found: AlphaBeta) -> TerrainRunout:
     return TerrainRunout(
         path_id=path.path_id,
         coefficients=found.regression.name,
@@ -264,7 +259,7 @@ def _of_points(path: Path, found: AlphaBeta) -> tuple[Note, ...]:
 def _draw(
     plot: FilePath,
     records: Records,
-    found: list[tuple[Path, SmoothProfile, tuple[AlphaBeta, ...]]],
+    found: list[tuple[Path, smoothing.SmoothProfile, tuple[AlphaBeta, ...]]],
     bounds: list[HazardRow],
 ) -> None:
     from avahazard.report.path_pictures import DrawnPath, draw_alpha_beta  # noqa: PLC0415 (slow)

@@ -50,14 +50,9 @@ from avahazard.store.results import (
 )
 from avahazard.store.session import Session, reading
 from avahazard.whole_file import put_in_place
+from avahazard.workflow import friction as frictions
 from avahazard.workflow.calibrate import show_model
 from avahazard.workflow.compare import COORDINATES, RECORD_DRAWS, ladder_rows, stored_comparison
-from avahazard.workflow.friction import (
-    apparent_friction,
-    friction_densities,
-    friction_view,
-    from_reference,
-)
 from avahazard.workflow.map import map_parts
 from avahazard.workflow.next_step import next_step
 from avahazard.workflow.path import alpha_beta_paths, describe_path, list_paths
@@ -159,7 +154,7 @@ def gather(
             if (ground := load_terrain(session, profile.path_id)) is not None
         }
     report("Writing the report", 0.07, 1.0)
-    found, _ = apparent_friction(stored)
+    found, _ = frictions.apparent_friction(stored)
     report("Writing the report", 0.1, 1.0)
     events = event_views(only_paths(records, stored.paths).events, stored, found.mu)
     report("Writing the report", 0.14, 1.0)
@@ -187,8 +182,8 @@ def gather(
         events=events,
         n_speeds=sum(len(track.x) for track in stored.observations.speeds),
         covariates=unknown_columns(stored.columns),
-        friction=friction_view(stored),
-        densities=friction_densities(found.mu, stored.observations),
+        friction=frictions.friction_view(stored),
+        densities=frictions.friction_densities(found.mu, stored.observations),
         summaries=[row for row in list_paths(database) if row.path_id in shown],
         ladder=ladder_rows(models, comparisons, {}),
         comparison=comparisons[name],
@@ -367,7 +362,7 @@ def event_views(
     recorded = observations.as_recorded(observations.observed)
     observed = recorded_elevation(observations) if metres else recorded
     smooth = {site.path.path_id: site.smooth for site in observations.sites}
-    reference = mu * np.exp(-from_reference(model))
+    reference = mu * np.exp(-frictions.from_reference(model))
     views = []
     for i, event in enumerate(events):
         known = bool(np.isfinite(draws[i]).all())

@@ -21,6 +21,7 @@ from avahazard.inference.fitted_model import FittedModel, in_slots
 from avahazard.inference.fitting.star import REACH
 from avahazard.inference.likelihood.assemble import build_effects, definitions_of
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model import specification as spec
 from avahazard.inference.model.choices import BLOCK
 from avahazard.inference.model.friction_model import friction_model
 from avahazard.inference.model.laws import LAWS
@@ -29,12 +30,6 @@ from avahazard.inference.model.observations import (
     build_observations,
     require_one_scale,
     require_profiles,
-)
-from avahazard.inference.model.specification import (
-    GIVEN,
-    GivenPrior,
-    Specification,
-    prior_from_document,
 )
 from avahazard.notes import Note
 from avahazard.records import crosscheck
@@ -223,12 +218,12 @@ def _load(
     own = own_effects(stored, effect_files) if own is None else own
     kept = stored.specification
     fields = kept["specification"]
-    specification = Specification(
+    specification = spec.Specification(
         **{
             **fields,
             "effects": tuple(fields["effects"]),
-            "prior": prior_from_document(fields.get("prior")),
-            "given": tuple(GivenPrior(**told) for told in fields.get("given", ())),
+            "prior": spec.prior_from_document(fields.get("prior")),
+            "given": tuple(spec.GivenPrior(**told) for told in fields.get("given", ())),
         }
     )
     effects = build_effects(specification, kept["facts"], own)
@@ -472,7 +467,7 @@ def prior_notes(
 ) -> list[Note]:
     """Where the priors are not the program's own, and which parameters they dominate."""
     notes = [found.note(name, key) for key, found in given.items()]
-    if prior is not None and not prior.source.startswith(GIVEN):
+    if prior is not None and not prior.source.startswith(spec.GIVEN):
         notes.append(Note("prior_from", model=name, source=prior.source))
     return notes + [found.note(name, key) for key, found in dominated.items()]
 
