@@ -39,7 +39,7 @@ from avahazard.results.models import Difference, ModelSummary, Provenance, Rerun
 from avahazard.store import results as store
 from avahazard.store.records import load_records
 from avahazard.store.session import reading, writing
-from avahazard.workflow.compare import comparison, standing, stored_comparison
+from avahazard.workflow.compare import comparison, latest_comparison, standing
 from avahazard.workflow.effects import read_own_of, stored_text
 from avahazard.workflow.next_step import next_step
 from avahazard.workflow.requests import CalibrateRequest
@@ -362,7 +362,7 @@ def add(
     with reading(database) as session:
         model = store.load_model(session, name)
         store.refuse_taken_name(session, new_name)
-        before = stored_comparison(store.latest_result(session, store.COMPARISON, name))
+        before = latest_comparison(session, name)
     own = read_own_of(model, effect_files)
     definitions = tuple(effect.definition for effect in own.values())
     unused = [key for key in own if key not in (*effects, *model.effects)]

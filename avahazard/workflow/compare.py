@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +51,7 @@ from avahazard.results import comparison as results
 from avahazard.results.base import RATIO, Report, Rows, plain, silent
 from avahazard.store import results as store
 from avahazard.store.records import load_records
-from avahazard.store.session import reading, writing
+from avahazard.store.session import Session, reading, writing
 from avahazard.workflow.next_step import StoredModels, next_step
 from avahazard.workflow.stored import (
     load_stored,
@@ -89,7 +88,7 @@ def compare(
     with writing(database) as session:
         parent = store.load_model(session, name).parent
         if parent is not None:
-            before = stored_comparison(store.latest_result(session, store.COMPARISON, parent))
+            before = latest_comparison(session, parent)
             of_parent = store.load_model(session, parent).effects
             added = [key for key in stored.specification.effects if key not in of_parent]
             found = budgets.with_explained(found, before, added)
@@ -99,8 +98,9 @@ def compare(
     return replace(found, next=next_step(database, name))
 
 
-def stored_comparison(document: dict[str, Any] | None) -> results.Comparison | None:
-    """The comparison of a stored document; None where there is none."""
+def latest_comparison(session: Session, name: str) -> results.Comparison | None:
+    """The comparison of a model that is stored, None where there is none."""
+    document = store.latest_result(session, store.COMPARISON, name)
     return None if document is None else results.Comparison.from_dict(document)
 
 
@@ -217,12 +217,7 @@ def ladder(database: str, *, plot: Path | None = None, report: Report = silent) 
         models = store.list_models(session)
         records = load_records(session)
         told = {model.name: notes_of(model, records) for model in models}
-        known = {
-            model.name: stored_comparison(
-                store.latest_result(session, store.COMPARISON, model.name)
-            )
-            for model in models
-        }
+        known = {model.name: latest_comparison(session, model.name) for model in models}
     if not models:
         raise AvahazardError(
             "There is no model yet.", "Make one: avahazard calibrate NAME, then avahazard add."

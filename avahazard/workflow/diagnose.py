@@ -25,7 +25,7 @@ from avahazard.results.base import RATIO, Report, Rows, plain, silent
 from avahazard.results.comparison import Comparison
 from avahazard.store import results as store
 from avahazard.store.session import reading, writing
-from avahazard.workflow.compare import coordinate_name, stored_comparison
+from avahazard.workflow.compare import coordinate_name, latest_comparison
 from avahazard.workflow.effects import read_own_of, write_effect_file
 from avahazard.workflow.next_step import next_step
 from avahazard.workflow.requests import DiagnoseRequest
@@ -157,7 +157,7 @@ def _where(
         return ()
     observations = stored.observations
     with reading(database) as session:
-        compared = stored_comparison(store.latest_result(session, store.COMPARISON, stored.name))
+        compared = latest_comparison(session, stored.name)
     notes = [] if compared is None else failing_paths(compared)
     tried = {c.key for c in found.candidates}
     for key in found.missing:

@@ -13,7 +13,6 @@ from avahazard.arrays import Floats
 from avahazard.criticism.scoring.scores import expected_records
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.site import release_place, stop_place
-from avahazard.hazard.future_events import classes_of
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.model.choices import BLOCK
 from avahazard.inference.model.friction_model import LEAST_LOG_SCATTER
@@ -40,7 +39,6 @@ from avahazard.store.records import load_terrain
 from avahazard.store.results import (
     AVERAGE,
     BOUNDS,
-    COMPARISON,
     DIAGNOSIS,
     ZONES,
     latest_documents,
@@ -52,11 +50,11 @@ from avahazard.store.session import Session, reading
 from avahazard.whole_file import put_in_place
 from avahazard.workflow import friction as frictions
 from avahazard.workflow.calibrate import show_model
-from avahazard.workflow.compare import COORDINATES, RECORD_DRAWS, ladder_rows, stored_comparison
+from avahazard.workflow.compare import COORDINATES, RECORD_DRAWS, ladder_rows, latest_comparison
 from avahazard.workflow.map import map_parts
 from avahazard.workflow.next_step import next_step
 from avahazard.workflow.path import alpha_beta_paths, describe_path, list_paths
-from avahazard.workflow.report_loop import QUANTILES, loop_view
+from avahazard.workflow.report_loop import QUANTILES, loop_view, to_come
 from avahazard.workflow.requests import MapRequest, ReportRequest
 from avahazard.workflow.runout import run_site
 from avahazard.workflow.stored import (
@@ -136,10 +134,7 @@ def gather(
     stored, records = load_stored(database, name, request.effect_files)
     with reading(database) as session:
         models = list_models(session)
-        comparisons = {
-            model.name: stored_comparison(latest_result(session, COMPARISON, model.name))
-            for model in models
-        }
+        comparisons = {model.name: latest_comparison(session, model.name) for model in models}
         diagnoses = {
             model.name: Diagnosis.from_dict(document)
             for model in models
@@ -253,13 +248,12 @@ def path_views(
     bounded = {row.path_id for row in rows}
     trained = set(stored.paths) or {path.path_id for path in records.paths}
     shown = [p for p in records.paths if p.path_id in trained | bounded]
-    profiles = {profile.path_id: profile for profile in records.profiles}
     known = {site.path.path_id: site.smooth for site in stored.observations.sites}
     speeds = dict(_speeds(stored, records, rows))
     views = []
     for path in shown:
-        profile = profiles.get(path.path_id)
-        recorded = [e for e in records.events if e.path_id == path.path_id]
+        own = of_path(records, path.path_id)
+        profile, recorded = next(iter(own.profiles), None), list(own.events)
         smooth = known.get(path.path_id)
         if smooth is None and profile is not None:
             smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
@@ -299,10 +293,9 @@ def _speeds(
     values = model.layout.effect_values(model.draws.mean(axis=0))
     for path_id in dict.fromkeys(row.path_id for row in rows):
         mine = [row for row in rows if row.path_id == path_id]
-        volumes = [row.volume_m3 or ANY_VOLUME_M3 for row in mine]
-        events = [Event("", path_id=path_id, volume_m3=volume) for volume in volumes]
-        future = classes_of(replace(of_path(records, path_id), events=tuple(events)))
-        friction = model.median_friction(np.array(volumes), future.columns)
+        volumes = np.array([row.volume_m3 or ANY_VOLUME_M3 for row in mine])
+        future = to_come(records, path_id, volumes)
+        friction = model.median_friction(volumes, future.columns)
         resistance = model.resistance(future.site, values)
         lines = []
         for row, mu in zip(mine, friction, strict=True):

@@ -14,7 +14,7 @@ from avahazard.results.comparison import Comparison
 from avahazard.store.results import COMPARISON, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.compare import compare, coordinate_name, ladder, standing, stored_comparison
+from avahazard.workflow.compare import compare, coordinate_name, ladder, latest_comparison, standing
 from avahazard.workflow.import_files import import_files
 from avahazard.workflow.requests import CalibrateRequest
 from tests.criticism.studies import slopes, straight, with_left
@@ -106,7 +106,7 @@ def test_models_never_compared_are_compared_on_the_way(snow_database: str, tmp_p
     found = ladder(snow_database, plot=picture)
     base, metropolis = found.rows
     with reading(snow_database) as session:
-        compared = stored_comparison(latest_result(session, COMPARISON, "base"))
+        compared = latest_comparison(session, "base")
     assert compared is not None
     expected = standing(compared)
     for key in ("rmse_m", "crps_m", "held_out_crps_m", "elpd_loo", "elpd_loo_se", "coverage_90"):
