@@ -18,7 +18,7 @@ from avahazard.records.collection import Records
 from avahazard.records.conventions import Conventions
 from avahazard.records.errors import RowProblem
 from avahazard.records.intake import Intake, UnderstoodColumn
-from avahazard.records.meanings import ABOVE_SEA, MEANINGS, Meaning, known_name, near_name, squash
+from avahazard.records.meanings import ABOVE_SEA, MEANINGS, known_name, near_name, squash
 from avahazard.records.path import Covariate
 from avahazard.records.rows import EventRow, PathRow, ProfileRow, Row, StraightRow, VelocityRow
 from avahazard.records.table import FileTable
@@ -241,31 +241,51 @@ def check_ranges(
     """
     doubts: list[str] = []
     for column in table.header:
-        if column in YEARS:
-            _check_years(table, column, problems, doubts)
-        elif column in MEANINGS:
-            _check_numbers(table, column, MEANINGS[column], problems, doubts)
+        beyond = _years_beyond if column in YEARS else _numbers_beyond
+        refused, odd, accepted, what = beyond(column, table.counts(column))
+        there = table.values(column) if refused or odd else ()
+        rows = [(table.lines[k], text) for k, text in there if text in refused or text in odd]
+        for line, text in rows:
+            if text in refused:
+                problems.append(RowProblem(table.file, line, column, text, accepted))
+        if unusual_rows := [row for row in rows if row[1] not in refused]:
+            doubts.append(_note(table, column, unusual_rows, what))
         notes += _marks_among_numbers(table, column)
     if not unusual:
         notes += doubts
 
 
-def _check_numbers(
-    table: FileTable, column: str, meaning: Meaning, problems: list[RowProblem], notes: list[str]
-) -> None:
-    if meaning.limits is None:
-        return
+Beyond = tuple[set[str], set[str], str, str]
+"""Texts that are impossible, that are unusual; what would be accepted; words for the unusual."""
+
+
+def _numbers_beyond(column: str, texts: Collection[str]) -> Beyond:
+    """The numbers of a column beyond its limits, few or none."""
+    meaning = MEANINGS.get(column)
+    if meaning is None or meaning.limits is None:
+        return set(), set(), "", ""
     (first, last), (low, high) = meaning.limits
     unit = "m" if meaning.unit == ABOVE_SEA else meaning.unit
-    unusual: list[tuple[int, str]] = []
-    for k, text, value in _outside(table, column, low, high):
-        if first <= value <= last:
-            unusual.append((table.lines[k], text))
-        elif value > 0 or first < 0 or meaning.further:  # a row's form refuses what is not over 0
-            accepted = f"a number from {first:g} to {last:g} {unit}".rstrip()
-            problems.append(RowProblem(table.file, table.lines[k], column, text, accepted))
-    if unusual:
-        notes.append(_note(table, column, unusual, f"outside {low:g} to {high:g} {unit}".rstrip()))
+    numbers = {text: x for text in texts if (x := _number(text)) is not None}
+    refused = {
+        text
+        for text, x in numbers.items()
+        # What is not over 0 the form of a row refuses.
+        if not first <= x <= last and (x > 0 or first < 0 or meaning.further)
+    }
+    odd = {t for t, x in numbers.items() if first <= x <= last and not low <= x <= high}
+    accepted = f"a number from {first:g} to {last:g} {unit}".rstrip()
+    return refused, odd, accepted, f"outside {low:g} to {high:g} {unit}".rstrip()
+
+
+def _years_beyond(_column: str, texts: Collection[str]) -> Beyond:
+    """The dates and years that are to come, or long ago."""
+    # A day's grace: the clock may stand in another time zone.
+    tomorrow = (dt.date.today() + dt.timedelta(1)).isoformat()
+    dates = [text for text in texts if len(text) in (4, 10) and text[:4].isdigit()]
+    refused = {text for text in dates if text > tomorrow[: len(text)]}
+    odd = {text for text in dates if int(text[:4]) < FIRST_YEAR} - refused
+    return refused, odd, "a date that is not to come", f"before the year {FIRST_YEAR}"
 
 
 FAR, FAR_OF_MARK = 10.0, 1.0
@@ -290,44 +310,6 @@ def _marks_among_numbers(table: FileTable, column: str) -> Iterator[str]:
                 f"{table.file}: {column} holds {text} {n} times, far outside the other values "
                 f"({low:g} to {high:g}). If it means unknown, import with --unknown={text}"
             )
-
-
-def _check_years(
-    table: FileTable, column: str, problems: list[RowProblem], notes: list[str]
-) -> None:
-    # A day's grace: the clock may stand in another time zone.
-    tomorrow = (dt.date.today() + dt.timedelta(1)).isoformat()
-    unusual: list[tuple[int, str]] = []
-    odd = {
-        text
-        for text in table.counts(column)
-        if len(text) in (4, 10)
-        and text[:4].isdigit()
-        and (text > tomorrow[: len(text)] or int(text[:4]) < FIRST_YEAR)
-    }
-    for k, text in _rows_with(table, column, odd):
-        if text > tomorrow[: len(text)]:
-            accepted = "a date that is not to come"
-            problems.append(RowProblem(table.file, table.lines[k], column, text, accepted))
-        else:
-            unusual.append((table.lines[k], text))
-    if unusual:
-        notes.append(_note(table, column, unusual, f"before the year {FIRST_YEAR}"))
-
-
-def _outside(
-    table: FileTable, column: str, low: float, high: float
-) -> Iterator[tuple[int, str, float]]:
-    """The numbers of a column that are not from `low` to `high`, with their rows from 0."""
-    numbers = {text: _number(text) for text in table.counts(column)}
-    odd = {text: x for text, x in numbers.items() if x is not None and not low <= x <= high}
-    for k, text in _rows_with(table, column, odd):
-        yield k, text, odd[text]
-
-
-def _rows_with(table: FileTable, column: str, texts: Collection[str]) -> Iterator[tuple[int, str]]:
-    """The rows from 0 whose text is one of these, of which there are few or none."""
-    return ((k, text) for k, text in table.values(column) if text in texts) if texts else iter(())
 
 
 def _number(text: str) -> float | None:

@@ -106,24 +106,20 @@ def differences(one: Path | Event | Speed, other: Path | Event | Speed) -> list[
 def profile_difference(one: Profile, other: Profile) -> tuple[int, Difference] | None:
     """Return the first point at which two profiles differ and how, None when they are equal."""
     n = min(len(one.x_m), len(other.x_m))
-    first: tuple[int, Difference] | None = None
-    for name in (f.name for f in fields(Profile)):
+    found: list[tuple[int, Difference]] = []
+    for name in (f.name for f in fields(Profile) if f.name != "path_id"):
         left, right = getattr(one, name), getattr(other, name)
-        if name == "path_id" or left is right:
-            continue
-        place: int | None
-        if left is None or right is None:
-            place = 0
-        elif isinstance(left, str):
-            place = None if left == right else 0
+        if left is None or right is None or isinstance(left, str):
+            same = left is right or (isinstance(left, str) and left == right)
+            unequal = [] if same else [0]
         else:
-            unequal = np.nonzero(np.asarray(left[:n]) != np.asarray(right[:n]))[0]
-            place = int(unequal[0]) if len(unequal) else None
-        if place is not None and (first is None or place < first[0]):
-            first = (place, (name, _at(left, place), _at(right, place)))
-    if first is None and len(one.x_m) != len(other.x_m):
-        first = (n - 1, ("path_id", f"{len(one.x_m)} points", f"{len(other.x_m)} points"))
-    return first
+            unequal = np.flatnonzero(np.asarray(left[:n]) != np.asarray(right[:n])).tolist()
+        if unequal:
+            place = unequal[0]
+            found.append((place, (name, _at(left, place), _at(right, place))))
+    if not found and len(one.x_m) != len(other.x_m):
+        found = [(n - 1, ("path_id", f"{len(one.x_m)} points", f"{len(other.x_m)} points"))]
+    return min(found, key=lambda difference: difference[0], default=None)
 
 
 def _at(values: object, place: int) -> object:
