@@ -79,16 +79,20 @@ def simulate_paths(database: str, request: SimulateRequest, report: Report = sil
     paths, notes = ready_paths(database, request)
     before = _stored(database, paths, request)
     made: set[tuple[str, float, float]] = set()
-    for turn in range(ROUNDS + 1):
+    rounds = 1 if request.frictions else ROUNDS + 1
+    for turn in range(rounds):
         tasks = _left(database, paths, request, refine=turn > 0)
         if not tasks:
             break
         shared = database, python, paths, request.drag
         words = f"Simulating, round {turn + 1}"
-        report(words, 0.0, len(tasks))
-        for k, (path, friction, volume) in enumerate(spread_map(_run, shared, tasks), 1):
+        # Each round to come is taken to have as many runs as this one.
+        whole = len(made) + len(tasks) * (rounds - turn)
+        report(words, len(made), whole)
+        for path, friction, volume in spread_map(_run, shared, tasks):
             made.add((paths[path].path_id, friction, volume))
-            report(words, k, len(tasks))
+            report(words, len(made), whole)
+    report("Simulating", 1.0, 1.0)
     rows = [_row(path.path_id, _of(database, path, request), made) for path in paths]
     if before and not made:
         notes = (*notes, Note("simulated_before"))
