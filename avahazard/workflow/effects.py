@@ -107,15 +107,8 @@ def _entry(entry: Definition, observations: Observations | None) -> EffectEntry:
 
 
 def _parameter(p: Parameter) -> EffectParameter:
-    return EffectParameter(
-        name=p.name,
-        unit=p.unit,
-        neutral=p.neutral,
-        prior_mean=p.prior_mean,
-        prior_sd=p.prior_sd,
-        low=finite(p.low),
-        high=finite(p.high),
-    )
+    prior = p.prior_mean, p.prior_sd
+    return EffectParameter(p.name, p.unit, p.neutral, *prior, finite(p.low), finite(p.high))
 
 
 BETWEEN_FILES = "\n# ======== next effect file ========\n"

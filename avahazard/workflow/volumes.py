@@ -16,6 +16,7 @@ from avahazard.hazard.frequency import (
 )
 from avahazard.records.collection import find_path
 from avahazard.records.errors import AvahazardError
+from avahazard.report.picture import require_picture
 from avahazard.request import many
 from avahazard.results.base import Rows
 from avahazard.results.hazard import PathVolumes, ReturnLevel, Volumes, YearlyMaximum
@@ -36,10 +37,7 @@ def volumes(database: str, request: VolumesRequest) -> Volumes:
     """
     paths: tuple[str, ...] = many(request.paths)
     wanted, plot = request.return_periods or RETURN_PERIODS, request.plot
-    if plot is not None:
-        from avahazard.report.picture import require_picture  # noqa: PLC0415 (slow)
-
-        require_picture(plot)
+    require_picture(plot)
     with reading(database) as session:
         records = load_records(session)
     named = [find_path(records, path_id).path_id for path_id in paths]
@@ -57,11 +55,8 @@ def volumes(database: str, request: VolumesRequest) -> Volumes:
         entries.append(_entry(frequency, frequencies, wanted))
         curves.append(_levels(frequency, CURVE))
     if not entries:
-        raise (
-            refusals[0]
-            if refusals
-            else AvahazardError("There are no paths.", "Import paths.csv and events.csv first.")
-        )
+        none = AvahazardError("There are no paths.", "Import paths.csv and events.csv first.")
+        raise next(iter(refusals), none)
     if plot is not None:
         from avahazard.report.friction_pictures import draw_return_levels  # noqa: PLC0415
 
