@@ -15,27 +15,19 @@ ISO = re.compile(r"[0-9]{4}(?:-[0-9]{2}-[0-9]{2})?")
 SLASHED = re.compile(r"([0-9]{1,2})[/-]([0-9]{1,2})[/-]([0-9]{4})")
 WINTER = re.compile(r"([0-9]{4}) ?[/-] ?([0-9]{4}|[0-9]{2})")
 SERIAL = re.compile(r"([0-9]{5})(?:\.[0-9]+)?")
-NAME = r"([^\W\d_]+)\.?"
-FORMS = (  # pattern, the groups of year, month and day, words
-    (
-        re.compile(r"([0-9]{4})-([0-9]{2})-([0-9]{2})[ T][0-9]{2}:[0-9]{2}.*"),
-        (1, 2, 3),
-        "their time of day left out",
-    ),
-    (re.compile(r"([0-9]{4})[./]([0-9]{1,2})[./]([0-9]{1,2})"), (1, 2, 3), "the year first"),
-    (re.compile(r"([0-9]{4})([0-9]{2})([0-9]{2})"), (1, 2, 3), "the year first"),
-    (re.compile(r"([0-9]{1,2})\. ?([0-9]{1,2})\. ?([0-9]{4})"), (3, 2, 1), "dd.mm.yyyy"),
-    (
-        re.compile(rf"([0-9]{{1,2}})(?:st|nd|rd|th|er|\.)?[ -]?{NAME}[ -]([0-9]{{4}})"),
-        (3, 2, 1),
-        "months by name",
-    ),
-    (
-        re.compile(rf"{NAME} ([0-9]{{1,2}})(?:st|nd|rd|th)?,? ([0-9]{{4}})"),
-        (3, 1, 2),
-        "months by name",
-    ),
-    (re.compile(rf"{NAME}[ -]([0-9]{{4}})"), (2, 1), "months by name"),
+NAME, YEAR, TWO, UP_TO_TWO = r"([^\W\d_]+)\.?", "([0-9]{4})", "([0-9]{2})", "([0-9]{1,2})"
+BY_NAME, WITH_TIME = "months by name", "their time of day left out"
+FORMS = tuple(  # pattern, the groups of year, month and day, words
+    (re.compile(pattern), groups, words)
+    for pattern, groups, words in (
+        (rf"{YEAR}-{TWO}-{TWO}[ T][0-9]{{2}}:[0-9]{{2}}.*", (1, 2, 3), WITH_TIME),
+        (rf"{YEAR}[./]{UP_TO_TWO}[./]{UP_TO_TWO}", (1, 2, 3), "the year first"),
+        (rf"{YEAR}{TWO}{TWO}", (1, 2, 3), "the year first"),
+        (rf"{UP_TO_TWO}\. ?{UP_TO_TWO}\. ?{YEAR}", (3, 2, 1), "dd.mm.yyyy"),
+        (rf"{UP_TO_TWO}(?:st|nd|rd|th|er|\.)?[ -]?{NAME}[ -]{YEAR}", (3, 2, 1), BY_NAME),
+        (rf"{NAME} {UP_TO_TWO}(?:st|nd|rd|th)?,? {YEAR}", (3, 1, 2), BY_NAME),
+        (rf"{NAME}[ -]{YEAR}", (2, 1), BY_NAME),
+    )
 )
 TWO_SIGNS = re.compile(r"[0-9].*[-/. ].*[0-9].*[-/. ]")
 FIRST_DAY = dt.date(1899, 12, 30)  # day 0 of Excel, for days after February 1900
