@@ -15,12 +15,7 @@ from avahazard.notes import Note, grouped, placed
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.report.html.content import PathView, PlanView, ReportContent
 from avahazard.report.html.figure import GROUND, INK, VERMILION
-from avahazard.report.html.map_figure import (
-    TINT,
-    period_words,
-    round_length,
-    terrain_png,
-)
+from avahazard.report.html.map_figure import TINT, period_words, round_length, terrain_png
 from avahazard.report.html.path_figure import shown_end
 from avahazard.report.language import plural, say, spoken
 from avahazard.report.sentences import change_words, error_words, failure_words, verdict_words

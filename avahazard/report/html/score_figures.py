@@ -141,27 +141,16 @@ def budget_figure(ladder: Sequence[Rung], comparisons: Mapping[str, Comparison])
     coordinate = next(iter(comparisons.values())).coordinate
     ratio, unit = coordinate == RATIO, unit_of(coordinate)
     longest = max(sum(v * v for v in bar.values()) for bar in found.values())
-    data = []
+    data, names = [], [label(name) for name in found]
     for source, color in parts_in_order(found).items():
         metres = [bar.get(source, 0.0) for bar in found.values()]
         size = f"%{{customdata:{'.4f' if ratio else '.1f'}}} {unit}"
-        data.append(
-            bars(
-                [v * v for v in metres],
-                [label(name) for name in found],
-                color,
-                f"%{{y}}, %{{fullData.name}}: {size}",
-                name=label(part_words(source)),
-                text=[
-                    amount(v, coordinate, 0) if v * v >= LEAST_SHARE * longest else ""
-                    for v in metres
-                ],
-                textposition="inside",
-                insidetextanchor="middle",
-                textangle=0,
-                customdata=metres,
-            )
-        )
+        seen = [v * v >= LEAST_SHARE * longest for v in metres]
+        text = [amount(v, coordinate, 0) if s else "" for v, s in zip(metres, seen, strict=True)]
+        inside = {"textposition": "inside", "insidetextanchor": "middle", "textangle": 0}
+        own = {"name": label(part_words(source)), "text": text, "customdata": metres, **inside}
+        hover = f"%{{y}}, %{{fullData.name}}: {size}"
+        data.append(bars([v * v for v in metres], names, color, hover, **own))
     squares = say("square of the error") + ("" if ratio else " (m²)")
     return Figure(
         "budget",
@@ -272,22 +261,16 @@ def bias_figure(found: Comparison) -> Figure | None:
 def force_figure(force: Sequence[MeasuredForce]) -> Figure:
     """Resisting force per mass against speed, a colour for each event."""
     events = list(dict.fromkeys(row.event_id for row in force))
-    data = []
+    data, hover = [], "%{fullData.name}: %{x:.1f} m/s, %{y:.1f} m/s²"
     for k, event in enumerate(events):
         mine = [row for row in force if row.event_id == event]
         color, symbol = COLORS[k % len(COLORS)], SYMBOLS[k % len(SYMBOLS)]
-        data.append(
-            marks(
-                [row.speed_m_s for row in mine],
-                [row.force_m_s2 for row in mine],
-                {"color": color, "symbol": symbol, "size": 6},
-                "%{fullData.name}: %{x:.1f} m/s, %{y:.1f} m/s²",
-                name=label(event),
-                showlegend=len(events) <= len(COLORS),
-                error_y={"type": "data", "array": [row.sd_m_s2 for row in mine],
-                         "thickness": 0.7, "width": 0},
-            )
-        )  # fmt: skip
+        u, force_by = [row.speed_m_s for row in mine], [row.force_m_s2 for row in mine]
+        look = {"color": color, "symbol": symbol, "size": 6}
+        own = {"name": label(event), "showlegend": len(events) <= len(COLORS)}
+        sd = [row.sd_m_s2 for row in mine]
+        bar = {"type": "data", "array": sd, "thickness": 0.7, "width": 0}
+        data.append(marks(u, force_by, look, hover, error_y=bar, **own))
     return Figure(
         "force",
         say("Force measured along the tracks"),
