@@ -27,6 +27,7 @@ from avahazard.criticism.diagnosis.refits import (
 from avahazard.criticism.diagnosis.two_kinds import CHANCE_GAIN, gain_of_wrong_records
 from avahazard.criticism.screening.screen import EXPECTED_SHARE, LEVEL, Screened, Screening
 from avahazard.effects.effect import Definition, FrictionEffect, LimitEffect
+from avahazard.effects.record import VOLUME_ERROR
 from avahazard.inference.model.observations import Observations
 
 FITTED, OF_A_FAMILY = 7, 2
@@ -95,7 +96,10 @@ def fitted_in_full(
         if rare and c.surprise > WORTH_A_FIT and c.gain >= least and len(worth) < FITTED:
             worth.append(c.key)
     by_path = [c.key for c in screening.candidates if _by_path(c.definition, observations)]
-    keys = list(dict.fromkeys([*expected, *(d.key for d in alone), *worth, *by_path[:BY_PATH]]))
+    # To first order larger errors of the volumes may gain a fifth of what they do, or nothing.
+    errors = [c.key for c in screening.candidates if c.key == VOLUME_ERROR.key]
+    keys = [*expected, *(d.key for d in alone), *worth, *by_path[:BY_PATH], *errors]
+    keys = list(dict.fromkeys(keys))
     asked = [key for key in keys if key not in known]
     fits = {**known, **refit_each(base, asked, progress, likely)}
     gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in fits.items()}
