@@ -34,15 +34,13 @@ from avahazard.records.event import Event
 from avahazard.records.path import Profile
 from avahazard.request import Request, many
 from avahazard.results.base import Rows, drawn
-from avahazard.results.calibration import Calibration
+from avahazard.results.calibration import Calibration, EffectEntry, ModelSummary
 from avahazard.results.comparison import Comparison, Ladder, Prediction
 from avahazard.results.database import Export, Import, WrittenReport
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.friction import Fits, Frictions
-from avahazard.results.hazard import Hazard, Volumes
-from avahazard.results.models import EffectEntry, ModelSummary
+from avahazard.results.hazard import Hazard, Volumes, Zones
 from avahazard.results.terrain import PathCheck, PathSummary, Runout, TerrainRunout
-from avahazard.results.zones import Zones
 from avahazard.workflow import requests
 
 if TYPE_CHECKING:

@@ -14,9 +14,8 @@ from avahazard.cli.options import CalibratedModel, answers, argument, flag, outp
 from avahazard.cli.output import ask, emit, emit_rows, settings, show, table, warn
 from avahazard.notes import Note, counted, grouped
 from avahazard.report import tables
-from avahazard.results.hazard import HazardPlan, HazardRow
+from avahazard.results.hazard import HazardPlan, HazardRow, Zones
 from avahazard.results.terrain import ChanceMap, SimulationPlan, Simulations
-from avahazard.results.zones import Zones
 from avahazard.workflow import requests
 
 

@@ -17,8 +17,14 @@ from avahazard.report.model_tables import kinds_table, parameters_table
 from avahazard.report.sentences import before_and_after_words, kinds_words
 from avahazard.report.tables import cell
 from avahazard.results.base import Rows
-from avahazard.results.calibration import Calibration
-from avahazard.results.models import EffectDetails, EffectEntry, ModelSummary, Provenance, Rerun
+from avahazard.results.calibration import (
+    Calibration,
+    EffectDetails,
+    EffectEntry,
+    ModelSummary,
+    Provenance,
+    Rerun,
+)
 from avahazard.workflow.requests import CalibrateRequest
 
 

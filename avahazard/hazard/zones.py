@@ -30,8 +30,15 @@ from avahazard.physics.runout_curve import MU
 from avahazard.records.errors import AvahazardError
 from avahazard.records.toml_document import Strict, read_toml
 from avahazard.results.base import Rows
-from avahazard.results.hazard import Quantiles
-from avahazard.results.zones import Density, ExceededHere, PeriodDesign, Place, Zone, ZonedPath
+from avahazard.results.hazard import (
+    Density,
+    ExceededHere,
+    PeriodDesign,
+    Place,
+    Quantiles,
+    Zone,
+    ZonedPath,
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,9 +16,8 @@ from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import Records
 from avahazard.records.path import Path, Profile
 from avahazard.report.picture import figure, panels, picture, shade
-from avahazard.results.hazard import HazardRow, PlaceQuantiles, Spread
+from avahazard.results.hazard import HazardRow, PlaceQuantiles, Spread, ZonedPath
 from avahazard.results.terrain import Runout, RunoutAt
-from avahazard.results.zones import ZonedPath
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,9 +11,17 @@ from typing import Any, TypeVar
 
 from avahazard.report.language import say, spoken
 from avahazard.report.words import cubic, digits, integer, number, place, share, some, span
-from avahazard.results.hazard import Design, HazardRow, PathVolumes, Quantiles, VolumeInterval
+from avahazard.results.hazard import (
+    Design,
+    HazardRow,
+    PathVolumes,
+    Place,
+    Quantiles,
+    VolumeInterval,
+    Zone,
+    ZonedPath,
+)
 from avahazard.results.terrain import PathSummary, TerrainRunout
-from avahazard.results.zones import Place, Zone, ZonedPath
 
 R = TypeVar("R")
 Column = tuple[str, Callable[[Any], object]]

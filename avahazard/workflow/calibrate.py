@@ -33,9 +33,15 @@ from avahazard.records.collection import Records, only_paths
 from avahazard.records.errors import AvahazardError
 from avahazard.records.fingerprint import data_fingerprint
 from avahazard.results.base import Report, Rows, plain, silent, steps
-from avahazard.results.calibration import Calibration
+from avahazard.results.calibration import (
+    Calibration,
+    Difference,
+    ModelSummary,
+    Provenance,
+    Rerun,
+    Surroundings,
+)
 from avahazard.results.comparison import BeforeAndAfter, Comparison
-from avahazard.results.models import Difference, ModelSummary, Provenance, Rerun, Surroundings
 from avahazard.store import results as store
 from avahazard.store.records import load_records
 from avahazard.store.session import reading, writing

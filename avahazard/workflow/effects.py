@@ -23,7 +23,12 @@ from avahazard.effects.own_file import (
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Rows, finite
-from avahazard.results.models import EffectDetails, EffectEntry, EffectParameter, WrittenTemplate
+from avahazard.results.calibration import (
+    EffectDetails,
+    EffectEntry,
+    EffectParameter,
+    WrittenTemplate,
+)
 from avahazard.store.records import load_records
 from avahazard.store.results import StoredModel
 from avahazard.store.session import reading

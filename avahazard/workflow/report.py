@@ -32,9 +32,8 @@ from avahazard.report.language import language_of, speaking
 from avahazard.results.base import RATIO, Report, finite, silent
 from avahazard.results.database import WrittenReport
 from avahazard.results.diagnosis import Diagnosis
-from avahazard.results.hazard import HazardRow, PlaceQuantiles
+from avahazard.results.hazard import HazardRow, PlaceQuantiles, ZonedPath
 from avahazard.results.terrain import PERIOD_COLORS, TerrainRunout
-from avahazard.results.zones import ZonedPath
 from avahazard.store.records import load_terrain
 from avahazard.store.results import (
     AVERAGE,

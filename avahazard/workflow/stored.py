@@ -40,7 +40,7 @@ from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.path import Profile
 from avahazard.results import calibration as results
 from avahazard.results.base import plain
-from avahazard.results.models import Surroundings
+from avahazard.results.calibration import Surroundings
 from avahazard.store import results as store
 from avahazard.store.records import load_records
 from avahazard.store.session import Session, reading

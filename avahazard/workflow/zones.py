@@ -19,7 +19,7 @@ from avahazard.records.collection import find_path, find_profile
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
 from avahazard.results.base import Report, Rows, plain, silent
-from avahazard.results.zones import Density, ZonedPath, Zones
+from avahazard.results.hazard import Density, ZonedPath, Zones
 from avahazard.store.records import load_records
 from avahazard.store.results import ZONES, read_run
 from avahazard.store.session import reading

@@ -16,8 +16,7 @@ from typer.testing import CliRunner
 from avahazard.cli.main import COMMANDS, app
 from avahazard.results.base import plain
 from avahazard.results.comparison import Comparison
-from avahazard.results.hazard import HazardRow
-from avahazard.results.zones import ZonedPath
+from avahazard.results.hazard import HazardRow, ZonedPath
 from avahazard.store.results import BOUNDS, COMPARISON, ZONES, latest_documents, latest_result
 from avahazard.store.session import reading
 from tests.criticism.lengths import as_csv, lengths

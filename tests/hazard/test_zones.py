@@ -29,7 +29,7 @@ from avahazard.hazard.zones import (
 )
 from avahazard.inference.model.specification import Specification
 from avahazard.records.errors import AvahazardError
-from avahazard.results.zones import Density, ZonedPath
+from avahazard.results.hazard import Density, ZonedPath
 from tests.hazard.parabola import draws, path
 from tests.hazard.zones_parabola import (
     RATES,

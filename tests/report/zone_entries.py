@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 from avahazard.results.base import Rows
-from avahazard.results.hazard import Quantiles
-from avahazard.results.zones import Density, ExceededHere, PeriodDesign, Place, Zone, ZonedPath
+from avahazard.results.hazard import (
+    Density,
+    ExceededHere,
+    PeriodDesign,
+    Place,
+    Quantiles,
+    Zone,
+    ZonedPath,
+)
 from tests.gis.results import DESIGN_RUNOUT
 
 

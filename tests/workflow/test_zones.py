@@ -13,7 +13,7 @@ import pytest
 
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Rows, plain
-from avahazard.results.zones import ZonedPath
+from avahazard.results.hazard import ZonedPath
 from avahazard.store.results import ZONES, latest_documents
 from avahazard.store.session import reading
 from avahazard.store.upkeep import create

@@ -13,9 +13,8 @@ from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison, Rung
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.friction import FrictionDensity
-from avahazard.results.hazard import HazardRow, PlaceQuantiles
+from avahazard.results.hazard import HazardRow, PlaceQuantiles, ZonedPath
 from avahazard.results.terrain import PathSummary, TerrainRunout
-from avahazard.results.zones import ZonedPath
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,8 +34,7 @@ from avahazard.report.html.figure import (
 )
 from avahazard.report.language import say, spoken
 from avahazard.report.words import case, integer, interval, metres, volume_words, years
-from avahazard.results.hazard import HazardRow, PlaceQuantiles, ReachChance, Spread
-from avahazard.results.zones import ZonedPath
+from avahazard.results.hazard import HazardRow, PlaceQuantiles, ReachChance, Spread, ZonedPath
 
 TREES_EVERY, ABOVE, POINTS = 0.016, 0.012, 30
 """Distance of the trees as a share of the path, their height over the ground as one of the drop,

@@ -14,7 +14,7 @@ from typer.testing import Result
 from avahazard.cli.hazard import show_zones
 from avahazard.cli.output import CliSettings
 from avahazard.results.base import Rows
-from avahazard.results.zones import Zones
+from avahazard.results.hazard import Zones
 from tests.report.zone_entries import entry
 from tests.telling import untold
 
