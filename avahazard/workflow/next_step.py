@@ -96,7 +96,10 @@ class StoredModels:
         if found.parent and self.worse(name) and (instead := self.step(found.parent)):
             why = Note("why_worse", model=name, parent=found.parent, why=instead.values["why"])
             return Note("next", command=str(instead), why=why)
-        return self._open(found) or self._beside(found) or self._answer(name)
+        if opened := self._open(found):
+            return opened
+        unclear = self._unclear(found)
+        return self._answer(name) if unclear is None else self._either(unclear, name)
 
     def _open(self, found: Calibration) -> Note | None:
         """What is not known yet of a model, or what its diagnosis asks for."""
@@ -137,36 +140,47 @@ class StoredModels:
                     words += ("--effect-file", written)
                 return _step(words, why)
             return None if self.worse(tried) else self.step(tried)
-        return self._either(found) if found.verdict == "ambiguous" else None
+        return None
 
-    def _either(self, found: Diagnosis) -> Note | None:
-        """Where one of several effects is missing: measure, else add each and average them."""
-        name, told = found.model, list(found.missing)
-        children = {key: self._child(name, (key,)) for key in told if _is_effect(key)}
-        if found.measure_next and not any(children.values()):
+    def _unclear(self, found: Calibration) -> Diagnosis | None:
+        """The diagnosis that cannot tell what is missing: of a model, or of the one it stems from.
+
+        Of the latter where the model has one of the effects that may be missing.
+        """
+        for name in (found.model, found.parent):
+            document = self._latest(DIAGNOSIS, name) if name in self.models else None
+            told = None if document is None else Diagnosis.from_dict(document)
+            if told is None or told.verdict != "ambiguous" or told.pairs:
+                continue
+            children = [self._child(told.model, (key,)) for key in told.missing if _is_effect(key)]
+            if found.model in (told.model, *children):
+                return told
+        return None
+
+    def _either(self, found: Diagnosis, name: str) -> Note | None:
+        """Where one of several effects is missing: add each, then average them.
+
+        What to measure stands in the diagnosis; it is the step where there is nothing to average.
+        """
+        base, told = found.model, list(found.missing)
+        children = {key: self._child(base, (key,)) for key in told if _is_effect(key)}
+        if len(children) < 2:
+            if not found.measure_next:
+                return self._answer(name)
             best = found.measure_next[0]
-            why = Note("why_measure", model=name, effects=told, nats=best.expected_gain)
+            why = Note("why_measure", model=base, effects=told, nats=best.expected_gain)
             return Note("next", command=f"measure {best.measurement}", why=why)
         for key, child in children.items():
             if child is None:
-                words = ["add", name, key, "--as", self._free(f"{name}+{key}")]
-                why = Note("why_each", model=name, effects=told)
-                return _step([*words, *self._own_files(name)], why)
+                words = ["add", base, key, "--as", self._free(f"{base}+{key}")]
+                why = Note("why_each", model=base, effects=told)
+                return _step([*words, *self._own_files(base)], why)
         names = [child for child in children.values() if child is not None]
-        done = "hazard" in self.done or not self.survey.with_profile or len(names) < 2
-        if done or latest_run(self.session, AVERAGE, names[0]) is not None:
-            return None
-        words = ["hazard", *names, *self._own_files(name)]
-        return _step(words, Note("why_average", model=name, effects=told))
-
-    def _beside(self, found: Calibration) -> Note | None:
-        """What to do with a model that has one of several effects, one of which is missing."""
-        document = self._latest(DIAGNOSIS, found.parent) if found.parent in self.found else None
-        before = None if document is None else Diagnosis.from_dict(document)
-        if before is None or before.verdict != "ambiguous" or before.pairs:
-            return None
-        among = [self._child(before.model, (key,)) for key in before.missing]
-        return self._either(before) if found.model in among else None
+        averaged = latest_run(self.session, AVERAGE, names[0]) is not None
+        if averaged or "hazard" in self.done or not self.survey.with_profile:
+            return self._report(names[0])
+        words = ["hazard", *names, *self._own_files(base)]
+        return _step(words, Note("why_average", model=base, effects=told))
 
     def _answer(self, name: str) -> Note | None:
         """The answers by a model that is good enough, first those that are not there yet."""
@@ -176,10 +190,13 @@ class StoredModels:
         stored = latest_run(self.session, BOUNDS, name) is not None
         if self.survey.with_profile and not (stored or "hazard" in self.done):
             return self._with_files(("hazard", name), Note("why_hazard", model=name))
-        if "report" not in self.done:
-            words = ("report", name, "-o", f"{name}.html")
-            return self._with_files(words, Note("why_report", model=name))
-        return None
+        return self._report(name)
+
+    def _report(self, name: str) -> Note | None:
+        if "report" in self.done:
+            return None
+        words = ("report", name, "-o", f"{name}.html")
+        return self._with_files(words, Note("why_report", model=name))
 
     def _child(self, name: str, effects: Sequence[str]) -> str | None:
         """The latest child that has these effects more, on today's records."""

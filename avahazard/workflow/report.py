@@ -141,6 +141,7 @@ def gather(
         }
         rows = [HazardRow.from_dict(d) for d in latest_documents(session, BOUNDS, name) or ()]
         averages = averaged_rows(session, [model.name for model in models], name)
+        rows = rows or averages
         zones = [ZonedPath.from_dict(d) for d in latest_documents(session, ZONES, name) or ()]
         grounds = {
             profile.path_id: ground

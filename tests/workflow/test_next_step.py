@@ -130,9 +130,9 @@ def test_effects_that_are_needed_together_are_added_together(database: str) -> N
     assert words(database, "a b") == ["add", "a b", "covariate:depth", "season", "--as", name]
 
 
-def test_what_cannot_be_told_apart_is_measured_if_that_helps(database: str) -> None:
+def test_what_cannot_be_told_apart_nor_averaged_is_measured(database: str) -> None:
     useful = Measurement(Note("measure_runouts", n=50), 4.2)
-    alike = replace(ADEQUATE, verdict="ambiguous", missing=("season", "snow-type"))
+    alike = replace(ADEQUATE, verdict="ambiguous", missing=("season", "path:p"))
     put(database, "one", error=60.0, diagnosis=replace(alike, measure_next=Rows([useful])))
     assert next_step(database, "one") == "measure runouts of 50 more events on paths like these"
 
@@ -170,7 +170,9 @@ def test_else_each_of_them_is_added_and_all_are_averaged(database: str) -> None:
         run, _ = begin_run(session, AVERAGE, "two+season", "key", {})
         save_paths(session, run, [PathResult(0, "p", ({"path_id": "p"},))])
         finish_run(session, run)
-    assert words(database, "two+season")[0] == "hazard"
+    for name in ("two", "two+season", "two+snow-type"):
+        assert words(database, name)[:2] == ["report", "two+season"]
+    assert next_step(database, "two", done=("report",)) is None
 
 
 def test_what_no_effect_explains(database: str) -> None:
