@@ -29,9 +29,8 @@ from numpy.typing import NDArray
 
 import avahazard.report.picture  # noqa: F401 (how results are drawn)
 from avahazard.progress import show_progress
+from avahazard.records.collection import Event, Profile
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
-from avahazard.records.path import Profile
 from avahazard.request import Request, many
 from avahazard.results.base import Rows, drawn
 from avahazard.results.calibration import Calibration, EffectEntry, ModelSummary

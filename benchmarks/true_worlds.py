@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
-from avahazard.records.collection import Records
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Path, Profile, Records
 from avahazard.synth.making import FIRST_YEAR, LAST_YEAR, concave_profile, make_world
 from avahazard.synth.world import (
     LEFT_PROFILE,

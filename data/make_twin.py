@@ -18,9 +18,7 @@ from pathlib import Path as FilePath
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile, Records
 from avahazard.synth.making import make_world
 from avahazard.synth.world import Exponential, Settings, SitePlan
 from avahazard.synth.writing import write_records

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats, Ints
-from avahazard.records.event import Event
-from avahazard.records.path import Path
+from avahazard.records.collection import Event, Path
 
 RELEASE_SIGMA = "release_sigma_m"
 """A column of events or paths: the error of the release elevation, and so no driver of friction."""

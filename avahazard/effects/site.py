@@ -1,4 +1,4 @@
-"""A path made ready to run: regularised, cut into cells, with its releases and land cover."""
+"""A path made ready to run: regularised, cut into cells, with its releases, cover and runs."""
 
 from __future__ import annotations
 
@@ -24,9 +24,59 @@ from avahazard.physics.runout_curve import (
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.physics.speed import filled_speeds, speeds_along, squares_to_rest
 from avahazard.physics.terrain import MAX_CELL_M, Terrain, cell_ends, node_of, terrain_at
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
-from avahazard.records.simulation import Simulation, StopTable, stop_table
+from avahazard.records.collection import Event, Path, Profile, Simulation
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StopTable:
+    """Stops (m) along a path's line, over friction for each of some volumes (m3), rising.
+
+    `friction` `[n_volumes]` holds the frictions of each volume, rising, `stop_x` `[n_volumes]` the
+    stops. `end_x` is the line's end.
+    """
+
+    volume: Floats
+    friction: tuple[Floats, ...]
+    stop_x: tuple[Floats, ...]
+    end_x: float
+
+    def at(self, volume: float, friction: Floats) -> Floats:
+        """Stops (m) `[n_friction]` of a volume (m3), inf for what left the line.
+
+        The friction that brings an avalanche to a place goes straight in the log of the volume, and
+        straight from place to place. Beyond the table its end counts.
+        """
+        place = np.interp(np.log(volume), np.log(self.volume), np.arange(len(self.volume)))
+        low, high = int(np.floor(place)), int(np.ceil(place))
+        x = np.unique(np.concatenate([self.stop_x[low], self.stop_x[high]]))
+        share = place - low
+        both = (1.0 - share) * self._bringing(low, x) + share * self._bringing(high, x)
+        found = np.interp(friction, both[::-1], x[::-1])
+        return np.where(found >= self.end_x - 1e-6, np.inf, found)
+
+    def _bringing(self, k: int, x: Floats) -> Floats:
+        """The most friction with which volume k comes to places x (m), rising `[n]`."""
+        stop, first = np.unique(self.stop_x[k][::-1], return_index=True)
+        return np.asarray(np.interp(x, stop, self.friction[k][::-1][first]))
+
+
+def stop_table(simulations: Sequence[Simulation], release_x: float, end_x: float) -> StopTable:
+    """The table of a path's runs; what did not move stopped at `release_x` (m)."""
+    of_volume: dict[float, list[Simulation]] = {}
+    for one in sorted(simulations, key=lambda s: (s.volume_m3, s.friction)):
+        of_volume.setdefault(one.volume_m3, []).append(one)
+    stops = [
+        np.array([release_x if np.isnan(s.stop_x_m) else min(s.stop_x_m, end_x) for s in runs])
+        for runs in of_volume.values()
+    ]
+    return StopTable(
+        np.array(list(of_volume)),
+        tuple(np.array([s.friction for s in runs]) for runs in of_volume.values()),
+        # More friction never carries farther: what the cells leave of it is noise.
+        tuple(np.maximum.accumulate(x[::-1])[::-1] for x in stops),
+        end_x,
+    )
+
 
 COARSE = 4
 ALL_FRICTIONS = slice(0, len(MU))

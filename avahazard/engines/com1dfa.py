@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 
 from avahazard.arrays import Floats
 from avahazard.physics.cells import GRAVITY
+from avahazard.records.collection import Simulation
 from avahazard.records.errors import AvahazardError
-from avahazard.records.simulation import Simulation
 
 if TYPE_CHECKING:
     from avahazard.gis.avaframe_project import Ground

@@ -21,7 +21,7 @@ from avahazard.arrays import Floats
 from avahazard.gis.hazard_map import PathLine, moved_geometry
 from avahazard.gis.systems import moved
 from avahazard.gis.vector_layer import read_layer
-from avahazard.records.path import TerrainCrop
+from avahazard.records.collection import TerrainCrop
 
 STOP_KPA, HALF_WIDTH_M = 1.0, 250.0
 SLAB_M, LONGEST_SHARE, LEAST_CELLS = 1.0, 0.2, 3

@@ -18,8 +18,8 @@ from rasterio.warp import reproject
 
 from avahazard.arrays import Floats
 from avahazard.gis.hazard_map import Feature, MappedPath, PathLine, moved_geometry
+from avahazard.records.collection import TerrainCrop
 from avahazard.records.errors import AvahazardError
-from avahazard.records.path import TerrainCrop
 
 OWNER = "avahazard"
 MOST_CELLS = 200_000_000

@@ -14,10 +14,10 @@ from avahazard.arrays import Floats
 from avahazard.gis.systems import WGS84, moved, profile_system, read_system, system_code
 from avahazard.gis.terrain_model import TerrainModel, open_terrain
 from avahazard.gis.vector_layer import VectorLayer, cover_at, read_layer
+from avahazard.records.collection import TerrainCrop
 from avahazard.records.errors import AvahazardError, RowProblem
 from avahazard.records.intake import Drawn
 from avahazard.records.meanings import known_name
-from avahazard.records.path import TerrainCrop
 from avahazard.records.rows import PathRow
 from avahazard.records.table import FileTable, table_of
 

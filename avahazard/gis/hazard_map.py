@@ -13,8 +13,7 @@ from pyproj import CRS
 
 from avahazard.arrays import Floats
 from avahazard.gis.systems import WGS84, moved, profile_system, read_system, system_code
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -22,8 +22,8 @@ from scipy.ndimage import map_coordinates
 
 from avahazard.arrays import Floats
 from avahazard.gis.systems import moved, read_system, system_code
+from avahazard.records.collection import TerrainCrop
 from avahazard.records.errors import AvahazardError
-from avahazard.records.path import TerrainCrop
 
 LOWEST_M, HIGHEST_M = -500.0, 9000.0
 """Beyond these a cell holds no elevation: a gap that the file does not declare, such as -9999."""

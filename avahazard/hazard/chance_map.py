@@ -14,7 +14,7 @@ import numpy as np
 
 from avahazard.arrays import Floats, Ints
 from avahazard.hazard.exceedance import Avalanches, friction_below
-from avahazard.records.simulation import Simulation
+from avahazard.records.collection import Simulation
 
 MOST_DRAWS = 60
 """Posterior draws over which a map is spread."""

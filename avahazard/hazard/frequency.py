@@ -48,10 +48,8 @@ from avahazard.hazard.volume_records import (
 from avahazard.hazard.volume_source import VolumeSource
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note, counted
-from avahazard.records.collection import Records, of_path
+from avahazard.records.collection import Event, Path, Records, of_path
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
-from avahazard.records.path import Path
 from avahazard.results.hazard import ReturnLevel
 
 ENOUGH_MAXIMA = 30

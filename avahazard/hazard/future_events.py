@@ -17,8 +17,7 @@ from avahazard.effects.site import Site, build_site, release_places
 from avahazard.inference.model.observations import stated_release_sigma
 from avahazard.inference.seeds import generator
 from avahazard.physics.smooth_profile import smooth_profile
-from avahazard.records.collection import Records, of_path
-from avahazard.records.event import Event
+from avahazard.records.collection import Event, Records, of_path
 
 MAX_CLASSES = 24
 """Recorded events, at most, that an avalanche to come may be like."""

@@ -28,8 +28,7 @@ from avahazard.inference.seeds import generator
 from avahazard.physics.cells import Resistance
 from avahazard.physics.runout_curve import RunoutCurve
 from avahazard.physics.smooth_profile import SmoothProfile
-from avahazard.records.collection import Records, of_path
-from avahazard.records.path import Profile
+from avahazard.records.collection import Profile, Records, of_path
 from avahazard.results.hazard import FarthestRecord, MapPoint
 
 DEGREES = "EPSG:4326"

@@ -18,9 +18,8 @@ from avahazard.arrays import Floats, Ints
 from avahazard.engine import spread_map
 from avahazard.hazard.extremes import gev_likelihood, gpd_likelihood, over_locations
 from avahazard.hazard.volume_source import Family
+from avahazard.records.collection import WINTER_STARTS, Covariate, Event, Path
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import WINTER_STARTS, Event
-from avahazard.records.path import Covariate, Path
 
 WINDOWS = {
     (False, False): "observed_from to observed_to",

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Literal
 
+from avahazard.records.collection import WINTER_STARTS
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import WINTER_STARTS
 from avahazard.request import Request, option
 
 Family = Literal["gev", "gpd"]

@@ -19,7 +19,7 @@ from avahazard.inference.seeds import generator
 from avahazard.notes import Note
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU, between, located, nearest, steps_of
-from avahazard.records.event import Event
+from avahazard.records.collection import Event
 
 LEAST_HELD = 1e-3
 """No flow is known to slide on less; draws of μ ≤ 0 count as the lowest friction of the tables."""

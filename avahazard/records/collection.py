@@ -1,16 +1,204 @@
-"""All records that belong together, and those of them that a name says."""
+"""Paths, avalanches, speeds and runs of flow models as records, and all that belong together."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+import hashlib
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 from unicodedata import normalize
 
+import numpy as np
+from numpy.typing import NDArray
+
+from avahazard.arrays import Floats
 from avahazard.records.errors import AvahazardError, did_you_mean
-from avahazard.records.event import Event, Speed
-from avahazard.records.path import Path, Profile
-from avahazard.records.simulation import Simulation
+
+Covariate = float | str
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """What is known of a path apart from its profile (docs/data_forms.md)."""
+
+    path_id: str
+    name: str | None = None
+    location: str | None = None
+    orientation: str | None = None
+    section: str | None = None
+    catchment_ha: float | None = None
+    release_elevation_m: float | None = None
+    observed_from: int | None = None
+    observed_to: int | None = None
+    observed_below_m: float | None = None
+    covariates: Mapping[str, Covariate] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Profile:
+    """Points along a path: `x_m` rises strictly from the top, all arrays `[n_points]`.
+
+    `elevation_sigma_m` is the error of each elevation, one standard deviation, None where it is
+    not known. Coordinates are either `easting_m`, `northing_m` in `crs`, or `lon`, `lat`, or
+    absent.
+    """
+
+    path_id: str
+    x_m: Floats
+    y_m: Floats
+    land_cover: tuple[str, ...] | None = None
+    easting_m: Floats | None = None
+    northing_m: Floats | None = None
+    crs: str | None = None
+    lon: Floats | None = None
+    lat: Floats | None = None
+    elevation_sigma_m: Floats | None = None
+
+
+NUMBERS_OF_POINTS = ("x_m", "y_m", "easting_m", "northing_m", "lon", "lat", "elevation_sigma_m")
+"""The arrays of a profile."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TerrainCrop:
+    """Elevations `elevation_m` `[n_rows, n_columns]` float32, NaN where they are not known.
+
+    Rows run from north to south, columns from west to east; the cells are squares of `cell_m`
+    in `crs` (such as `EPSG:31287`), and `west_m`, `north_m` is the outer corner of the first.
+    """
+
+    path_id: str
+    crs: str
+    west_m: float
+    north_m: float
+    cell_m: float
+    elevation_m: NDArray[np.float32]
+
+
+WINTER_STARTS = 10
+"""Month in which a winter begins: it lasts from October to September."""
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One recorded avalanche, complete: defaults are filled in when it is read.
+
+    Either `path_id` is set and the stop is `runout_x_m` or `runout_elevation_m` (both
+    None only when `left_profile`), or `fall_height_m` and `runout_length_m` are set, or
+    `h_over_l` alone, and there is no profile. `date` is ISO text, `YYYY` or `YYYY-MM-DD`.
+    `release_elevation_m` None means the path's own, else the top of its profile.
+    `runout_sigma_m` is the standard deviation of the record in the coordinate that was recorded
+    (not of H/L alone); `volume_rel_sigma` that of log volume.
+    """
+
+    event_id: str
+    path_id: str | None = None
+    date: str | None = None
+    runout_elevation_m: float | None = None
+    runout_x_m: float | None = None
+    runout_sigma_m: float = 10.0
+    left_profile: bool = False
+    release_elevation_m: float | None = None
+    volume_m3: float | None = None
+    deposit_length_m: float | None = None
+    deposit_width_m: float | None = None
+    deposit_thickness_m: float | None = None
+    volume_rel_sigma: float = 0.5
+    fall_height_m: float | None = None
+    runout_length_m: float | None = None
+    h_over_l: float | None = None
+    covariates: Mapping[str, Covariate] = field(default_factory=dict)
+
+    @property
+    def in_ratio(self) -> bool:
+        """Whether H/L is all that its record tells of where it stopped."""
+        return self.path_id is None and self.fall_height_m is None
+
+    @property
+    def year(self) -> int | None:
+        """Calendar year of the event, None without a date."""
+        return int(self.date[:4]) if self.date else None
+
+    def winter(self, starts: int = WINTER_STARTS) -> int | None:
+        """The year in which its winter ends, or its year that begins in month `starts`.
+
+        A date with a year alone belongs to the winter that ends in it; None without a date.
+        """
+        if self.date is None:
+            return None
+        month = int(self.date[5:7]) if len(self.date) >= 7 else 1
+        return int(self.date[:4]) + (starts > 1 and month >= starts)
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """One measured speed; exactly one of `x_m`, `elevation_m` is set."""
+
+    event_id: str
+    speed_m_s: float
+    speed_sigma_m_s: float
+    x_m: float | None = None
+    elevation_m: float | None = None
+
+
+VOLUME_REL_SIGMA = 0.5
+H_OVER_L_REL_SIGMA = 0.05
+"""Error of an H/L that is recorded alone, as a share of it: tables give two digits."""
+
+
+def runout_sigma_m(year: int | None) -> float:
+    """Standard deviation of a recorded runout in m: 25 before 1905, linear to 10 in 1975.
+
+    An event without a year is taken as recent.
+    """
+    if year is None or year >= 1975:
+        return 10.0
+    if year < 1905:
+        return 25.0
+    return 25.0 - 15.0 * (year - 1905) / 70.0
+
+
+def deposit_volume_m3(length_m: float, width_m: float, thickness_m: float) -> float:
+    """Volume of a deposit, V = L W H / 2 in m3 (paper, section 2)."""
+    return length_m * width_m * thickness_m / 2.0
+
+
+def speed_sigma_m_s(speed_m_s: float) -> float:
+    """Standard deviation of a measured speed in m/s: a tenth of it, at least 1."""
+    return max(1.0, 0.1 * speed_m_s)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Simulation:
+    """A run of `engine` on a path for one friction and volume.
+
+    `drag_per_m` (1/m) is that of a resistance by the square of speed, 0 for friction alone.
+    `stop_x_m` is the farthest place that it came to along the line: the line's end where it
+    `left_profile`, nan where nothing moved. `ground` names the terrain and the line (`ground_of`).
+    `peak_kpa` `[n_rows, n_columns]` is the peak pressure in the cells of the path's terrain, None
+    where it was not loaded.
+    """
+
+    path_id: str
+    engine: str
+    ground: str
+    friction: float
+    volume_m3: float
+    drag_per_m: float
+    stop_x_m: float
+    left_profile: bool
+    seconds: float
+    peak_kpa: NDArray[np.float32] | None = None
+
+
+def ground_of(path: Path, profile: Profile, crop: TerrainCrop) -> str:
+    """A digest of what runs on a path stand on: terrain, line, release, and width of the flow."""
+    digest = hashlib.sha256(crop.elevation_m.tobytes())
+    for line in (profile.x_m, profile.easting_m, profile.northing_m, profile.lon, profile.lat):
+        digest.update(b"-" if line is None else np.asarray(line, "<f8").tobytes())
+    place = crop.crs, crop.west_m, crop.north_m, crop.cell_m
+    digest.update(repr((place, path.release_elevation_m, path.covariates.get("width_m"))).encode())
+    return digest.hexdigest()
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,12 +16,9 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
-from avahazard.records import defaults
-from avahazard.records.collection import Records
-from avahazard.records.event import Event, Speed
+from avahazard.records.collection import Event, Path, Profile, Records, Speed, deposit_volume_m3
 from avahazard.records.intake import Intake, speed_key
 from avahazard.records.meanings import ELEVATION
-from avahazard.records.path import Path, Profile
 
 Fault = tuple[str, float, str]  # column, value, what would be accepted
 Rises = tuple[tuple[float, float], ...]
@@ -165,7 +162,7 @@ def volume_fault(event: Event) -> Fault | None:
     known = [side for side in sides if side is not None]
     if event.volume_m3 is None or len(known) < 3:
         return None
-    deposit = defaults.deposit_volume_m3(*known)
+    deposit = deposit_volume_m3(*known)
     allowed = max(math.log(VOLUME_FACTOR), N_SIGMA * event.volume_rel_sigma)
     if abs(math.log(event.volume_m3) - math.log(deposit)) > allowed:
         return "volume_m3", event.volume_m3, Note("volume_of_deposit", deposit=deposit)

@@ -10,9 +10,7 @@ from dataclasses import fields
 
 import numpy as np
 
-from avahazard.records.collection import Records
-from avahazard.records.event import Event, Speed
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile, Records, Speed
 
 KINDS = ("paths", "profiles", "events", "speeds")
 FINGERPRINT = "fingerprint"

@@ -14,12 +14,11 @@ from typing import Literal
 
 from avahazard.records.cells import PLAIN_NUMBER as NUMBER
 from avahazard.records.cells import USUAL_MARKS, plain_cells
-from avahazard.records.collection import Records
+from avahazard.records.collection import Covariate, Records
 from avahazard.records.conventions import Conventions
 from avahazard.records.errors import RowProblem
 from avahazard.records.intake import Intake, UnderstoodColumn
 from avahazard.records.meanings import ABOVE_SEA, MEANINGS, known_name, near_name, squash
-from avahazard.records.path import Covariate
 from avahazard.records.rows import EventRow, PathRow, ProfileRow, Row, StraightRow, VelocityRow
 from avahazard.records.table import FileTable
 

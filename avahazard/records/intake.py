@@ -8,10 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from avahazard.records.collection import Records
+from avahazard.records.collection import Event, Path, Profile, Records, Speed, TerrainCrop
 from avahazard.records.errors import RowProblem, told_once
-from avahazard.records.event import Event, Speed
-from avahazard.records.path import Path, Profile, TerrainCrop
 from avahazard.records.table import FileTable
 
 Key = tuple[Hashable, ...]  # the kind of a record, and what identifies it

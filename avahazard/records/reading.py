@@ -14,17 +14,26 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.records import defaults
 from avahazard.records.cells import with_remedy
-from avahazard.records.collection import Records
+from avahazard.records.collection import (
+    NUMBERS_OF_POINTS,
+    VOLUME_REL_SIGMA,
+    Covariate,
+    Event,
+    Path,
+    Profile,
+    Records,
+    Speed,
+    deposit_volume_m3,
+    runout_sigma_m,
+    speed_sigma_m_s,
+)
 from avahazard.records.conventions import UNKNOWN, Conventions
 from avahazard.records.crosscheck import check_one_scale, check_places, check_references
 from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem, told_once
-from avahazard.records.event import Event, Speed
 from avahazard.records.forms import FORMS, PLACES, Kind, column_kinds, read_covariates, read_forms
 from avahazard.records.intake import Drawn, Intake, speed_key
 from avahazard.records.mapping import BESIDE, TableMapping, fits, lacking, mapped, read_mappings
-from avahazard.records.path import NUMBERS_OF_POINTS, Covariate, Path, Profile
 from avahazard.records.rows import (
     DepositRow,
     EventRow,
@@ -232,11 +241,11 @@ def build_event(row: DepositRow, covariates: Mapping[str, Covariate]) -> Event:
     if row.volume_m3 is None:
         values["volume_m3"] = _deposit(row)
     if row.runout_sigma_m is None:
-        values["runout_sigma_m"] = defaults.runout_sigma_m(
+        values["runout_sigma_m"] = runout_sigma_m(
             int(row.date[:4]) if row.date is not None else None
         )
     if row.volume_rel_sigma is None:
-        values["volume_rel_sigma"] = defaults.VOLUME_REL_SIGMA
+        values["volume_rel_sigma"] = VOLUME_REL_SIGMA
     if isinstance(row, StraightRow):
         values["fall_height_m"], values["runout_length_m"] = row.height_and_reach
         if values["fall_height_m"] is not None:
@@ -301,12 +310,12 @@ def complete_event(new: Event, old: Event | None, header: Collection[str]) -> Ev
     # A row without a path gives its height and reach whole, in one way or another.
     for name in (*ON_A_LINE, *(ON_A_PATH if new.path_id is None else ())):
         kept.pop(name, None)
-    if old.runout_sigma_m == defaults.runout_sigma_m(old.year):
+    if old.runout_sigma_m == runout_sigma_m(old.year):
         kept.pop("runout_sigma_m", None)
     of_deposit = "volume_m3" in kept and old.volume_m3 == _deposit(old)
     event: Event = replace(new, **kept)
     if "runout_sigma_m" not in kept and "runout_sigma_m" not in header:
-        event = replace(event, runout_sigma_m=defaults.runout_sigma_m(event.year))
+        event = replace(event, runout_sigma_m=runout_sigma_m(event.year))
     if of_deposit or event.volume_m3 is None:
         event = replace(event, volume_m3=_deposit(event))
     return event
@@ -344,7 +353,7 @@ def _kept(old: Path | Event, new: Path | Event, header: Collection[str]) -> dict
 def _deposit(event: Event | DepositRow) -> float | None:
     sides = (event.deposit_length_m, event.deposit_width_m, event.deposit_thickness_m)
     known = [side for side in sides if side is not None]
-    return defaults.deposit_volume_m3(*known) if len(known) == 3 else None
+    return deposit_volume_m3(*known) if len(known) == 3 else None
 
 
 ON_PROFILE = frozenset({"runout_x_m", "runout_elevation_m"})
@@ -484,7 +493,7 @@ def gather_speeds(tables: Sequence[FileTable], known: Records, intake: Intake) -
         for line, row in check_rows(VelocityRow, table.file, table.numbered(), intake.problems):
             # Where both are given the distance decides, not the elevation.
             column = "elevation_m" if row.x_m is None else "x_m"
-            height, usual = row.elevation_m if row.x_m is None else None, defaults.speed_sigma_m_s
+            height, usual = row.elevation_m if row.x_m is None else None, speed_sigma_m_s
             sigma = usual(row.speed_m_s) if row.speed_sigma_m_s is None else row.speed_sigma_m_s
             speed = Speed(row.event_id, row.speed_m_s, sigma, row.x_m, height)
             key, before = speed_key(speed), old.get(speed_key(speed))

@@ -13,8 +13,7 @@ from avahazard.arrays import Floats
 from avahazard.effects.site import recorded_stops, release_place
 from avahazard.hazard.alpha_beta import REGRESSIONS, AlphaBeta, alpha_beta
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
-from avahazard.records.collection import Records
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Path, Profile, Records
 from avahazard.report.picture import figure, panels, picture, shade
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, Spread, ZonedPath
 from avahazard.results.terrain import Runout, RunoutAt

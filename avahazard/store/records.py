@@ -13,11 +13,18 @@ import numpy as np
 import sqlalchemy as sa
 from sqlalchemy.orm import Session, defer
 
-from avahazard.records.collection import Records
+from avahazard.records.collection import (
+    NUMBERS_OF_POINTS,
+    Covariate,
+    Event,
+    Path,
+    Profile,
+    Records,
+    Simulation,
+    Speed,
+    TerrainCrop,
+)
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event, Speed
-from avahazard.records.path import NUMBERS_OF_POINTS, Covariate, Path, Profile, TerrainCrop
-from avahazard.records.simulation import Simulation
 from avahazard.results.base import Rows
 from avahazard.results.terrain import PathSummary
 from avahazard.store.tables import (

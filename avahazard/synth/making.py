@@ -9,10 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.records.collection import Records
+from avahazard.records.collection import Event, Path, Profile, Records, Speed
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event, Speed
-from avahazard.records.path import Path, Profile
 from avahazard.synth.effects import NEED_SPEEDS, Parameters, find_effect
 from avahazard.synth.world import (
     LEFT_PROFILE,

@@ -15,7 +15,7 @@ from scipy.special import ndtr, ndtri
 
 from avahazard.arrays import Floats
 from avahazard.kernels import kernel
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Path, Profile
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,10 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from avahazard.records.collection import Records
+from avahazard.records.collection import Event, Path, Records, Speed
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event, Speed
-from avahazard.records.path import Path
 from avahazard.results.made import MadeWorld
 from avahazard.synth.making import make_world
 from avahazard.synth.world import Settings

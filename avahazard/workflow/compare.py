@@ -42,9 +42,8 @@ from avahazard.inference.prediction import (
 )
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
-from avahazard.records.collection import Records
+from avahazard.records.collection import Event, Records
 from avahazard.records.errors import AvahazardError, RejectedRows
-from avahazard.records.event import Event
 from avahazard.records.reading import read_records
 from avahazard.report.picture import require_picture
 from avahazard.results import comparison as results

@@ -23,9 +23,8 @@ from avahazard.inference.model.choices import BLOCK
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
-from avahazard.records.collection import Records, of_path
+from avahazard.records.collection import Path, Records, of_path
 from avahazard.records.errors import AvahazardError
-from avahazard.records.path import Path
 from avahazard.report import hazard_tables
 from avahazard.results.base import Report, Rows, plain, silent
 from avahazard.results.database import Export, Layer

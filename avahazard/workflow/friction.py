@@ -28,9 +28,8 @@ from avahazard.inference.paper.least_squares import LawFit, fit_every_law, fit_l
 from avahazard.inference.prediction import look_up
 from avahazard.inference.seeds import generator
 from avahazard.physics.runout_curve import MU
-from avahazard.records.collection import Records, find_path, only_paths
+from avahazard.records.collection import Event, Records, find_path, only_paths
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
 from avahazard.report.html.content import FrictionView
 from avahazard.report.picture import require_picture
 from avahazard.results.base import Report, Rows, finite, silent

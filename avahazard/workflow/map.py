@@ -25,10 +25,15 @@ from avahazard.hazard.zones import ZoneSystem
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.model.choices import BLOCK
 from avahazard.notes import Note
-from avahazard.records.collection import Records, find_profile
+from avahazard.records.collection import (
+    Path,
+    Records,
+    Simulation,
+    TerrainCrop,
+    find_profile,
+    ground_of,
+)
 from avahazard.records.errors import AvahazardError
-from avahazard.records.path import Path, TerrainCrop
-from avahazard.records.simulation import Simulation, ground_of
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.terrain import PERIOD_COLORS, ChanceMap, MappedBy
 from avahazard.store.records import load_simulations, load_terrain

@@ -23,10 +23,8 @@ from avahazard.notes import Note
 from avahazard.physics import smooth_profile as smoothing
 from avahazard.physics.point_error import point_error
 from avahazard.physics.terrain import build_terrain
-from avahazard.records.collection import Records, find_path, find_profile
+from avahazard.records.collection import Event, Path, Profile, Records, find_path, find_profile
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
 from avahazard.results.base import Rows
 from avahazard.results.hazard import HazardRow
 from avahazard.results.terrain import PathCheck, PathSummary, ProfileFit, Stretch, TerrainRunout

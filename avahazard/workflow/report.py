@@ -22,11 +22,17 @@ from avahazard.inference.prediction import predict_stops
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
-from avahazard.records.collection import Records, of_path, only_paths
-from avahazard.records.defaults import H_OVER_L_REL_SIGMA
+from avahazard.records.collection import (
+    H_OVER_L_REL_SIGMA,
+    Event,
+    Path,
+    Profile,
+    Records,
+    TerrainCrop,
+    of_path,
+    only_paths,
+)
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile, TerrainCrop
 from avahazard.report.html import content as page
 from avahazard.report.language import language_of, speaking
 from avahazard.results.base import RATIO, Report, finite, silent

@@ -23,9 +23,8 @@ from avahazard.notes import Note
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.cells import Resistance
 from avahazard.physics.runout_curve import MU
-from avahazard.records.collection import Records, of_path
+from avahazard.records.collection import Event, Records, of_path
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
 from avahazard.report.html.content import LoopView, PlaceView, StateView, SuspectView, SweepView
 from avahazard.report.model_tables import failing
 from avahazard.results.comparison import Comparison

@@ -14,8 +14,7 @@ from avahazard.physics.block import LEFT_PROFILE, STATUS_NAMES, run
 from avahazard.physics.cells import Resistance, build_cells, no_resistance
 from avahazard.physics.runout_curve import MU
 from avahazard.physics.speed import speeds_along
-from avahazard.records.collection import Records, find_path, find_profile
-from avahazard.records.event import Event
+from avahazard.records.collection import Event, Records, find_path, find_profile
 from avahazard.report.picture import require_picture
 from avahazard.results.base import Rows, finite
 from avahazard.results.terrain import Runout, RunoutAt, RunoutJump, SpeedHere

@@ -16,9 +16,8 @@ from avahazard.engine import spread_map
 from avahazard.engines.com1dfa import ENGINE, find_python, simulate
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
-from avahazard.records.collection import Records, find_path, find_profile
+from avahazard.records.collection import Records, Simulation, find_path, find_profile, ground_of
 from avahazard.records.errors import AvahazardError
-from avahazard.records.simulation import Simulation, ground_of
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.terrain import SimulatedPath, SimulationPlan, Simulations
 from avahazard.store.records import load_records, load_simulations, load_terrain, save_simulation

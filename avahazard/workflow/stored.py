@@ -33,11 +33,9 @@ from avahazard.inference.model.observations import (
 )
 from avahazard.notes import Note
 from avahazard.records import crosscheck
-from avahazard.records.collection import Records, only_paths, unknown_path
+from avahazard.records.collection import Event, Profile, Records, only_paths, unknown_path
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
 from avahazard.records.fingerprint import data_fingerprint
-from avahazard.records.path import Profile
 from avahazard.results import calibration as results
 from avahazard.results.base import plain
 from avahazard.results.calibration import Surroundings

@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
+from avahazard.records.collection import Event, Records
 
 ROCKS = ("gneiss", "lime", "slate")
 

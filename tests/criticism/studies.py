@@ -11,9 +11,7 @@ from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.records.collection import Records
-from avahazard.records.event import Event, Speed
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile, Records, Speed
 
 
 def straight(n: int = 60, seed: int = 1) -> Records:

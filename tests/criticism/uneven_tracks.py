@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from avahazard.records.collection import Records
-from avahazard.records.event import Event, Speed
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile, Records, Speed
 
 GRAVITY = 9.81
 STEP_M = 1.0

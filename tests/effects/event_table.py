@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from avahazard.effects.columns import EventColumns, build_columns
-from avahazard.records.event import Event
+from avahazard.records.collection import Event
 
 
 def event_table(**columns: list[float] | list[str]) -> EventColumns:

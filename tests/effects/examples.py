@@ -7,8 +7,7 @@ import numpy as np
 from avahazard.effects.columns import EventColumns, build_columns
 from avahazard.effects.site import Site, build_site
 from avahazard.physics.smooth_profile import smooth_profile
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile
 
 N_PATHS, N_EVENTS = 6, 36
 COVER = ("open",) * 40 + ("forest",) * 30 + ("open",) * 26

@@ -14,8 +14,8 @@ from avahazard.effects.effect import (
     FrictionEffect,
     shapes_tables,
 )
+from avahazard.records.collection import Event
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
 from tests.effects.examples import columns, sites
 
 KEYS = tuple(catalogue())

@@ -11,8 +11,7 @@ from avahazard.effects.catalogue import definition
 from avahazard.effects.columns import EventColumns, build_columns
 from avahazard.effects.covariate import MOST_DATES
 from avahazard.effects.effect import MIN_LEVEL, FrictionEffect
-from avahazard.records.event import Event
-from avahazard.records.path import Path
+from avahazard.records.collection import Event, Path
 
 N = 40
 SINCE = 1979.4

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from avahazard.effects.columns import MADE, NEARBY_DAYS, build_columns, counted
-from avahazard.records.event import Event
-from avahazard.records.path import Path
+from avahazard.records.collection import Event, Path
 
 PATHS = {
     "P": Path("P", section="open", covariates={"aspect": 45.0, "zone": "north"}),

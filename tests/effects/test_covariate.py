@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 
 from avahazard.effects.covariate import covariate, number_column, spline_columns
 from avahazard.effects.effect import FrictionEffect
-from avahazard.records.event import Event
+from avahazard.records.collection import Event
 from tests.effects.examples import columns, sites
 
 KNOTS = np.array([1.0, 2.0, 4.0, 5.0, 8.0])

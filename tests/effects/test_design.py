@@ -8,7 +8,7 @@ import pytest
 from avahazard.arrays import Floats
 from avahazard.effects.covariate import RELEASE_ELEVATION, SEASON
 from avahazard.effects.effect import Definition, FrictionEffect
-from avahazard.records.event import Event
+from avahazard.records.collection import Event
 from tests.effects.examples import columns, sites
 
 

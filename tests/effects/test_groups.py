@@ -9,7 +9,7 @@ import numpy as np
 from avahazard.effects.columns import EventColumns, build_columns
 from avahazard.effects.effect import Definition, GroupEffect, Groups
 from avahazard.effects.groups import PATH_EFFECT, STORM_EFFECT, WINTER_EFFECT
-from avahazard.records.event import Event
+from avahazard.records.collection import Event
 from tests.effects.examples import N_PATHS, columns, paths, sites
 
 DATES = ("1950-01-30", "1950-09-30", "1950-10-01", "1951", "1951-03-01", "1960-01", None)

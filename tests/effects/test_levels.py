@@ -23,7 +23,7 @@ from avahazard.inference.fitting.mode import find_mode
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.records.event import Event
+from avahazard.records.collection import Event
 from tests.criticism.studies import levelled, slopes, straight
 from tests.effects.event_table import event_table
 from tests.effects.examples import columns, sites

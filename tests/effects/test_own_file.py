@@ -21,8 +21,8 @@ from avahazard.effects.own_file import (
 from avahazard.effects.site import Site, build_site
 from avahazard.physics.cells import SPEEDS, no_resistance
 from avahazard.physics.smooth_profile import smooth_profile
+from avahazard.records.collection import Path, Profile
 from avahazard.records.errors import AvahazardError
-from avahazard.records.path import Path, Profile
 from tests.effects.event_table import event_table
 
 GOOD = """

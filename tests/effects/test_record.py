@@ -29,8 +29,7 @@ from avahazard.effects.record import (
     VOLUME_ERROR,
     largest_factor,
 )
-from avahazard.records.event import Event
-from avahazard.records.path import Path
+from avahazard.records.collection import Event, Path
 from tests.effects.examples import N_PATHS, columns, events, sites
 
 PATHS = {name: Path(name) for name in "AB"}

@@ -10,8 +10,7 @@ from avahazard.effects import motion
 from avahazard.effects.columns import EventColumns, build_columns
 from avahazard.effects.levels import PATH_SECTION
 from avahazard.effects.site import Site, path_site
-from avahazard.records.event import Event
-from avahazard.records.path import Path
+from avahazard.records.collection import Event, Path
 from tests.workflow.worlds import bowl
 
 

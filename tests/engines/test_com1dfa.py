@@ -17,8 +17,8 @@ from avahazard.gis.avaframe_project import (
 )
 from avahazard.gis.hazard_map import PathLine
 from avahazard.gis.systems import read_system
+from avahazard.records.collection import TerrainCrop
 from avahazard.records.errors import AvahazardError
-from avahazard.records.path import TerrainCrop
 from tests.engines.slope import write_program
 
 

@@ -16,8 +16,7 @@ import pyogrio
 import rasterio
 import shapely
 
-from avahazard.records.collection import find_path, find_profile
-from avahazard.records.simulation import Simulation, ground_of
+from avahazard.records.collection import Simulation, find_path, find_profile, ground_of
 from avahazard.store.records import (
     load_records,
     load_simulations,

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from avahazard.records.path import Profile
+from avahazard.records.collection import Profile
 from avahazard.results.hazard import (
     Design,
     FarthestRecord,

@@ -11,8 +11,7 @@ import shapely
 from pyproj import Geod
 
 from avahazard.gis.hazard_map import MapLayer, MappedPath, PathLine, hazard_layers, path_line
-from avahazard.records.event import Event
-from avahazard.records.path import Covariate, Path
+from avahazard.records.collection import Covariate, Event, Path
 from tests.gis.results import bounds, profile, zones
 from tests.gis.surface import CODE, NORTH, WEST
 

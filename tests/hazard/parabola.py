@@ -22,9 +22,7 @@ from avahazard.inference.model.observations import Observations, build_observati
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import run
 from avahazard.physics.cells import build_cells, no_resistance
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile, Records
 from avahazard.results.hazard import HazardRow
 
 LAW = np.array([np.log(0.7), 2.0])  # log a, n in 1e-6/m3

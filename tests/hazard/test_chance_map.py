@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from avahazard.effects.site import stop_table
 from avahazard.hazard.chance_map import ALWAYS, annual_chance, friction_field
 from avahazard.hazard.exceedance import Avalanches
 from avahazard.hazard.extremes import EventVolumes
-from avahazard.records.simulation import Simulation, stop_table
+from avahazard.records.collection import Simulation
 from tests.hazard.parabola import avalanches_of, draws
 
 PLACE = np.tile(np.arange(5.0, 1000.0, 10.0), (5, 1))

@@ -25,9 +25,8 @@ from avahazard.hazard.frequency import (
 from avahazard.hazard.trend import fit_trend
 from avahazard.hazard.volume_records import VolumeRecord, region_of
 from avahazard.hazard.volume_source import Family, VolumeSource
+from avahazard.records.collection import Event, Path
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
-from avahazard.records.path import Path
 
 TRUTH = stats.genextreme(0.1, 9.0, 1.2)
 CHANCE = 0.3

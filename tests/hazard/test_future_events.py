@@ -13,8 +13,7 @@ from avahazard.hazard.future_events import (
     release_zone,
     stated_zone,
 )
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
+from avahazard.records.collection import Event, Records
 from tests.workflow.worlds import bowl
 
 

@@ -21,9 +21,7 @@ from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile, Records
 from tests.gis.results import DESIGN_RUNOUT
 from tests.hazard.parabola import draws, path, path_rows
 from tests.results.samples import HAZARD_ROW

@@ -27,9 +27,7 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.cells import Cells
 from avahazard.physics.runout_curve import RunoutCurve
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile, Records
 from avahazard.results.hazard import MapPoint
 from tests.hazard.parabola import LAW, TOP_M, draws, future, observations, path_rows
 

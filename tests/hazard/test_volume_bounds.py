@@ -22,9 +22,7 @@ from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import run
 from avahazard.physics.cells import build_cells, no_resistance
 from avahazard.physics.runout_curve import MU
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile, Records
 from tests.hazard.parabola import volume_bounds
 
 VOLUME = 1e5

@@ -23,9 +23,8 @@ from avahazard.hazard.volume_records import (
     without_record_error,
 )
 from avahazard.hazard.volume_source import VolumeSource
+from avahazard.records.collection import WINTER_STARTS, Event, Path
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import WINTER_STARTS, Event
-from avahazard.records.path import Path
 from avahazard.workers import set_workers
 
 

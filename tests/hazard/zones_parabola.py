@@ -17,9 +17,7 @@ from avahazard.inference.model.observations import Observations, build_observati
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.cells import build_cells, no_resistance
 from avahazard.physics.speed import speeds_along
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile, Records
 
 LAW = np.array([np.log(0.7), 2.0])  # log a, n in 1e-6/m3
 X = np.linspace(0.0, 3600.0, 61)

@@ -7,8 +7,7 @@ from functools import cache
 import numpy as np
 
 from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
+from avahazard.records.collection import Event, Records
 
 
 @cache

@@ -8,9 +8,7 @@ from functools import cache
 import numpy as np
 
 from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.records.collection import Records
-from avahazard.records.event import Event, Speed
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile, Records, Speed
 from tests.inference.studies import SNOW, profile
 
 VOLUME_SPREAD = 1.0

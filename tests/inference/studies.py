@@ -14,9 +14,7 @@ from avahazard.inference.model.observations import Observations, build_observati
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU
-from avahazard.records.collection import Records
-from avahazard.records.event import Event, Speed
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile, Records, Speed
 
 SNOW = ("dry", "wet", "dry", "mixed", "wet")
 

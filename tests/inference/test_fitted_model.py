@@ -11,8 +11,7 @@ from avahazard.inference.fitted_model import diagnose_chains, exact_volumes, fit
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.choices import MethodName
 from avahazard.inference.model.observations import Observations, build_observations
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
+from avahazard.records.collection import Event, Records
 from tests.inference.studies import near, observations, posterior, records
 
 

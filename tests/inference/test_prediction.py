@@ -19,9 +19,7 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction import extrapolation, look_up, predict_stops
 from avahazard.physics.runout_curve import MU, MU_STEP
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile, Records
 from tests.hazard.parabola import volume_bounds
 from tests.inference.studies import near, observations, posterior
 from tests.physics.naive import naive_stop

@@ -15,8 +15,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.sampling import calibrate_model, sample
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
+from avahazard.records.collection import Event, Records
 from tests.inference.studies import near, observations, one_path, posterior
 from tests.workflow.twin import TRUTH, twin_study
 

@@ -19,9 +19,7 @@ from avahazard.inference.prediction import (
     stops_over_releases,
     told,
 )
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
-from avahazard.records.path import Path
+from avahazard.records.collection import Event, Path, Records
 from avahazard.synth.world import make_track, run_track
 from tests.inference.studies import profile
 

@@ -4,9 +4,17 @@ from __future__ import annotations
 
 import pytest
 
-from avahazard.records.collection import Records, find_path, find_profile, only_paths
+from avahazard.records.collection import (
+    Path,
+    Records,
+    deposit_volume_m3,
+    find_path,
+    find_profile,
+    only_paths,
+    runout_sigma_m,
+    speed_sigma_m_s,
+)
 from avahazard.records.errors import AvahazardError
-from avahazard.records.path import Path
 from tests.workflow.twin import twin_records
 from tests.workflow.worlds import bowl
 
@@ -40,3 +48,18 @@ def test_paths_that_are_not_there_or_have_no_events() -> None:
     some = only_paths(twin_records(), ["saugy", "scey"])
     assert {e.path_id for e in some.events} == {p.path_id for p in some.profiles}
     assert [p.path_id for p in some.paths] == ["saugy", "scey"]
+
+
+@pytest.mark.parametrize(
+    ("year", "sigma"), [(None, 10), (1700, 25), (1904, 25), (1940, 17.5), (1975, 10), (2020, 10)]
+)
+def test_runout_sigma_by_year(year: int | None, sigma: float) -> None:
+    assert runout_sigma_m(year) == pytest.approx(sigma)
+
+
+def test_deposit_is_half_a_block() -> None:
+    assert deposit_volume_m3(100, 20, 3) == 3000
+
+
+def test_speed_sigma_is_a_tenth_but_a_metre_per_second() -> None:
+    assert [speed_sigma_m_s(v) for v in (0.0, 5.0, 30.0)] == [1, 1, 3]

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.records.collection import Records
+from avahazard.records.collection import Event, Path, Profile, Records, Speed
 from avahazard.records.crosscheck import (
     check_places,
     check_references,
@@ -18,9 +18,7 @@ from avahazard.records.crosscheck import (
     stop_fault,
     volume_fault,
 )
-from avahazard.records.event import Event, Speed
 from avahazard.records.intake import Intake
-from avahazard.records.path import Path, Profile
 
 
 def profile(length_m: float) -> Profile:

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from avahazard.notes import grouped
-from avahazard.records.collection import Records
+from avahazard.records.collection import Event, Records
 from avahazard.records.crosscheck import dwarfing, repeated, repeated_notes, vague_stops
-from avahazard.records.event import Event
 from tests.workflow.worlds import bowl
 
 FIRST = Event(

@@ -7,10 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.records.collection import Records
-from avahazard.records.event import Event, Speed
+from avahazard.records.collection import Event, Path, Profile, Records, Speed
 from avahazard.records.fingerprint import Fingerprint, data_fingerprint
-from avahazard.records.path import Path, Profile
 
 RECORDS = Records(
     (Path("P"), Path("Q", covariates={"a": 1.0, "b": "x"})),

@@ -6,10 +6,10 @@ import datetime as dt
 
 import pytest
 
+from avahazard.records.collection import Covariate
 from avahazard.records.errors import RowProblem
 from avahazard.records.forms import Kind, check_ranges, column_kinds, read_covariates, recognise
 from avahazard.records.meanings import MEANINGS, Limits, Meaning
-from avahazard.records.path import Covariate
 from avahazard.records.table import table_of
 
 

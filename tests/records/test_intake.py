@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.records.collection import Records
-from avahazard.records.event import Event, Speed
+from avahazard.records.collection import Event, Path, Profile, Records, Speed
 from avahazard.records.intake import (
     Count,
     Intake,
@@ -17,7 +16,6 @@ from avahazard.records.intake import (
     profile_difference,
     speed_key,
 )
-from avahazard.records.path import Path, Profile
 
 STORED = Records(
     (Path("P"), Path("Q", name="Quarry")),

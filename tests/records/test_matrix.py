@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from avahazard.records.collection import Path as AvalanchePath
 from avahazard.records.collection import Records
 from avahazard.records.conventions import UNKNOWN, Conventions
 from avahazard.records.intake import Intake
-from avahazard.records.path import Path as AvalanchePath
 from avahazard.records.reading import read_files
 from tests.records.matrix import (
     DATES,

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from avahazard.records.collection import Path as AvalanchePath
 from avahazard.records.collection import Records
 from avahazard.records.guess import as_toml, guess_tables
 from avahazard.records.intake import Intake
 from avahazard.records.mapping import BESIDE
-from avahazard.records.path import Path as AvalanchePath
 from avahazard.records.reading import read_files
 from tests.records.office import COLUMNS, DATES, EVENTS, FORMATS, MARKS, NAMES, Office, write
 

@@ -10,8 +10,8 @@ import pytest
 
 from avahazard.hazard.alpha_beta import REGRESSIONS, alpha_beta
 from avahazard.physics.smooth_profile import smooth_profile
+from avahazard.records.collection import Path, Profile
 from avahazard.records.errors import AvahazardError
-from avahazard.records.path import Path, Profile
 from avahazard.report.path_pictures import (
     DrawnPath,
     DrawnZones,

@@ -10,12 +10,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from sqlalchemy import delete, update
 
-from avahazard.records.collection import Records
+from avahazard.records.collection import Event, Path, Profile, Records, Speed, TerrainCrop
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event, Speed
 from avahazard.records.fingerprint import Fingerprint, data_fingerprint
 from avahazard.records.intake import profile_difference
-from avahazard.records.path import Path, Profile, TerrainCrop
 from avahazard.store import records as store_records
 from avahazard.store.records import (
     load_by_pieces,

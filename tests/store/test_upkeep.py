@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from sqlalchemy import text
 
+from avahazard.records.collection import Path as AvalanchePath
 from avahazard.records.collection import Records
 from avahazard.records.errors import AvahazardError
-from avahazard.records.path import Path as AvalanchePath
 from avahazard.store import upkeep
 from avahazard.store.records import load_records, save_records
 from avahazard.store.session import make_engine, reading, writing

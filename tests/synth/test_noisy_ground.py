@@ -18,8 +18,7 @@ from avahazard.physics.block import LEFT_PROFILE, STOPPED, run
 from avahazard.physics.cells import build_cells, no_resistance
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.physics.terrain import build_terrain
-from avahazard.records.collection import Records
-from avahazard.records.path import Profile
+from avahazard.records.collection import Profile, Records
 from avahazard.records.reading import read_records
 from avahazard.synth.making import RUN_ON_M, concave_profile, make_sites, make_world
 from avahazard.synth.world import Settings, SitePlan, make_track, run_track

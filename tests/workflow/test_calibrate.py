@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from avahazard.effects.own_file import TEMPLATE
-from avahazard.records.collection import Records
+from avahazard.records.collection import Event, Records
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
 from avahazard.records.reading import read_records
 from avahazard.store.records import save_records
 from avahazard.store.results import COMPARISON, latest_result, list_models, load_model, save_model

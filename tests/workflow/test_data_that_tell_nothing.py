@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import pytest
 
+from avahazard.records.collection import Event
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.calibrate import calibrate

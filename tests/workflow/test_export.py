@@ -15,10 +15,8 @@ import shapely
 from pyarrow import parquet
 
 from avahazard import gis
-from avahazard.records.collection import Records
+from avahazard.records.collection import Event, Path, Records
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
-from avahazard.records.path import Path
 from avahazard.results.database import Layer
 from avahazard.store import upkeep
 from avahazard.store.records import load_records, save_records

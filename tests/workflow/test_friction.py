@@ -16,10 +16,8 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.apparent import N_REPLICATES, back_calculate
 from avahazard.physics.runout_curve import MU
-from avahazard.records.collection import Records
+from avahazard.records.collection import Event, Path, Profile, Records
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.friction import (

@@ -10,10 +10,8 @@ import numpy as np
 import pytest
 
 from avahazard.notes import Note
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
+from avahazard.records.collection import Event, Path, Profile, Records
 from avahazard.records.fingerprint import data_fingerprint
-from avahazard.records.path import Path, Profile
 from avahazard.results.base import Rows, plain
 from avahazard.results.diagnosis import Diagnosis, Measurement, Pair
 from avahazard.store.records import save_records

@@ -16,9 +16,7 @@ from avahazard.inference.fitted_model import FittedModel, exact_volumes, fitted_
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.volumes import VolumeNodes, VolumeShape, bounded, rescaled
 from avahazard.notes import grouped
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile, Records
 from avahazard.report.language import language_of
 from avahazard.store.records import save_records
 from avahazard.store.session import reading, writing

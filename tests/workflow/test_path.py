@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from avahazard.physics.smooth_profile import smooth_profile
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile
 from avahazard.results.terrain import PathCheck, Stretch
 from avahazard.store.records import save_records
 from avahazard.store.session import writing

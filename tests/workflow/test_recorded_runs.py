@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from avahazard.effects.site import stop_table
 from avahazard.hazard.exceedance import friction_below, yearly_rate
 from avahazard.hazard.frequency import volume_frequencies
 from avahazard.hazard.path_hazard import path_hazard
-from avahazard.records.simulation import Simulation, stop_table
+from avahazard.records.collection import Simulation
 from avahazard.store.session import reading
 from avahazard.workflow.by_path import survey
 from avahazard.workflow.map import map_parts

@@ -10,11 +10,9 @@ import pytest
 
 from avahazard.effects.site import path_site
 from avahazard.inference.model.laws import LAWS
-from avahazard.records.collection import Records
+from avahazard.records.collection import Event, Profile, Records
+from avahazard.records.collection import Path as BarePath
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
-from avahazard.records.path import Path as BarePath
-from avahazard.records.path import Profile
 from avahazard.report.path_pictures import with_gaps
 from avahazard.results.terrain import SpeedHere
 from avahazard.store.records import save_records

@@ -8,9 +8,7 @@ from functools import cache
 import numpy as np
 
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile, Records
 
 SLOPE, BEND = 0.8, 4e-4
 """The bowl is y = 1000 - 0.8 x + 2e-4 x²: lowest at x = 2000, where its radius is 2500 m."""

@@ -29,12 +29,16 @@ from avahazard.physics.cells import GRAVITY, build_cells, no_resistance
 from avahazard.physics.runout_curve import MU, RunoutCurve, tabulate
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.physics.terrain import MAX_CELL_M, build_terrain
-from avahazard.records.collection import Records
-from avahazard.records.defaults import H_OVER_L_REL_SIGMA
+from avahazard.records.collection import (
+    H_OVER_L_REL_SIGMA,
+    Event,
+    Path,
+    Profile,
+    Records,
+    Simulation,
+    Speed,
+)
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event, Speed
-from avahazard.records.path import Path, Profile
-from avahazard.records.simulation import Simulation
 
 
 class CarriedError(NamedTuple):

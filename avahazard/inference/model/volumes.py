@@ -14,7 +14,7 @@ from avahazard.arrays import Floats, Ints
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.record import MIN_SPREAD, variance_within
 from avahazard.inference.model.friction_scatter import HALF_LOG_2PI
-from avahazard.records.event import Event
+from avahazard.records.collection import Event
 
 TRIED = np.linspace(0.8, 1.0, 9)
 """Quantiles of the records at which a largest volume is tried; beyond, some of its distance."""

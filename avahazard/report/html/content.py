@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from avahazard.arrays import Bools, Floats
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import SmoothProfile
-from avahazard.records.path import Path, Profile, TerrainCrop
+from avahazard.records.collection import Path, Profile, TerrainCrop
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison, Rung
 from avahazard.results.diagnosis import Diagnosis

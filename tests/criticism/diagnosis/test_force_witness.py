@@ -22,8 +22,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import SpeedRecord, build_observations
 from avahazard.physics.cells import GRAVITY, SPEEDS, Resistance, no_resistance
 from avahazard.physics.smooth_profile import smooth_profile
-from avahazard.records.collection import Records
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Path, Profile, Records
 from avahazard.synth.making import make_world
 from avahazard.synth.world import Settings
 from tests.inference.studies import near, posterior

@@ -24,9 +24,7 @@ from avahazard.criticism.screening.screen import Screened
 from avahazard.effects.catalogue import definition
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile, Records
 from tests.criticism.lengths import lengths, shifted
 from tests.inference import studies
 

@@ -26,8 +26,7 @@ from avahazard.effects.columns import EventColumns, build_columns
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.records.event import Event
-from avahazard.records.path import Path
+from avahazard.records.collection import Event, Path
 from avahazard.synth.making import make_world
 from avahazard.synth.world import Settings
 from tests.criticism.studies import straight

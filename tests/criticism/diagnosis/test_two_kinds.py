@@ -17,8 +17,7 @@ from avahazard.criticism.diagnosis.two_kinds import (
 )
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
+from avahazard.records.collection import Event, Records
 
 CONSTANT = Specification(law="constant")
 SIGMA, SHARE, SHIFT = 0.07, 0.35, -0.27

@@ -21,9 +21,7 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.sampling import calibrate_model
 from avahazard.physics.runout_curve import MU
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
-from avahazard.records.path import Path
+from avahazard.records.collection import Event, Path, Records
 from tests.inference.studies import near, posterior, profile
 
 SIGMA_M, VOLUME_SD, SCATTER = 12.0, 0.4, 0.1

@@ -15,9 +15,7 @@ from avahazard.criticism.scoring.error_budget import (
 )
 from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.model.observations import build_observations
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
-from avahazard.records.path import Path
+from avahazard.records.collection import Event, Path, Records
 from avahazard.synth.world import run_track
 from tests.criticism.scoring.test_error_budget import rms
 from tests.inference.model.test_observations import GROUND, TRACK, Z0

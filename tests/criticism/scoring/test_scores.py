@@ -16,9 +16,7 @@ from avahazard.criticism.scoring.scores import (
     speed_scores,
 )
 from avahazard.inference.model.observations import build_observations
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile, Records
 
 
 def naive_crps(draws: np.ndarray, observed: float) -> float:

@@ -19,7 +19,7 @@ from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.model.observations import build_observations
 from avahazard.physics.cells import GRAVITY
 from avahazard.physics.runout_curve import MU
-from avahazard.records.event import Speed
+from avahazard.records.collection import Speed
 from tests.criticism.studies import draws_about, fitted, slopes, with_left, with_speeds
 
 

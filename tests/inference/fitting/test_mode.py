@@ -21,8 +21,7 @@ from avahazard.inference.likelihood.assemble import assemble
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
+from avahazard.records.collection import Event, Records
 from tests.inference.studies import one_path, posterior
 
 N_TRUE = 2e-11

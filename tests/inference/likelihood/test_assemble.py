@@ -17,9 +17,8 @@ from avahazard.inference.likelihood.assemble import (
 )
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.records.collection import Records
+from avahazard.records.collection import Event, Records
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
 from tests.inference.studies import observations, one_path
 
 

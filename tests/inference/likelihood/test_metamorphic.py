@@ -12,9 +12,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.sampling import sample
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
-from avahazard.records.path import Profile
+from avahazard.records.collection import Event, Profile, Records
 from tests.criticism.lengths import lengths
 from tests.workflow.worlds import bowl, known_stops
 

@@ -23,9 +23,7 @@ from avahazard.inference.model.observations import (
 )
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.runout_curve import MU
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile, Records
 from avahazard.synth.making import make_world
 from avahazard.synth.world import Settings
 from tests.inference.studies import near, observations, posterior

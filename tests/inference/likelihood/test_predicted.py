@@ -32,9 +32,7 @@ from avahazard.physics.runout_curve import MU
 from avahazard.physics.smooth_profile import KEPT, GroundPosterior
 from avahazard.physics.speed import speeds_along
 from avahazard.physics.terrain import Terrain
-from avahazard.records.collection import Records
-from avahazard.records.event import Event, Speed
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile, Records, Speed
 from tests.inference.studies import observations, posterior
 
 X = np.linspace(0.0, 1900.0, 96)

@@ -17,9 +17,7 @@ from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
-from avahazard.records.path import Path
+from avahazard.records.collection import Event, Path, Records
 from avahazard.synth.world import make_track, run_track
 from tests.inference.studies import profile
 

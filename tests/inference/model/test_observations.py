@@ -21,10 +21,8 @@ from avahazard.inference.model.observations import (
     track_spread,
 )
 from avahazard.physics.cells import GRAVITY
-from avahazard.records.collection import Records
+from avahazard.records.collection import Event, Path, Profile, Records, Speed
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event, Speed
-from avahazard.records.path import Path, Profile
 from avahazard.synth.world import make_track, run_track
 from tests.inference.studies import profile
 

@@ -26,9 +26,8 @@ from avahazard.inference.model.specification import (
     require_possible,
 )
 from avahazard.inference.paper.least_squares import fit_law
-from avahazard.records.collection import Records
+from avahazard.records.collection import Event, Records
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
 from tests.inference.new_law import halving
 
 EXPONENTIAL = law("exponential")

@@ -27,8 +27,7 @@ from avahazard.inference.model.volumes import (
     volume_nodes,
     volume_shape,
 )
-from avahazard.records.event import Event
-from avahazard.records.path import Path
+from avahazard.records.collection import Event, Path
 
 SPREAD, SIGMA = 1.2, 0.6
 

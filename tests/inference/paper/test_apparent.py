@@ -12,9 +12,7 @@ from avahazard.inference.model.laws import law
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.paper.apparent import STATUSES, apparent_friction, back_calculate, perturb
 from avahazard.physics.runout_curve import RunoutCurve
-from avahazard.records.collection import Records
-from avahazard.records.event import Event
-from avahazard.records.path import Path, Profile
+from avahazard.records.collection import Event, Path, Profile, Records
 from tests.workflow.worlds import FRICTIONS, bowl, known_stops, smooth_bowl, stop_x
 
 MU_MIN, MU_STEP = 0.1, 0.01

@@ -23,9 +23,8 @@ from avahazard.inference.paper.calibration import (
 )
 from avahazard.inference.paper.metropolis import FLAT_ON_SIGMA
 from avahazard.physics.runout_curve import MU
-from avahazard.records.collection import Records
+from avahazard.records.collection import Event, Records
 from avahazard.records.errors import AvahazardError
-from avahazard.records.event import Event
 from avahazard.workflow.stored import summary
 from tests.inference import naive
 from tests.inference.reference import reference_regression

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from avahazard.records.path import TerrainCrop
+from avahazard.records.collection import TerrainCrop
 from avahazard.store import results, upkeep
 from avahazard.store.records import save_terrain
 from avahazard.store.session import writing
