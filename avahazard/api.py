@@ -299,7 +299,7 @@ class Model:
         >>> base.runout("P01", volume_m3=2e4).mu_from
         'posterior median'
         """
-        from avahazard.workflow.runout import run_block  # noqa: PLC0415
+        from avahazard.workflow.path import run_block  # noqa: PLC0415
 
         request = requests.RunoutRequest(
             mu=mu,
@@ -467,7 +467,7 @@ class Region:
         >>> region.runout("P01", 0.5).status
         'stopped'
         """
-        from avahazard.workflow.runout import run_block  # noqa: PLC0415
+        from avahazard.workflow.path import run_block  # noqa: PLC0415
 
         file = None if plot is None else Path(plot)
         return run_block(
@@ -522,7 +522,7 @@ class Region:
         >>> region.volumes().rows[0].levels[-1].return_period_years
         300.0
         """
-        from avahazard.workflow.volumes import volumes  # noqa: PLC0415
+        from avahazard.workflow.hazard import volumes  # noqa: PLC0415
 
         return volumes(self.database, request)
 

@@ -32,7 +32,7 @@ def volumes(
       avahazard volumes P01 -T 30 -T 100 --plot levels.png
       avahazard volumes --frequency gpd --threshold 20000
     """
-    found = ask("volumes.volumes", request=replace(request, paths=paths or ()))
+    found = ask("hazard.volumes", request=replace(request, paths=paths or ()))
     emit(found, lambda console, _: show(console, tables.volumes_table(found.rows)))
 
 

@@ -165,7 +165,7 @@ def _lift_off(found: Runout) -> Iterator[str]:
     yield from found.notes or ()
 
 
-@answers("runout.run_block", _runout, notes=_lift_off)
+@answers("path.run_block", _runout, notes=_lift_off)
 def runout(path_id: OnePath, *, request: requests.RunoutRequest) -> None:
     """Run the block once: its stop and its speeds; or F(μ), where it stops under any friction.
 

@@ -49,8 +49,8 @@ from avahazard.store.records import load_records
 from avahazard.store.results import load_model
 from avahazard.store.session import reading
 from avahazard.workflow.effects import files_of
+from avahazard.workflow.path import run_block
 from avahazard.workflow.requests import FiguresRequest, FrictionRequest, RunoutRequest
-from avahazard.workflow.runout import run_block
 from avahazard.workflow.stored import load_parameter_draws, load_stored, notes_of_fit, on_events
 
 N_POINTS = 201

@@ -87,7 +87,7 @@ def draw_map(
     from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
 
     require_packages()
-    from avahazard.gis.chance_raster import grid_of  # noqa: PLC0415
+    from avahazard.gis.map_files import grid_of  # noqa: PLC0415
 
     if file.suffix.lower() not in (".tif", ".tiff", ".gpkg"):
         raise AvahazardError(
@@ -206,7 +206,7 @@ def _band(kpa: float) -> str:
 
 def _write_chances(file: FilePath, parts: Sequence[MapPart]) -> tuple[str, ...]:
     """Write the bands; where paths overlap, that any of them comes."""
-    from avahazard.gis.chance_raster import (  # noqa: PLC0415 (may be missing)
+    from avahazard.gis.map_files import (  # noqa: PLC0415 (may be missing)
         grid_of,
         is_own_raster,
         on_grid,
@@ -244,9 +244,13 @@ def _either(first: NDArray[np.float32], other: NDArray[np.float32]) -> NDArray[n
 
 def _write_areas(file: FilePath, parts: Sequence[MapPart], limits: ZoneSystem) -> tuple[str, ...]:
     """Write the areas of return periods, the zones, and the lines; of paths with runs."""
-    from avahazard.gis.chance_raster import areas, grid_of  # noqa: PLC0415 (may be missing)
     from avahazard.gis.hazard_map import hazard_layers, layers_by_system  # noqa: PLC0415
-    from avahazard.gis.map_files import is_own_geopackage, write_geopackage  # noqa: PLC0415
+    from avahazard.gis.map_files import (  # noqa: PLC0415 (may be missing)
+        areas,
+        grid_of,
+        is_own_geopackage,
+        write_geopackage,
+    )
 
     reached, band, zones = [], [], []
     for part in parts:

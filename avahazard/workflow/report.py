@@ -58,10 +58,9 @@ from avahazard.workflow.calibrate import show_model
 from avahazard.workflow.compare import COORDINATES, RECORD_DRAWS, ladder_rows, latest_comparison
 from avahazard.workflow.map import map_parts
 from avahazard.workflow.next_step import next_step
-from avahazard.workflow.path import alpha_beta_paths, describe_path, list_paths
+from avahazard.workflow.path import alpha_beta_paths, describe_path, list_paths, run_site
 from avahazard.workflow.report_loop import QUANTILES, loop_view, to_come
 from avahazard.workflow.requests import MapRequest, ReportRequest
-from avahazard.workflow.runout import run_site
 from avahazard.workflow.stored import (
     limits_speed,
     load_parameter_draws,

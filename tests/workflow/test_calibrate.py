@@ -19,8 +19,8 @@ from avahazard.store.session import reading, writing
 from avahazard.workflow.calibrate import add, calibrate, show_models
 from avahazard.workflow.compare import ladder, predict
 from avahazard.workflow.effects import own_effects
+from avahazard.workflow.path import run_block
 from avahazard.workflow.requests import CalibrateRequest, RunoutRequest
-from avahazard.workflow.runout import run_block
 from avahazard.workflow.stored import load_stored
 from tests.workflow.twin import FEW_PATHS, twin_records
 

@@ -28,6 +28,7 @@ from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.export import export
 from avahazard.workflow.friction import show_frictions
 from avahazard.workflow.hazard import hazard
+from avahazard.workflow.path import run_block
 from avahazard.workflow.report import write_report
 from avahazard.workflow.requests import (
     CalibrateRequest,
@@ -38,7 +39,6 @@ from avahazard.workflow.requests import (
     RunoutRequest,
     ZonesRequest,
 )
-from avahazard.workflow.runout import run_block
 from avahazard.workflow.stored import load_stored, model_notes, record_notes, volume_notes
 from avahazard.workflow.zones import zones
 from tests.inference import studies

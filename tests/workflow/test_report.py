@@ -21,6 +21,7 @@ from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.import_files import import_files
+from avahazard.workflow.path import run_block
 from avahazard.workflow.report import gather, write_report
 from avahazard.workflow.requests import (
     CalibrateRequest,
@@ -28,7 +29,6 @@ from avahazard.workflow.requests import (
     ReportRequest,
     RunoutRequest,
 )
-from avahazard.workflow.runout import run_block
 from tests.criticism.lengths import as_csv, lengths
 from tests.workflow.worlds import height
 
