@@ -407,7 +407,7 @@ class Region:
         >>> region.import_files(folder).records.events.new
         0
         """
-        from avahazard.workflow.import_files import import_files  # noqa: PLC0415
+        from avahazard.workflow.database import import_files  # noqa: PLC0415
 
         return import_files(self.database, _files(sources), request)
 

@@ -19,8 +19,7 @@ import numpy as np
 from avahazard.results.terrain import TerrainRunout
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
-from avahazard.workflow.database import init_database
-from avahazard.workflow.import_files import import_files
+from avahazard.workflow.database import import_files, init_database
 from avahazard.workflow.path import alpha_beta_paths
 from avahazard.workflow.requests import AlphaBetaRequest
 from benchmarks.study import DOCS, HERE, SHARED, Line, table, write_parts

@@ -14,9 +14,8 @@ import numpy as np
 from avahazard.physics.cells import GRAVITY
 from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.compare import compare
-from avahazard.workflow.database import init_database
+from avahazard.workflow.database import import_files, init_database
 from avahazard.workflow.diagnose import diagnose_model
-from avahazard.workflow.import_files import import_files
 from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
 from benchmarks.study import DOCS, SHARED, Line, table, write_parts
 

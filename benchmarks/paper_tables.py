@@ -10,8 +10,7 @@ from pathlib import Path
 
 from avahazard.results.calibration import Calibration
 from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.database import init_database
-from avahazard.workflow.import_files import import_files
+from avahazard.workflow.database import import_files, init_database
 from avahazard.workflow.requests import CalibrateRequest
 from benchmarks.study import DOCS, ROOT, table, write_parts
 

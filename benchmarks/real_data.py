@@ -17,9 +17,8 @@ from scipy import stats
 
 from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.compare import compare, predict
-from avahazard.workflow.database import init_database
+from avahazard.workflow.database import import_files, init_database
 from avahazard.workflow.diagnose import diagnose_model
-from avahazard.workflow.import_files import import_files
 from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
 from benchmarks.study import DOCS, HERE, SHARED, Line, keep, lines, table, write_parts
 

@@ -165,7 +165,7 @@ def write(tmp_path: Path) -> Callable[[str, str], Path]:
 @pytest.fixture(scope="session")
 def twin_database(tmp_path_factory: pytest.TempPathFactory) -> str:
     """Give a database with the twin; do not write to it."""
-    from avahazard.workflow.import_files import import_files  # noqa: PLC0415
+    from avahazard.workflow.database import import_files  # noqa: PLC0415
 
     def make(folder: Path) -> None:
         upkeep.create(str(folder / "twin.db"))
@@ -187,7 +187,7 @@ def snow_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from avahazard.synth.making import make_world  # noqa: PLC0415
     from avahazard.synth.writing import write_world  # noqa: PLC0415
     from avahazard.workflow.calibrate import calibrate  # noqa: PLC0415
-    from avahazard.workflow.import_files import import_files  # noqa: PLC0415
+    from avahazard.workflow.database import import_files  # noqa: PLC0415
     from avahazard.workflow.requests import CalibrateRequest  # noqa: PLC0415
 
     def make(folder: Path) -> None:
@@ -212,8 +212,8 @@ def diagnosed_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
     diagnosis: `diagnosis.json`, stored in `diagnosed.db`, `candidates.png` and the shares of
     the work that were told, `told.json`; do not write to it."""
     from avahazard.workflow.calibrate import calibrate  # noqa: PLC0415
+    from avahazard.workflow.database import import_files  # noqa: PLC0415
     from avahazard.workflow.diagnose import diagnose_model  # noqa: PLC0415
-    from avahazard.workflow.import_files import import_files  # noqa: PLC0415
     from avahazard.workflow.requests import (  # noqa: PLC0415
         CalibrateRequest,
         DiagnoseRequest,

@@ -59,9 +59,9 @@ def import_(
     if guess_columns:
         if len(sources) > 1:
             raise typer.BadParameter("Name one table to guess its columns.")
-        emit(ask("import_files.guess_columns", source=sources[0]), _guessed)
+        emit(ask("database.guess_columns", source=sources[0]), _guessed)
         return
-    found = ask("import_files.import_files", sources=sources, request=request)
+    found = ask("database.import_files", sources=sources, request=request)
     for line in found.read:
         errors().print(f"Read {line}.", soft_wrap=True)
     emit(found, _imported)

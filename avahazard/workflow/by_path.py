@@ -16,9 +16,8 @@ from avahazard.engine import spread_map
 from avahazard.hazard.frequency import KnownVolumes
 from avahazard.hazard.future_events import MAX_CLASSES
 from avahazard.notes import Note
-from avahazard.records.collection import Event, Records, of_path, paths_to_run
+from avahazard.records.collection import Event, Fingerprint, Records, of_path, paths_to_run
 from avahazard.records.errors import AvahazardError
-from avahazard.records.fingerprint import Fingerprint
 from avahazard.results.base import Report, plain
 from avahazard.results.calibration import Calibration
 from avahazard.store.records import (

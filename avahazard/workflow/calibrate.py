@@ -29,9 +29,8 @@ from avahazard.inference.paper.calibration import check_method
 from avahazard.inference.paper.least_squares import fit_law, usable
 from avahazard.inference.sampling import N_CHAINS, calibrate_model
 from avahazard.physics.runout_curve import MU
-from avahazard.records.collection import Records, only_paths
+from avahazard.records.collection import Records, data_fingerprint, only_paths
 from avahazard.records.errors import AvahazardError
-from avahazard.records.fingerprint import data_fingerprint
 from avahazard.results.base import Report, Rows, plain, silent, steps
 from avahazard.results.calibration import (
     Calibration,

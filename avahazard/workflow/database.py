@@ -1,15 +1,43 @@
-"""The database itself: made, brought up to date, looked at, checked, copied."""
+"""The database: made, brought up to date, filled from files, looked at, checked, copied."""
 
 from __future__ import annotations
 
+import gc
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from importlib.resources import files
+from pathlib import Path as FilePath
+
+import numpy as np
+
+from avahazard.arrays import Floats
 from avahazard.inference.seeds import generator
-from avahazard.records.errors import AvahazardError
+from avahazard.records.crosscheck import dwarfing, repeated, repeated_notes, vague_stops
+from avahazard.records.errors import AvahazardError, RejectedRows
+from avahazard.records.intake import Drawn, merge_records
+from avahazard.records.mapping import BESIDE
+from avahazard.records.reading import read_files
+from avahazard.records.table import FileTable
 from avahazard.results.base import Report, Rows, silent
-from avahazard.results.database import Checked, Copied, Created, DatabaseState, Recomputed, Upgraded
+from avahazard.results.database import (
+    Checked,
+    Copied,
+    Created,
+    DatabaseState,
+    Guessed,
+    GuessedColumns,
+    Import,
+    ImportedRecords,
+    Recomputed,
+    Upgraded,
+)
 from avahazard.store import upkeep
+from avahazard.store.records import load_profiles, load_records, save_records, save_terrain
 from avahazard.store.results import list_models
-from avahazard.store.session import database_name, database_url, reading, sqlite_file
+from avahazard.store.session import database_name, database_url, reading, sqlite_file, writing
 from avahazard.store.upkeep import backup, backup_beside, check_database
+from avahazard.workflow.requests import ImportRequest
 
 SAMPLE = 3
 """Models that a full check calibrates again."""
@@ -92,3 +120,187 @@ def backup_database(database: str, target: str) -> Copied:
     """
     backup(database, target)
     return Copied(database_name(database), target)
+
+
+LINES = (".gpkg", ".geojson", ".shp", ".kml", ".kmz", ".gpx")
+
+
+@contextmanager
+def no_search_for_rings() -> Iterator[None]:
+    """Let Python not search for objects that hold each other: records are many, and never do.
+
+    The search was half of the time of a large import.
+    """
+    searched = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if searched:
+            gc.enable()
+
+
+READ_PLAINLY = ImportRequest()
+
+
+@no_search_for_rings()
+def import_files(
+    database: str, sources: Sequence[str | FilePath], request: ImportRequest = READ_PLAINLY
+) -> Import:
+    """Import `sources` into `database`.
+
+    Tables (.csv, .xlsx) or folders of them (docs/data_forms.md), and files of lines (GeoPackage,
+    GeoJSON, Shapefile, KML, GPX), each line a path drawn from its top, or of points, the stops of
+    events; folders as AvaFrame has them (`Inputs/`). Rows that are stored already are no change;
+    rows that contradict stored ones are refused unless they are to replace them. Raises
+    `AvahazardError` where the database or a source cannot be used, or there are lines without a
+    terrain model; `RejectedRows` for rows that cannot be taken, all of them; nothing was stored.
+    """
+    dry_run, columns = request.dry_run, request.columns
+    of_avaframe = [FilePath(s) for s in sources if (FilePath(s) / "Inputs").is_dir()]
+    lines = [FilePath(s) for s in sources if FilePath(s).suffix.lower() in LINES]
+    tables = [s for s in sources if FilePath(s) not in lines and FilePath(s) not in of_avaframe]
+    if lines or of_avaframe:
+        _require_gis()
+    points = _points(lines)
+    drawn = [one for folder in of_avaframe for one in _of_avaframe(folder, request)]
+    if not drawn or lines or request.dem is not None:
+        drawn += _drawn([file for file in lines if file not in points], request)
+    with (reading if dry_run else writing)(database) as session:
+        intake = read_files(
+            tables,
+            load_records(session, profiles=False),
+            drawn=drawn,
+            points=list(points.values()),
+            given=request.conventions,
+            columns=None if columns is None else mapping_file(columns),
+            convert=_converted,
+            profiles_of=partial(load_profiles, session),
+        )
+        stored = intake.known
+        merge = merge_records(intake, stored, update=request.update)
+        written = {event.event_id for event in merge.write.events}
+        kept = (event for event in stored.events if event.event_id not in written)
+        every = [*kept, *merge.write.events]
+        volumes = np.log(np.array([event.volume_m3 or np.nan for event in every]))
+        intake.notes += [
+            f"the volume of {every[i].event_id}, {every[i].volume_m3:g} m3, dwarfs all others. "
+            "Is its unit m3?"
+            for i in dwarfing(volumes)
+            if every[i].event_id in written
+        ]
+        intake.notes += vague_stops(merge.write, stored)
+        intake.notes += repeated_notes(
+            ids for ids in repeated(every) if not written.isdisjoint(ids)
+        )
+        if intake.problems:
+            raise RejectedRows(intake.problems)
+        if not dry_run:
+            save_records(session, merge.write)
+            crops = [crop for one in drawn for crop in one.terrain]
+            save_terrain(session, crops, outdated=[p.path_id for p in merge.write.profiles])
+    return Import(
+        dry_run,
+        tuple(intake.files),
+        tuple(intake.read),
+        Rows(intake.understood),
+        ImportedRecords(**merge.counts),
+        tuple(intake.notes),
+    )
+
+
+def guess_columns(source: str | FilePath) -> GuessedColumns:
+    """Write a first `columns.toml` beside the table `source`, to be read and corrected.
+
+    Raises `AvahazardError` where there is one, or the file holds no table that can be guessed;
+    `RejectedRows` where it cannot be read.
+    """
+    from avahazard.records.guess import as_toml, guess_tables  # noqa: PLC0415 (slow to import)
+
+    file = FilePath(source)
+    if not file.is_file():
+        raise AvahazardError(f"There is no file {file}.", "Name one table (.csv, .xlsx, .ods).")
+    target = file.parent / BESIDE
+    if target.exists():
+        raise AvahazardError(f"{target} is there already.", "Read it, or take it away first.")
+    tables, problems = guess_tables(file)
+    if problems:
+        raise RejectedRows(problems)
+    guesses = [(found.table, guess) for found in tables for guess in found.guesses]
+    if not guesses:
+        raise AvahazardError(
+            f"No column of {file} is like one of the forms.",
+            "docs/data_forms.md has the columns; write a columns.toml by hand.",
+        )
+    target.write_text(as_toml(file, tables), encoding="utf-8")
+    return GuessedColumns(
+        str(file),
+        str(target),
+        Rows(Guessed(table.file, *guess) for table, guess in guesses),
+        tuple(text for found in tables if found.guesses for text in found.open),
+    )
+
+
+def mapping_file(name: str | FilePath) -> FilePath:
+    """A `columns.toml`: a file, or one of those that come with the program, by its name."""
+    shipped = FilePath(str(files("avahazard.data"))) / "mappings"
+    if not FilePath(name).is_file() and (shipped / f"{name}.toml").is_file():
+        return shipped / f"{name}.toml"
+    return FilePath(name)
+
+
+def _require_gis() -> None:
+    """Raise `AvahazardError` where the packages for maps are missing."""
+    from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
+
+    require_packages()
+
+
+def _converted(point: Floats, source: str, target: str) -> Floats:
+    _require_gis()
+    from avahazard.gis.systems import moved, read_system  # noqa: PLC0415 (may be missing)
+
+    one, other = read_system(source), read_system(target)
+    if one is None or other is None:
+        return np.full(2, np.nan)
+    return moved(point[None, :], one, other).ravel()
+
+
+def _points(files: Sequence[FilePath]) -> dict[FilePath, FileTable]:
+    """The files that hold points alone, as tables: stops on the map."""
+    if not files:
+        return {}
+    from avahazard.gis.drawn_lines import read_points  # noqa: PLC0415 (may be missing)
+    from avahazard.gis.vector_layer import holds_points  # noqa: PLC0415 (may be missing)
+
+    return {file: read_points(file) for file in files if holds_points(file)}
+
+
+def _of_avaframe(folder: FilePath, request: ImportRequest) -> list[Drawn]:
+    """The path of a folder as AvaFrame has it, on its own terrain model."""
+    from avahazard.gis.drawn_lines import avaframe_files, read_drawn  # noqa: PLC0415
+
+    path, dem, releases = avaframe_files(folder)
+    name = folder.resolve().name
+    return read_drawn([path], dem, request.land_cover, request.crs, releases, name)
+
+
+def _drawn(lines: Sequence[FilePath], request: ImportRequest) -> list[Drawn]:
+    """The lines on their terrain model; none where no file holds lines."""
+    dem, land_cover, crs = request.dem, request.land_cover, request.crs
+    if lines and dem is None:
+        raise AvahazardError(
+            f"{lines[0]} holds lines: their profiles need a terrain model.",
+            "Name it: avahazard import LINES --dem DEM.tif",
+        )
+    if not lines:
+        if dem is not None or land_cover is not None or crs is not None:
+            raise AvahazardError(
+                "A terrain model or land cover is read along lines, and no file of lines is named.",
+                f"Name one that ends in {', '.join(LINES)}.",
+            )
+        return []
+    from avahazard.gis.drawn_lines import read_drawn  # noqa: PLC0415 (may be missing)
+
+    assert dem is not None
+    return read_drawn(lines, dem, land_cover, crs)

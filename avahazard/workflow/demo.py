@@ -20,10 +20,9 @@ from avahazard.synth.writing import write_records
 from avahazard.workflow import requests
 from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.compare import compare
-from avahazard.workflow.database import init_database
+from avahazard.workflow.database import import_files, init_database
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.hazard import hazard
-from avahazard.workflow.import_files import import_files
 from avahazard.workflow.report import write_report
 
 MODEL, PAPERS_MODEL = "twin", "twin-gibbs"

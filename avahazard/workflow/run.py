@@ -21,10 +21,9 @@ from avahazard.effects.catalogue import definition
 from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.specification import GIVEN, Specification
 from avahazard.notes import Note, counted
-from avahazard.records.collection import only_paths
+from avahazard.records.collection import data_fingerprint, only_paths
 from avahazard.records.conventions import Decimal, Order
 from avahazard.records.errors import AvahazardError, RejectedRows
-from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.toml_document import Strict, read_toml
 from avahazard.request import Field, Request, fields_of
 from avahazard.results.base import Report, Rows, silent
@@ -38,11 +37,10 @@ from avahazard.workflow import requests
 from avahazard.workflow.by_path import PathWork, run_key
 from avahazard.workflow.calibrate import add, asked_for, calibrate
 from avahazard.workflow.compare import compare
-from avahazard.workflow.database import database_status, init_database
+from avahazard.workflow.database import database_status, import_files, init_database
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.export import export
 from avahazard.workflow.hazard import hazard, hazard_work
-from avahazard.workflow.import_files import import_files
 from avahazard.workflow.next_step import next_step
 from avahazard.workflow.report import write_report
 from avahazard.workflow.stored import notes_of

@@ -33,9 +33,15 @@ from avahazard.inference.model.observations import (
 )
 from avahazard.notes import Note
 from avahazard.records import crosscheck
-from avahazard.records.collection import Event, Profile, Records, only_paths, unknown_path
+from avahazard.records.collection import (
+    Event,
+    Profile,
+    Records,
+    data_fingerprint,
+    only_paths,
+    unknown_path,
+)
 from avahazard.records.errors import AvahazardError
-from avahazard.records.fingerprint import data_fingerprint
 from avahazard.results import calibration as results
 from avahazard.results.base import plain
 from avahazard.results.calibration import Surroundings

@@ -17,8 +17,7 @@ from avahazard.inference.model.specification import Specification
 from avahazard.synth.making import make_world
 from avahazard.synth.world import Settings
 from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.database import init_database
-from avahazard.workflow.import_files import import_files
+from avahazard.workflow.database import import_files, init_database
 from avahazard.workflow.requests import CalibrateRequest
 from benchmarks.measuring import Row, all_cores, alone, seconds
 from benchmarks.study import SHARED

@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from avahazard.workflow.database import init_database
-from avahazard.workflow.import_files import import_files
+from avahazard.workflow.database import import_files, init_database
 from benchmarks.measuring import Row, alternate, processes, seconds
 
 PROGRAM = str(Path(sys.executable).parent / "avahazard")

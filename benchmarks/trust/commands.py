@@ -23,7 +23,7 @@ from avahazard.store import schema, upkeep
 from avahazard.store.session import make_engine
 from avahazard.synth.making import make_world
 from avahazard.synth.writing import write_world
-from avahazard.workflow.import_files import import_files
+from avahazard.workflow.database import import_files
 
 PROGRAM = str(Path(sys.executable).with_name("avahazard"))
 OLD_REVISION = "0005"

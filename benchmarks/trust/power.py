@@ -26,8 +26,7 @@ from sqlalchemy.engine import Engine
 from avahazard.store import upkeep
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.database import check
-from avahazard.workflow.import_files import import_files
+from avahazard.workflow.database import check, import_files
 from avahazard.workflow.requests import CalibrateRequest
 from benchmarks.study import Line, table
 from benchmarks.trust.disk_replay import Disk, confirmed, disk_of, steps_of

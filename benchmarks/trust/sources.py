@@ -13,7 +13,7 @@ import pandas as pd
 from avahazard.effects.own_file import TEMPLATE, read_effect_file
 from avahazard.hazard.frequency_files import read_return_volumes, read_snow_depths
 from avahazard.hazard.zones import read_limits
-from avahazard.workflow.import_files import import_files
+from avahazard.workflow.database import import_files
 from avahazard.workflow.requests import ImportRequest
 from avahazard.workflow.run import read_project
 from benchmarks.trust import mutants

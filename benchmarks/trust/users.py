@@ -17,8 +17,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.store import upkeep
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate, show_models
-from avahazard.workflow.database import check
-from avahazard.workflow.import_files import import_files
+from avahazard.workflow.database import check, import_files
 from avahazard.workflow.requests import CalibrateRequest, ImportRequest
 from benchmarks.study import Line, bullets, table
 from benchmarks.trust.places import places

@@ -18,10 +18,10 @@ from avahazard.store import upkeep
 from avahazard.synth.making import make_world
 from avahazard.synth.writing import write_world
 from avahazard.workflow.calibrate import add, calibrate
+from avahazard.workflow.database import import_files
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.effects import list_effects, show_effect
 from avahazard.workflow.hazard import hazard
-from avahazard.workflow.import_files import import_files
 from avahazard.workflow.report import write_report
 from avahazard.workflow.requests import (
     CalibrateRequest,

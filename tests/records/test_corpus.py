@@ -20,8 +20,7 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
-from avahazard.workflow.database import init_database
-from avahazard.workflow.import_files import import_files
+from avahazard.workflow.database import import_files, init_database
 from avahazard.workflow.requests import ImportRequest
 
 CORPUS = Path(__file__).parent / "corpus"

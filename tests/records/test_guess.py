@@ -9,7 +9,7 @@ import pytest
 from avahazard.records.errors import AvahazardError
 from avahazard.records.guess import as_toml, guess_tables
 from avahazard.records.mapping import read_mappings
-from avahazard.workflow.import_files import guess_columns
+from avahazard.workflow.database import guess_columns
 
 
 def test_each_guess_has_its_reason_and_the_rest_is_open(tmp_path: Path) -> None:

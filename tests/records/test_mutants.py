@@ -13,8 +13,7 @@ import pytest
 from avahazard.records.errors import AvahazardError
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
-from avahazard.workflow.database import init_database
-from avahazard.workflow.import_files import import_files
+from avahazard.workflow.database import import_files, init_database
 from avahazard.workflow.requests import ImportRequest
 from tests.records.mutants import mutant, seeds
 

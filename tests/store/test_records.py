@@ -10,9 +10,17 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from sqlalchemy import delete, update
 
-from avahazard.records.collection import Event, Path, Profile, Records, Speed, TerrainCrop
+from avahazard.records.collection import (
+    Event,
+    Fingerprint,
+    Path,
+    Profile,
+    Records,
+    Speed,
+    TerrainCrop,
+    data_fingerprint,
+)
 from avahazard.records.errors import AvahazardError
-from avahazard.records.fingerprint import Fingerprint, data_fingerprint
 from avahazard.records.intake import profile_difference
 from avahazard.store import records as store_records
 from avahazard.store.records import (

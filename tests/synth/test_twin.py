@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from avahazard.physics.smooth_profile import legendre_profile, smooth_profile
-from avahazard.records.fingerprint import data_fingerprint
+from avahazard.records.collection import data_fingerprint
 from avahazard.records.reading import read_records
 
 DATA = Path(__file__).resolve().parents[2] / "data"

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from avahazard.records.collection import data_fingerprint
 from avahazard.records.errors import AvahazardError
-from avahazard.records.fingerprint import data_fingerprint
 from avahazard.records.reading import read_records
 from avahazard.synth import writing
 from avahazard.synth.effects import CATALOGUE

@@ -16,7 +16,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.results.hazard import Spread
 from avahazard.store.results import BOUNDS, save_model
 from avahazard.store.session import writing
-from avahazard.workflow.import_files import import_files
+from avahazard.workflow.database import import_files
 from avahazard.workflow.path import alpha_beta_paths
 from avahazard.workflow.requests import AlphaBetaRequest
 from tests.results.samples import HAZARD_ROW

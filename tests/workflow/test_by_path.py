@@ -14,9 +14,16 @@ import pytest
 from avahazard.engine import EngineName, set_engine
 from avahazard.hazard.frequency import known_volumes
 from avahazard.hazard.future_events import MAX_CLASSES
-from avahazard.records.collection import Event, Path, Profile, Records, Speed, only_paths
+from avahazard.records.collection import (
+    Event,
+    Path,
+    Profile,
+    Records,
+    Speed,
+    data_fingerprint,
+    only_paths,
+)
 from avahazard.records.errors import AvahazardError
-from avahazard.records.fingerprint import data_fingerprint
 from avahazard.results.base import silent
 from avahazard.store import records as store_records
 from avahazard.store.records import save_records

@@ -15,7 +15,7 @@ from avahazard.store.results import COMPARISON, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare, coordinate_name, ladder, latest_comparison, standing
-from avahazard.workflow.import_files import import_files
+from avahazard.workflow.database import import_files
 from avahazard.workflow.requests import CalibrateRequest
 from tests.criticism.studies import slopes, straight, with_left
 from tests.few_draws import few_draws

@@ -19,8 +19,8 @@ from avahazard.store.results import DIAGNOSIS, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
+from avahazard.workflow.database import import_files
 from avahazard.workflow.diagnose import diagnose_model, failing_paths
-from avahazard.workflow.import_files import import_files
 from avahazard.workflow.next_step import next_step
 from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
 from tests.criticism.lengths import as_csv, lengths

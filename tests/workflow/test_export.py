@@ -22,8 +22,8 @@ from avahazard.store import upkeep
 from avahazard.store.records import load_records, save_records
 from avahazard.store.results import BOUNDS, ZONES, latest_documents, save_model
 from avahazard.store.session import reading, writing
+from avahazard.workflow.database import import_files
 from avahazard.workflow.export import export
-from avahazard.workflow.import_files import import_files
 from tests.gis.results import bounds, profile, zones
 from tests.gis.surface import write_lines
 from tests.store.documents import save_documents

@@ -16,8 +16,8 @@ from avahazard.records.reading import read_records
 from avahazard.store import upkeep
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare, predict
+from avahazard.workflow.database import import_files
 from avahazard.workflow.friction import fit_laws, show_frictions
-from avahazard.workflow.import_files import import_files
 from avahazard.workflow.requests import CalibrateRequest
 from tests.conftest import command_line
 

@@ -27,8 +27,8 @@ from avahazard.results.hazard import HazardRow, Spread
 from avahazard.store.results import AVERAGE, BOUNDS, latest_documents
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.database import import_files
 from avahazard.workflow.hazard import hazard
-from avahazard.workflow.import_files import import_files
 from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ImportRequest, ZonesRequest
 from avahazard.workflow.stored import load_stored
 from avahazard.workflow.zones import zones

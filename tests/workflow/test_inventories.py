@@ -11,8 +11,8 @@ import pytest
 from avahazard.records.mapping import BESIDE
 from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.compare import compare
+from avahazard.workflow.database import import_files
 from avahazard.workflow.diagnose import diagnose_model
-from avahazard.workflow.import_files import import_files
 from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest, ImportRequest
 
 PUBLISHED = Path(os.environ.get("AVAHAZARD_PUBLISHED", Path(__file__).parents[3] / "shared/data"))

@@ -26,7 +26,7 @@ from avahazard.workflow.calibrate import (
     show_models,
     show_provenance,
 )
-from avahazard.workflow.import_files import import_files
+from avahazard.workflow.database import import_files
 from avahazard.workflow.requests import CalibrateRequest
 from tests.conftest import command_line
 from tests.criticism.lengths import as_csv, lengths

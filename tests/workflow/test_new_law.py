@@ -11,8 +11,8 @@ import pytest
 from avahazard.inference.model.laws import LAWS
 from avahazard.records.errors import AvahazardError
 from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.database import import_files
 from avahazard.workflow.friction import fit_laws
-from avahazard.workflow.import_files import import_files
 from avahazard.workflow.requests import CalibrateRequest
 from avahazard.workflow.stored import load_stored
 from tests.criticism.lengths import as_csv, lengths

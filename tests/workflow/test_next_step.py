@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from avahazard.notes import Note
-from avahazard.records.collection import Event, Path, Profile, Records
-from avahazard.records.fingerprint import data_fingerprint
+from avahazard.records.collection import Event, Path, Profile, Records, data_fingerprint
 from avahazard.results.base import Rows, plain
 from avahazard.results.diagnosis import Diagnosis, Measurement, Pair
 from avahazard.store.records import save_records

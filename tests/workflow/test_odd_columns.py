@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.database import import_files
 from avahazard.workflow.diagnose import diagnose_model
-from avahazard.workflow.import_files import import_files
 from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest, ImportRequest
 
 INPUTS = Path(os.environ.get("AVAHAZARD_INPUTS", Path(__file__).parents[3] / "shared/data/inputs"))

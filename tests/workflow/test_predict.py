@@ -12,7 +12,7 @@ import pytest
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import predict
-from avahazard.workflow.import_files import import_files
+from avahazard.workflow.database import import_files
 from avahazard.workflow.requests import CalibrateRequest
 
 Write = Any

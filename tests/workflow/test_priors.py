@@ -15,7 +15,7 @@ from avahazard.store.records import load_records
 from avahazard.store.results import load_model
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import add, calibrate, rerun, show_model, show_provenance
-from avahazard.workflow.import_files import import_files
+from avahazard.workflow.database import import_files
 from avahazard.workflow.requests import CalibrateRequest
 from avahazard.workflow.stored import load_stored, notes_of
 from tests.workflow.twin import DATA

@@ -19,8 +19,8 @@ from avahazard.results.hazard import HazardRow
 from avahazard.store.results import BOUNDS, latest_documents
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.database import import_files
 from avahazard.workflow.hazard import hazard
-from avahazard.workflow.import_files import import_files
 from avahazard.workflow.path import run_block
 from avahazard.workflow.report import gather, write_report
 from avahazard.workflow.requests import (

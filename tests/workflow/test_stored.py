@@ -21,9 +21,15 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.calibration import calibrate_paper
 from avahazard.inference.prediction import extrapolation
-from avahazard.records.collection import Event, Records, Speed, of_path, only_paths
+from avahazard.records.collection import (
+    Event,
+    Records,
+    Speed,
+    data_fingerprint,
+    of_path,
+    only_paths,
+)
 from avahazard.records.errors import AvahazardError
-from avahazard.records.fingerprint import data_fingerprint
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.store.tables import ModelTable, ProfilePointTable

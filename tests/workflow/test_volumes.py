@@ -10,8 +10,8 @@ import pytest
 from avahazard.hazard.volume_source import VolumeSource
 from avahazard.records.errors import AvahazardError
 from avahazard.store import upkeep
+from avahazard.workflow.database import import_files
 from avahazard.workflow.hazard import volumes
-from avahazard.workflow.import_files import import_files
 from avahazard.workflow.requests import ImportRequest, VolumesRequest
 from tests.workflow.twin import DATA, twin_records
 

@@ -18,8 +18,8 @@ from avahazard.store.results import ZONES, latest_documents
 from avahazard.store.session import reading
 from avahazard.store.upkeep import create
 from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.database import import_files
 from avahazard.workflow.hazard import hazard
-from avahazard.workflow.import_files import import_files
 from avahazard.workflow.requests import (
     CalibrateRequest,
     HazardRequest,

@@ -23,8 +23,8 @@ from avahazard.criticism.diagnosis.full_fits import (
 from avahazard.criticism.screening.screen import EXPECTED_SHARE, LEVEL, Screened, Screening
 from avahazard.effects.catalogue import definition
 from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.database import import_files
 from avahazard.workflow.diagnose import diagnose_model
-from avahazard.workflow.import_files import import_files
 from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
 from benchmarks.worlds import beyond
 from tests.inference.studies import observations

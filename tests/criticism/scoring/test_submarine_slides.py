@@ -14,7 +14,7 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.records.reading import read_records
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
-from avahazard.workflow.import_files import import_files
+from avahazard.workflow.database import import_files
 from avahazard.workflow.requests import CalibrateRequest
 
 

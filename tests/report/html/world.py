@@ -16,8 +16,8 @@ from avahazard.synth.making import make_world
 from avahazard.synth.writing import write_records
 from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.compare import compare
+from avahazard.workflow.database import import_files
 from avahazard.workflow.hazard import hazard
-from avahazard.workflow.import_files import import_files
 from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ZonesRequest
 from avahazard.workflow.zones import zones
 from tests.few_draws import few_draws
