@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from avahazard.engine import cluster, set_engine, spread_map
+from avahazard.engine import set_engine, spread_map
 from avahazard.records.errors import AvahazardError
 from tests.engine import work
 
@@ -68,14 +68,14 @@ def test_a_worker_of_another_cluster_may_die(
 
 
 def test_a_scheduler_that_is_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "TIMEOUT_S", 0.3)
+    monkeypatch.setattr("avahazard.engine.TIMEOUT_S", 0.3)
     set_engine("dask", scheduler="tcp://127.0.0.1:9")
     with pytest.raises(AvahazardError, match="No dask scheduler answers"):
         list(spread_map(work.draws, 3, range(2)))
 
 
 def test_dask_that_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "find_spec", lambda _name: None)
+    monkeypatch.setattr("avahazard.engine.find_spec", lambda _name: None)
     with pytest.raises(AvahazardError, match="not installed") as refused:
         set_engine("dask")
     assert "avahazard[cluster]" in refused.value.hint

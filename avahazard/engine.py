@@ -1,0 +1,382 @@
+"""Who does the work: threads of this process, processes of this machine, or a dask cluster."""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import tempfile
+import warnings
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future
+from dataclasses import dataclass
+from functools import partial
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
+
+from avahazard.records.errors import AvahazardError
+from avahazard.workers import inside_worker, n_workers, one_worker, pool, set_workers
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+EngineName = Literal["local", "processes", "dask"]
+LOCAL: EngineName = "local"
+ENGINES: tuple[EngineName, ...] = get_args(EngineName)
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """An engine: threads here, processes here, or dask; `scheduler` is the address of its own.
+
+    `tell` is called with what a person should know, such as where dask's dashboard is.
+    """
+
+    name: EngineName = LOCAL
+    scheduler: str | None = None
+    tell: Tell = lambda _words: None
+
+
+_chosen = Choice()
+
+
+def set_engine(
+    name: EngineName = LOCAL,
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    tell: Tell = lambda _words: None,
+) -> None:
+    """Let this engine do the work from now on, with so many workers (None: the cores).
+
+    `scheduler` is the address of a dask scheduler; dask without one has its own on this machine.
+    Raises `AvahazardError` for a scheduler of another engine, and where dask is not installed.
+    """
+    global _chosen  # noqa: PLW0603
+    if scheduler is not None and name != "dask":
+        raise AvahazardError(
+            f"The engine {name} has no scheduler.", "Give --engine dask with --scheduler."
+        )
+    close_engine()
+    if name == "dask":
+        require_dask()
+    set_workers(workers)
+    _chosen = Choice(name, scheduler, tell)
+
+
+def chosen() -> Choice:
+    """The engine that does the work."""
+    return _chosen
+
+
+def close_engine() -> None:
+    """End the processes that the engine has started; it goes back to threads."""
+    global _chosen
+    before, _chosen = _chosen, Choice()
+    if before.name == "processes":
+        end_processes()
+    elif before.name == "dask":
+        disconnect()
+
+
+Item = TypeVar("Item")
+Work = TypeVar("Work")
+Out = TypeVar("Out")
+
+AHEAD = 4
+"""Items under way for each worker: none waits for work, and few results wait to be taken."""
+
+
+def in_order(
+    items: Iterable[Item],
+    ahead: int,
+    submit: Callable[[Item], Work],
+    first: Callable[[deque[Work]], Out],
+    cancel: Callable[[deque[Work]], object],
+) -> Iterator[Out]:
+    """What comes of every item, in the order of the items, `ahead` of them under way at most.
+
+    `submit` begins the work on one, `first` waits for the oldest of those under way, `cancel`
+    gives up what still is when nobody asks any more, or when `first` has raised.
+    """
+    waiting: deque[Work] = deque()
+
+    def take() -> Out:
+        found = first(waiting)
+        waiting.popleft()
+        return found
+
+    try:
+        for item in items:
+            waiting.append(submit(item))
+            if len(waiting) >= ahead:
+                yield take()
+        while waiting:
+            yield take()
+    finally:
+        cancel(waiting)
+
+
+Shared = TypeVar("Shared")
+
+
+def spread_map(
+    function: Callable[[Shared, Item], Out],
+    shared: Shared,
+    items: Iterable[Item],
+    *,
+    threads: bool = True,
+) -> Iterator[Out]:
+    """`function(shared, item)` of every item, in the order of the items, as they are ready.
+
+    `shared` goes to each worker once, an item with each call; both are pickled, so keep items
+    small. Items are taken as the work goes on, and few results are held. The result must hang on
+    `shared` and the item alone (seeds keyed by what is computed): a call whose worker dies is made
+    again. `threads` is False where `shared` must not be used by two threads at once; the threads
+    of this process then do one item after the other.
+    """
+    if inside_worker():
+        return map(partial(function, shared), items)
+    engine = chosen()
+    if engine.name == "processes":
+        return map_processes(function, shared, items, n_workers())
+    if engine.name == "dask":
+        return map_dask(function, shared, items, engine, n_workers())
+    if not threads or n_workers() == 1:
+        return map(partial(function, shared), items)
+    threads_here, call = pool(), partial(function, shared)
+
+    def submit(item: Item) -> Future[Out]:
+        return threads_here.submit(call, item)
+
+    return in_order(items, AHEAD * n_workers(), submit, lambda w: w[0].result(), cancel_all)
+
+
+def cancel_all(waiting: Iterable[Future[Out]]) -> None:
+    """Give up what has not begun."""
+    for future in waiting:
+        future.cancel()
+
+
+_kept: dict[str, tuple[Callable[[Any, Any], Any], Any]] = {}
+"""The last that was unpickled in this worker."""
+
+
+def pack(function: Callable[[Any, Any], Any], shared: object) -> tuple[str, bytes]:
+    """A name for the two, by what they hold, and their bytes.
+
+    cloudpickle takes functions inside functions too, which effects are made of.
+    """
+    import cloudpickle  # noqa: PLC0415 (slow)
+
+    data: bytes = cloudpickle.dumps((function, shared))
+    return hashlib.sha256(data).hexdigest(), data
+
+
+def call_packed(name: str, data: bytes | Path, item: object) -> Any:
+    """Call the function on an item in a worker; `data` are the bytes, or the file with them."""
+    found = _kept.get(name)
+    if found is None:
+        import cloudpickle  # noqa: PLC0415 (slow)
+
+        content = data if isinstance(data, bytes) else data.read_bytes()
+        found = cloudpickle.loads(content)
+        _kept.clear()
+        _kept[name] = found
+    function, shared = found
+    with one_worker():
+        return function(shared, item)
+
+
+Waiting = deque[tuple[object, Future[Any]]]
+
+MAX_DEATHS = 4
+"""Times that processes may die on one item before it is given up."""
+IDLE_S = 600
+"""Idle processes end after this time."""
+
+
+def map_processes(
+    function: Callable[[Any, Any], Any], shared: object, items: Iterable[Any], n: int
+) -> Iterator[Any]:
+    """`spread_map` by `n` processes. What is shared reaches them through a file.
+
+    Raises `AvahazardError` where processes die again and again.
+    """
+    from loky import get_reusable_executor  # noqa: PLC0415 (slow)
+    from loky.process_executor import BrokenProcessPool  # noqa: PLC0415
+
+    name, data = pack(function, shared)
+    with tempfile.TemporaryDirectory(prefix="avahazard-") as folder:
+        file = Path(folder) / "shared"
+        file.write_bytes(data)
+        del data
+
+        def begin(item: object) -> tuple[object, Future[Any]]:
+            executor = get_reusable_executor(max_workers=n, timeout=IDLE_S)
+            return item, executor.submit(call_packed, name, file, item)
+
+        def first(waiting: Waiting) -> Any:
+            for _ in range(MAX_DEATHS):
+                try:
+                    return waiting[0][1].result()
+                except BrokenProcessPool:
+                    # One death breaks the whole pool: all that was under way is done again.
+                    again = [begin(item) for item, _ in waiting]
+                    waiting.clear()
+                    waiting.extend(again)
+            raise AvahazardError(
+                f"Worker processes were ended {MAX_DEATHS} times on the same work.",
+                "Most often memory is short: give fewer --workers.",
+            )
+
+        yield from in_order(items, AHEAD * n, begin, first, _cancel)
+
+
+def _cancel(waiting: Waiting) -> None:
+    for _, future in waiting:
+        future.cancel()
+
+
+def end_processes() -> None:
+    """End the processes."""
+    from loky import get_reusable_executor  # noqa: PLC0415 (slow)
+
+    get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)
+
+
+TIMEOUT_S = 30
+"""How long a scheduler, and its first worker, may take to answer."""
+
+_client: Client | None = None
+
+
+def require_dask() -> None:
+    """Raise `AvahazardError` where dask is not installed."""
+    if find_spec("distributed") is None:
+        raise AvahazardError(
+            "The engine dask needs the package distributed, which is not installed.",
+            "Install it: pip install 'avahazard[cluster]'; or take --engine processes.",
+        )
+
+
+def map_dask(
+    function: Callable[[Any, Any], Any],
+    shared: object,
+    items: Iterable[Any],
+    choice: Choice,
+    n: int,
+) -> Iterator[Any]:
+    """`spread_map` by the workers of a cluster; an own one has `n`.
+
+    What is shared is a task of its own, so that dask makes it again when the workers that held
+    it have died. Raises `AvahazardError` where no scheduler or worker answers, or workers die
+    again and again.
+    """
+    from distributed import KilledWorker  # noqa: PLC0415 (may be missing)
+    from distributed.client import FutureCancelledError  # noqa: PLC0415
+
+    client = _connected(choice, n)
+    name, data = pack(function, shared)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Sending large graph")  # it is sent once
+        held = client.submit(bytes, data, key=f"shared-{name}")
+    del data
+    ahead = AHEAD * max(sum(client.nthreads().values()), n)
+
+    def first(waiting: deque[Any]) -> Any:
+        try:
+            return waiting[0].result()
+        except KilledWorker as error:
+            raise AvahazardError(
+                f"Workers of the cluster died again and again on the same work: {error}",
+                "Most often memory is short: give a worker more, or fewer threads.",
+            ) from error
+        except FutureCancelledError as error:
+            raise AvahazardError(
+                f"The scheduler {client.scheduler.address if client.scheduler else ''} is gone.",
+                "Start it again, and the command too: it goes on where it can.",
+            ) from error
+
+    def submit(item: object) -> Any:
+        return client.submit(call_packed, name, held, item, pure=False)
+
+    yield from in_order(items, ahead, submit, first, lambda waiting: client.cancel(list(waiting)))
+
+
+def disconnect() -> None:
+    """Leave the cluster; an own one ends."""
+    global _client
+    client, _client = _client, None
+    if client is not None:
+        cluster = client.cluster
+        client.close()
+        if cluster is not None:
+            cluster.close()
+
+
+def _connected(choice: Choice, n: int) -> Client:
+    global _client  # noqa: PLW0603
+    if _client is None:
+        _client = _own_cluster(n) if choice.scheduler is None else _of_scheduler(choice.scheduler)
+        choice.tell(f"dask: {len(_client.nthreads())} workers, dashboard {_client.dashboard_link}")
+    return _client
+
+
+def _own_cluster(n: int) -> Client:
+    import dask  # noqa: PLC0415 (may be missing)
+    from distributed import Client, LocalCluster  # noqa: PLC0415
+
+    # Workers complain of lost connections when they are ended.
+    dask.config.set({"distributed.logging": {"distributed": "critical"}})
+    cluster = LocalCluster(
+        n_workers=n,
+        threads_per_worker=1,
+        # Any free port: the usual one is taken where two run side by side.
+        dashboard_address="127.0.0.1:0",
+        silence_logs=logging.CRITICAL,
+    )
+    return Client(cluster)
+
+
+def _of_scheduler(address: str) -> Client:
+    from distributed import Client  # noqa: PLC0415 (may be missing)
+
+    try:
+        client = Client(address, timeout=TIMEOUT_S)
+    except (OSError, ValueError) as error:
+        raise AvahazardError(
+            f"No dask scheduler answers at {address}.",
+            "Start one with `dask scheduler`, and workers with `dask worker ADDRESS`.",
+        ) from error
+    try:
+        client.wait_for_workers(1, timeout=TIMEOUT_S)
+        _require_same_program(client, address)
+    except TimeoutError as error:
+        client.close()
+        raise AvahazardError(
+            f"The scheduler {address} has no workers.", f"Start some: dask worker {address}"
+        ) from error
+    except AvahazardError:
+        client.close()
+        raise
+    return client
+
+
+def _require_same_program(client: Client, address: str) -> None:
+    """Other versions would give other bits, or none."""
+    versions = client.run(_version, on_error="return")
+    others = sorted({str(v) for v in versions.values() if v != _version()})
+    if others:
+        raise AvahazardError(
+            f"Workers of {address} do not have avahazard {_version()} as here: "
+            f"{', '.join(others)}.",
+            "Install the same version, with its lock, on all.",
+        )
+
+
+def _version() -> str:
+    return version("avahazard")
