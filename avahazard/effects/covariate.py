@@ -24,7 +24,7 @@ from avahazard.effects.effect import (
     Setting,
     Sites,
 )
-from avahazard.effects.levels import (
+from avahazard.effects.groups import (
     LEAST_SD,
     level_columns,
     level_effect,

@@ -33,9 +33,9 @@ from avahazard.effects.effect import (
     Sites,
     needs_profile,
 )
-from avahazard.effects.levels import text_column
+from avahazard.effects.groups import text_column
+from avahazard.effects.motion import STATES
 from avahazard.effects.site import Site
-from avahazard.effects.state_force import STATES
 from avahazard.physics.cells import SPEEDS, Resistance
 from avahazard.physics.terrain import Terrain
 from avahazard.records.errors import AvahazardError

@@ -6,12 +6,17 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from avahazard.criticism.diagnosis.diagnose import Findings, TriedEffect, diagnose, error_of
+from avahazard.criticism.diagnosis.diagnose import (
+    Findings,
+    Together,
+    TriedEffect,
+    diagnose,
+    error_of,
+)
 from avahazard.criticism.diagnosis.laws import FoundLaw, FoundShape
 from avahazard.criticism.diagnosis.measurements import measurement_gains
 from avahazard.criticism.diagnosis.nuisances import MOST_CROSSED
-from avahazard.criticism.diagnosis.together import Together
-from avahazard.criticism.screening.candidates import candidate_definitions
+from avahazard.criticism.screening.screen import candidate_definitions
 from avahazard.effects.catalogue import require
 from avahazard.effects.effect import Definition
 from avahazard.inference.fitted_model import FittedModel

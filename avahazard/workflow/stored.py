@@ -13,7 +13,7 @@ import numpy as np
 import avahazard
 from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis import nuisances
-from avahazard.criticism.diagnosis.two_kinds import kinds_of
+from avahazard.criticism.diagnosis.full_fits import kinds_of
 from avahazard.effects.columns import NO_EVENTS, build_columns
 from avahazard.effects.effect import Definition
 from avahazard.effects.site import Site

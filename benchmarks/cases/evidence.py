@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from avahazard.criticism.diagnosis.refits import Refit, refit
-from avahazard.inference.fitting.evidence import log_prior_mass
+from avahazard.inference.fitting.mode import log_prior_mass
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification

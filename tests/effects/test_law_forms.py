@@ -9,8 +9,8 @@ from avahazard.effects.catalogue import catalogue, definition
 from avahazard.effects.covariate import covariate
 from avahazard.effects.effect import Curve, FrictionEffect, MotionEffect
 from avahazard.effects.law_forms import FORMULAS, LawForm, forms_of, free_curve
+from avahazard.effects.motion import STATES
 from avahazard.effects.own_file import definition_from
-from avahazard.effects.state_force import STATES
 from avahazard.physics.cells import SPEEDS, no_resistance
 from tests.effects.event_table import event_table
 from tests.effects.examples import columns, sites

@@ -7,7 +7,7 @@ import pytest
 
 from avahazard.arrays import Floats
 from avahazard.effects.effect import Definition, FrictionEffect
-from avahazard.effects.levels import (
+from avahazard.effects.groups import (
     LEAST_SD,
     PATH_SECTION,
     SCATTERS,
@@ -18,8 +18,7 @@ from avahazard.effects.levels import (
     level_lacking,
     level_words,
 )
-from avahazard.inference.fitting.evidence import log_evidence
-from avahazard.inference.fitting.mode import find_mode
+from avahazard.inference.fitting.mode import find_mode, log_evidence
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification

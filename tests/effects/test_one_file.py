@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import avahazard.effects
-from avahazard.criticism.screening.candidates import candidate_definitions
+from avahazard.criticism.screening.screen import candidate_definitions
 from avahazard.effects.catalogue import catalogue
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification

@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 
 from avahazard.effects.catalogue import definition
 from avahazard.effects.effect import Facts, MotionEffect
+from avahazard.effects.motion import N_GRID, STATES, _basis
 from avahazard.effects.site import Site
-from avahazard.effects.state_force import N_GRID, STATES, _basis
 from avahazard.physics.cells import SPEEDS, Resistance, no_resistance
 from avahazard.physics.speed import speeds_along
 from tests.effects.examples import columns, sites

@@ -14,8 +14,7 @@ from avahazard.criticism.screening.screen import Screened, Screening
 from avahazard.effects.effect import Definition, Facts, shapes_tables
 from avahazard.engine import spread_map
 from avahazard.inference.fitted_model import FittedModel, fitted_model
-from avahazard.inference.fitting.evidence import log_evidence
-from avahazard.inference.fitting.mode import FIRST_SPREAD, Mode, start_coordinates
+from avahazard.inference.fitting.mode import FIRST_SPREAD, Mode, log_evidence, start_coordinates
 from avahazard.inference.fitting.star import gauss_newton, mode_from, search_mode, short_climbs
 from avahazard.inference.likelihood.assemble import (
     assemble,

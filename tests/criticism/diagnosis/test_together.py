@@ -6,10 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avahazard.criticism.diagnosis import together
-from avahazard.criticism.diagnosis.diagnose import Findings, diagnose
+from avahazard.criticism.diagnosis import diagnose as module
+from avahazard.criticism.diagnosis.diagnose import Findings, diagnose, needed_beside
 from avahazard.criticism.diagnosis.refits import Question
-from avahazard.criticism.diagnosis.together import needed_beside
 from avahazard.effects.own_file import definition_from
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
@@ -119,22 +118,22 @@ def test_one_that_errors_may_explain_is_not_needed(
     rivals = ("volume-scatter", "season")
     unlikely = SimpleNamespace(key="cohesion", p_family=0.2)
     screened = [SimpleNamespace(key=key, p_family=0.01) for key in rivals]
-    monkeypatch.setattr(together, "candidate_definitions", lambda *_: ())
+    monkeypatch.setattr(module, "candidate_definitions", lambda *_: ())
     monkeypatch.setattr(
-        together, "screen", lambda *_: SimpleNamespace(candidates=[*screened, unlikely])
+        module, "screen", lambda *_: SimpleNamespace(candidates=[*screened, unlikely])
     )
-    monkeypatch.setattr(together, "likely_values", lambda *_: {})
+    monkeypatch.setattr(module, "likely_values", lambda *_: {})
     monkeypatch.setattr(
-        together,
+        module,
         "refit_each",
         lambda fit, keys, **_: {k: fitted(*fit.keys, k) for k in keys},
     )
-    monkeypatch.setattr(together, "refit_with", lambda _base, *keys: fitted(*keys))
+    monkeypatch.setattr(module, "refit_with", lambda _base, *keys: fitted(*keys))
     monkeypatch.setattr(
-        together, "_is_needed", lambda fit, wider, _more: wider.evidence > fit.evidence + 3.0
+        module, "_is_needed", lambda fit, wider, _more: wider.evidence > fit.evidence + 3.0
     )
     monkeypatch.setattr(
-        together,
+        module,
         "explained_by_record_faults",
         lambda _question, key: ("volume-error",) if key in otherwise else (),
     )

@@ -7,14 +7,14 @@ import pytest
 from scipy import stats
 
 from avahazard.criticism.diagnosis.diagnose import diagnose
-from avahazard.criticism.diagnosis.naming import MARGIN
-from avahazard.criticism.diagnosis.refits import Refit, refit
-from avahazard.criticism.diagnosis.two_kinds import (
+from avahazard.criticism.diagnosis.full_fits import (
     CHANCE_GAIN,
     gain_of_wrong_records,
     kinds_of,
     second_kind,
 )
+from avahazard.criticism.diagnosis.naming import MARGIN
+from avahazard.criticism.diagnosis.refits import Refit, refit
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.records.collection import Event, Records

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import combinations
 
-from avahazard.criticism.screening.candidates import candidate_definitions, not_asked
+from avahazard.criticism.screening.screen import candidate_definitions, not_asked
+from avahazard.effects.motion import STATES
 from avahazard.effects.own_file import TEMPLATE, definition_from
-from avahazard.effects.state_force import STATES
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from tests.criticism.lengths import lengths

@@ -12,9 +12,16 @@ from scipy import stats
 
 from avahazard.criticism.diagnosis.refits import Refit, refit
 from avahazard.criticism.screening import screen as module
-from avahazard.criticism.screening.candidates import Block, blocks, candidate_definitions
 from avahazard.criticism.screening.linear_model import linear_model
-from avahazard.criticism.screening.screen import LEVEL, PAIR_LEVEL, Screening, screen
+from avahazard.criticism.screening.screen import (
+    LEVEL,
+    PAIR_LEVEL,
+    Block,
+    Screening,
+    blocks,
+    candidate_definitions,
+    screen,
+)
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification

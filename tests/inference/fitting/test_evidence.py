@@ -9,8 +9,7 @@ import pytest
 from scipy.special import logsumexp, ndtr
 
 from avahazard.criticism.diagnosis.refits import refit
-from avahazard.inference.fitting.evidence import log_evidence, log_prior_mass
-from avahazard.inference.fitting.mode import Mode, find_mode
+from avahazard.inference.fitting.mode import Mode, find_mode, log_evidence, log_prior_mass
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from avahazard.inference.fitting.evidence import log_evidence
 from avahazard.inference.fitting.mode import (
     covariance_at,
     find_mode,
     likely_friction,
+    log_evidence,
     start_coordinates,
     units,
 )

@@ -9,8 +9,7 @@ import pytest
 
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.effect import RecordErrorEffect, VolumeErrorEffect
-from avahazard.inference.fitting.evidence import log_evidence
-from avahazard.inference.fitting.mode import Mode, find_mode
+from avahazard.inference.fitting.mode import Mode, find_mode, log_evidence
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.volumes import VolumeNodes

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from avahazard.effects.groups import SPREAD
-from avahazard.inference.fitting.evidence import log_prior_mass
+from avahazard.inference.fitting.mode import log_prior_mass
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import TRACK_RANGE, with_arms
 from avahazard.inference.model.specification import GivenPrior

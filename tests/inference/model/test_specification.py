@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from avahazard.inference.fitting.evidence import log_prior_mass
+from avahazard.inference.fitting.mode import log_prior_mass
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.laws import LAWS, Law, law
 from avahazard.inference.model.observations import build_observations
