@@ -35,8 +35,8 @@ from avahazard.request import Request, many
 from avahazard.results.base import Rows, drawn
 from avahazard.results.calibration import Calibration, EffectEntry, ModelSummary
 from avahazard.results.comparison import Comparison, Ladder, Prediction
-from avahazard.results.database import Export, Import, WrittenReport
 from avahazard.results.diagnosis import Diagnosis
+from avahazard.results.files import Export, Import, WrittenReport
 from avahazard.results.friction import Fits, Frictions
 from avahazard.results.hazard import Hazard, Volumes, Zones
 from avahazard.results.terrain import PathCheck, PathSummary, Runout, TerrainRunout

@@ -14,16 +14,17 @@ from avahazard.cli.output import ask, emit, table
 from avahazard.notes import counted
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Rows
-from avahazard.results.database import (
+from avahazard.results.files import (
     Checked,
     Copied,
     Created,
     DatabaseState,
     Export,
+    MadeWorld,
+    PaperFigure,
     Upgraded,
     WrittenReport,
 )
-from avahazard.results.made import MadeWorld, PaperFigure
 from avahazard.workflow.requests import AvaframeRequest, FiguresRequest, ReportRequest, SynthRequest
 
 OTHER_VERSION = {

@@ -20,7 +20,7 @@ from avahazard.cli.output import table
 from avahazard.report.sentences import before_and_after_words, verdict_words
 from avahazard.report.words import coordinate_words
 from avahazard.results.diagnosis import Diagnosis
-from avahazard.results.made import Demo, HiddenEffect, ProjectRun
+from avahazard.results.files import Demo, HiddenEffect, ProjectRun
 from avahazard.workflow.requests import RunRequest
 
 

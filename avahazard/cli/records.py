@@ -17,7 +17,7 @@ from avahazard.cli.output import ask, emit, errors, show, table
 from avahazard.report.model_tables import fits_table
 from avahazard.report.tables import alpha_beta_table, cell, paths_table, thinned
 from avahazard.results.base import Rows
-from avahazard.results.database import GuessedColumns, Import
+from avahazard.results.files import GuessedColumns, Import
 from avahazard.results.friction import ApparentEvent, Frictions, PerturbationCheck
 from avahazard.results.terrain import PathCheck, PathSummary, Runout, RunoutAt
 from avahazard.workflow import requests

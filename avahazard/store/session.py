@@ -19,7 +19,7 @@ from sqlalchemy.orm import Session
 from sqlalchemy.pool import ConnectionPoolEntry
 
 from avahazard.records.errors import AvahazardError
-from avahazard.store.schema import require_current
+from avahazard.store.tables import require_current
 
 __all__ = ["Session", "database_name", "database_url", "reading", "sqlite_file", "writing"]
 

@@ -12,8 +12,8 @@ from sqlalchemy import func, select, text
 from sqlalchemy.orm import Session
 
 from avahazard.records.errors import AvahazardError
-from avahazard.results.database import DatabaseState
-from avahazard.store import schema, tables
+from avahazard.results.files import DatabaseState
+from avahazard.store import tables
 from avahazard.store.results import read_draws
 from avahazard.store.session import (
     database_name,
@@ -33,7 +33,7 @@ COUNTED: dict[str, type[tables.Base]] = {
 }
 
 
-def create(database: str) -> schema.State:
+def create(database: str) -> tables.State:
     """Create the tables of an empty or missing `database`; return its state before.
 
     Raises `AvahazardError` where it holds other tables, or cannot be written.
@@ -41,7 +41,7 @@ def create(database: str) -> schema.State:
     return _migrate(database, {"empty"}, make=True)
 
 
-def upgrade(database: str) -> schema.State:
+def upgrade(database: str) -> tables.State:
     """Run the migrations that `database` lacks; return its state before.
 
     Raises `AvahazardError` where it is missing or empty, of another program, or newer than this
@@ -59,29 +59,29 @@ def status(database: str) -> DatabaseState:
         engine = make_engine(database)
         try:
             with engine.connect() as connection:
-                state = schema.state(connection)
+                state = tables.state(connection)
                 counts = {
                     name: connection.scalar(select(func.count()).select_from(table)) or 0
                     for name, table in (COUNTED.items() if state == "current" else ())
                 }
-                revision = schema.revision(connection)
+                revision = tables.revision(connection)
         finally:
             engine.dispose()
-    return DatabaseState(database_name(database), state, revision, schema.head(), counts)
+    return DatabaseState(database_name(database), state, revision, tables.head(), counts)
 
 
-def _migrate(database: str, wanted: set[schema.State], *, make: bool) -> schema.State:
+def _migrate(database: str, wanted: set[tables.State], *, make: bool) -> tables.State:
     with translated(database):
         if not make:
             make_engine(database).dispose()  # says so when the file is missing
         engine = make_engine(database, migrates=True).execution_options(writes=True)
         try:
             with engine.begin() as connection:
-                before = schema.state(connection)
+                before = tables.state(connection)
                 if before in wanted:
-                    schema.upgrade(connection)
+                    tables.upgrade(connection)
                 elif before == "foreign" or (before != "current" and not make):
-                    schema.require_current(connection)
+                    tables.require_current(connection)
         finally:
             engine.dispose()
     return before

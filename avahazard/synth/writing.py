@@ -14,7 +14,7 @@ import numpy as np
 
 from avahazard.records.collection import Event, Path, Records, Speed
 from avahazard.records.errors import AvahazardError
-from avahazard.results.made import MadeWorld
+from avahazard.results.files import MadeWorld
 from avahazard.synth.making import make_world
 from avahazard.synth.world import Settings
 

@@ -20,7 +20,7 @@ from avahazard.records.mapping import BESIDE
 from avahazard.records.reading import read_files
 from avahazard.records.table import FileTable
 from avahazard.results.base import Report, Rows, silent
-from avahazard.results.database import (
+from avahazard.results.files import (
     Checked,
     Copied,
     Created,

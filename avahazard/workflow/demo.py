@@ -10,7 +10,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.report.hazard_tables import write_hazard
 from avahazard.report.path_pictures import draw_hazard
 from avahazard.results.base import Report, silent, steps
-from avahazard.results.made import Demo, HiddenEffect
+from avahazard.results.files import Demo, HiddenEffect
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.synth.effects import DEMO_EFFECT

@@ -27,7 +27,7 @@ from avahazard.records.collection import Path, Records, of_path
 from avahazard.records.errors import AvahazardError
 from avahazard.report import hazard_tables
 from avahazard.results.base import Report, Rows, plain, silent
-from avahazard.results.database import Export, Layer
+from avahazard.results.files import Export, Layer
 from avahazard.results.hazard import HazardRow
 from avahazard.store import results as store
 from avahazard.store.records import load_records, load_simulations

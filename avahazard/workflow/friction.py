@@ -33,6 +33,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.report.html.content import FrictionView
 from avahazard.report.picture import require_picture
 from avahazard.results.base import Report, Rows, finite, silent
+from avahazard.results.files import PaperFigure
 from avahazard.results.friction import (
     ApparentEvent,
     Fits,
@@ -44,7 +45,6 @@ from avahazard.results.friction import (
     PerturbationCheck,
     PerturbedParameter,
 )
-from avahazard.results.made import PaperFigure
 from avahazard.store.records import load_records
 from avahazard.store.results import load_model
 from avahazard.store.session import reading

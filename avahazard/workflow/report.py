@@ -36,8 +36,8 @@ from avahazard.records.errors import AvahazardError
 from avahazard.report.html import content as page
 from avahazard.report.language import language_of, speaking
 from avahazard.results.base import RATIO, Report, finite, silent
-from avahazard.results.database import WrittenReport
 from avahazard.results.diagnosis import Diagnosis
+from avahazard.results.files import WrittenReport
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, ZonedPath
 from avahazard.results.terrain import PERIOD_COLORS, TerrainRunout
 from avahazard.store.records import load_terrain

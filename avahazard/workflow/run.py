@@ -29,7 +29,7 @@ from avahazard.request import Field, Request, fields_of
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.calibration import Calibration
 from avahazard.results.diagnosis import Diagnosis
-from avahazard.results.made import ProjectRun, Step
+from avahazard.results.files import ProjectRun, Step
 from avahazard.store import results as store
 from avahazard.store.records import load_records
 from avahazard.store.session import reading

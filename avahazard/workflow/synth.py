@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path as FilePath
 from typing import Any, cast
 
-from avahazard.results.made import MadeWorld
+from avahazard.results.files import MadeWorld
 from avahazard.synth.making import make_world
 from avahazard.synth.world import Settings
 from avahazard.synth.writing import PART_PATHS, refuse_full, write_region, write_world

@@ -19,7 +19,7 @@ from sqlalchemy.engine import Engine
 from typer.testing import CliRunner
 
 from avahazard.cli.main import app
-from avahazard.store import schema, upkeep
+from avahazard.store import tables, upkeep
 from avahazard.store.session import make_engine
 from avahazard.synth.making import make_world
 from avahazard.synth.writing import write_world
@@ -118,7 +118,7 @@ def migrate(database: str, way, revision: str) -> None:
     """Up- or downgrade a database (`way`, of Alembic); what has no place there is lost."""
     engine = make_engine(database, migrates=True).execution_options(writes=True)
     with engine.begin() as connection:
-        config = schema._config()
+        config = tables._config()
         config.attributes["connection"] = connection
         way(config, revision)
     engine.dispose()

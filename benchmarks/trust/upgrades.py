@@ -12,7 +12,7 @@ from typing import Any
 from alembic import command
 from sqlalchemy import Connection, MetaData, insert, select
 
-from avahazard.store import schema
+from avahazard.store import tables
 from avahazard.store.session import make_engine
 from avahazard.workflow.database import check
 from benchmarks.study import Line, bullets, table
@@ -80,7 +80,7 @@ def page(found: Line) -> str:
 
 def earlier_revisions() -> list[str]:
     """The revisions before that of the program, oldest first."""
-    return sorted(set(schema._revisions()) - {schema.head()})
+    return sorted(set(tables._revisions()) - {tables.head()})
 
 
 def upgrade_all(

@@ -13,7 +13,7 @@ from alembic import command
 from sqlalchemy import delete, func, select, text, update
 
 from avahazard.records.errors import AvahazardError
-from avahazard.store import schema, upkeep
+from avahazard.store import tables, upkeep
 from avahazard.store.results import (
     BOUNDS,
     COMPARISON,
@@ -198,7 +198,7 @@ def test_an_old_database_gets_its_checksums(any_database: str) -> None:
     filled(any_database)
     engine = make_engine(any_database, migrates=True).execution_options(writes=True)
     with engine.begin() as connection:
-        config = schema._config()
+        config = tables._config()
         config.attributes["connection"] = connection
         command.downgrade(config, "0005")
     engine.dispose()
@@ -360,7 +360,7 @@ def test_results_of_an_older_program_are_kept(any_database: str) -> None:
         save_documents(session, ZONES, "m", rows[2:])
     engine = make_engine(any_database, migrates=True)
     with engine.begin() as connection:
-        config = schema._config()
+        config = tables._config()
         config.attributes["connection"] = connection
         command.downgrade(config, "0005")
     with engine.begin() as connection:

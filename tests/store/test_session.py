@@ -14,8 +14,8 @@ from sqlalchemy import text
 from sqlalchemy.exc import OperationalError
 
 from avahazard.records.errors import AvahazardError
-from avahazard.store import schema, upkeep
 from avahazard.store import session as store_session
+from avahazard.store import tables, upkeep
 from avahazard.store.session import (
     database_name,
     database_url,
@@ -85,7 +85,7 @@ def test_writers_that_change_one_row_all_succeed(any_database: str) -> None:
 def downgraded(database: str, revision: str) -> None:
     engine = make_engine(database, migrates=True).execution_options(writes=True)
     with engine.begin() as connection:
-        config = schema._config()
+        config = tables._config()
         config.attributes["connection"] = connection
         command.downgrade(config, revision)
     engine.dispose()
@@ -105,10 +105,10 @@ def test_two_upgrades_at_once_do_no_harm(any_database: str) -> None:
 def test_an_upgrade_copies_the_file_before(database: str) -> None:
     downgraded(database, "0005")
     found = upgrade_database(database)
-    assert found.backup == f"{database}.before-{schema.head()}"
+    assert found.backup == f"{database}.before-{tables.head()}"
     assert upkeep.status(found.backup).revision == "0005"
     downgraded(database, "0005")
-    assert upgrade_database(database).backup == f"{database}.before-{schema.head()}-2"
+    assert upgrade_database(database).backup == f"{database}.before-{tables.head()}-2"
     assert upgrade_database(database).backup is None
     assert Path(found.backup).is_file()
 

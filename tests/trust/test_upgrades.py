@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from avahazard.store import schema
+from avahazard.store import tables
 from benchmarks.trust.commands import write_records
 from benchmarks.trust.places import Files
 from benchmarks.trust.upgrades import differences, earlier_revisions, upgrade_all
@@ -18,7 +18,7 @@ def test_every_row_outlives_an_upgrade(tmp_path: Path) -> None:
 
 
 def test_all_revisions_but_the_last_are_earlier() -> None:
-    assert {*earlier_revisions(), schema.head()} == set(schema._revisions())
+    assert {*earlier_revisions(), tables.head()} == set(tables._revisions())
 
 
 def test_a_row_that_changes_is_seen() -> None:

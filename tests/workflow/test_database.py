@@ -15,7 +15,7 @@ from sqlalchemy import text
 
 from avahazard import gis
 from avahazard.records.errors import AvahazardError, RejectedRows
-from avahazard.results.database import Import
+from avahazard.results.files import Import
 from avahazard.store.records import load_records, load_terrain
 from avahazard.store.session import reading, writing
 from avahazard.store.tables import DrawChunkTable

@@ -17,7 +17,7 @@ from pyarrow import parquet
 from avahazard import gis
 from avahazard.records.collection import Event, Path, Records
 from avahazard.records.errors import AvahazardError
-from avahazard.results.database import Layer
+from avahazard.results.files import Layer
 from avahazard.store import upkeep
 from avahazard.store.records import load_records, save_records
 from avahazard.store.results import BOUNDS, ZONES, latest_documents, save_model

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from avahazard.records.errors import AvahazardError
-from avahazard.results.made import ProjectRun
+from avahazard.results.files import ProjectRun
 from avahazard.store.results import list_models
 from avahazard.store.session import reading
 from avahazard.workflow import run as project

@@ -17,7 +17,7 @@ from avahazard.cli.main import app
 from avahazard.cli.project import _show_demo, show_loop
 from avahazard.report.language import TERMINAL, speaking
 from avahazard.results.base import Rows
-from avahazard.results.made import Demo
+from avahazard.results.files import Demo
 from avahazard.store.upkeep import status
 from avahazard.workflow import demo
 from avahazard.workflow.calibrate import calibrate

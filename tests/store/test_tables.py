@@ -12,7 +12,7 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import text
 
 from avahazard.records.errors import AvahazardError
-from avahazard.store import schema, upkeep
+from avahazard.store import tables, upkeep
 from avahazard.store.session import make_engine, reading
 from avahazard.store.tables import Base
 
@@ -28,16 +28,16 @@ def set_revision(database: str, revision: str) -> None:
 def add_old_revision(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
     """Put a further migration on top, so that a database of today is an old one."""
     migrations = folder / "migrations"
-    shutil.copytree(Path(str(schema.files("avahazard.migrations"))), migrations)
+    shutil.copytree(Path(str(tables.files("avahazard.migrations"))), migrations)
     (migrations / "versions" / "later.py").write_text(
         "from alembic import op\nimport sqlalchemy as sa\n"
-        f"revision = 'later'\ndown_revision = {schema.head()!r}\n"
+        f"revision = 'later'\ndown_revision = {tables.head()!r}\n"
         "def upgrade():\n"
         "    with op.batch_alter_table('paths') as batch:\n"
         "        batch.add_column(sa.Column('extra', sa.Text()))\n"
         "        batch.alter_column('name', new_column_name='title')\n"
     )
-    monkeypatch.setattr(schema, "files", lambda _: migrations)
+    monkeypatch.setattr(tables, "files", lambda _: migrations)
 
 
 def test_migrations_make_the_tables_of_the_models(any_database: str) -> None:
@@ -89,6 +89,6 @@ def test_an_old_database_is_refused_and_upgraded(
 
 
 def test_revisions_are_those_that_alembic_finds() -> None:
-    script = ScriptDirectory.from_config(schema._config())
-    assert schema.head() == script.get_current_head()
-    assert schema._revisions() == {r.revision: r.down_revision for r in script.walk_revisions()}
+    script = ScriptDirectory.from_config(tables._config())
+    assert tables.head() == script.get_current_head()
+    assert tables._revisions() == {r.revision: r.down_revision for r in script.walk_revisions()}
