@@ -109,7 +109,22 @@ FRENCH = ZoneSystem(
 )
 """French practice (plans de prévention des risques): red, blue, and yellow for the exceptional."""
 
-PRESETS = {limits.name: limits for limits in (SWISS, FRENCH)}
+AUSTRIAN = ZoneSystem(
+    "austrian",
+    # Guideline of the WLV (BMLFUW 2011): the design event comes once in about 150 years; red is
+    # over 10 kN/m2, yellow from 1 to 10 kN/m2.
+    (
+        ZoneLimits("red", RED, (Rule(150.0, 10.0),)),
+        ZoneLimits("yellow", YELLOW, (Rule(150.0, 1.0),)),
+    ),
+    (
+        "austrian: the limits are those of the pressure of the design event alone; powder, "
+        "frequent events and the judgement of the service are outside this model.",
+    ),
+)
+"""Austrian practice: red prohibits building, yellow allows it with conditions."""
+
+PRESETS = {limits.name: limits for limits in (SWISS, FRENCH, AUSTRIAN)}
 
 
 EXAMPLE = (

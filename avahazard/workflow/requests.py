@@ -51,7 +51,7 @@ def _periods(words: str) -> Option:
 
 RECORDS = VolumeSource()
 """Volumes as the records have them."""
-LIMITS = Option("swiss, french, or a TOML file of your own.", metavar="LIMITS")
+LIMITS = Option("swiss, french, austrian, or a TOML file of your own.", metavar="LIMITS")
 RELEASE_AREAS = Option("Polygons of release areas, a layer.", metavar="FILE")
 SEED = Option("Equal seeds, equal draws.", least=0, most=2**62)
 ONLY_PATHS = Option("Only this path; may be given again.", metavar="PATH")

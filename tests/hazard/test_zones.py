@@ -11,6 +11,7 @@ from avahazard.effects.catalogue import definition
 from avahazard.hazard.exceedance import exceeded_runout
 from avahazard.hazard.extremes import EventVolumes, annual_rate, one_volume
 from avahazard.hazard.zones import (
+    AUSTRIAN,
     FRENCH,
     N_PLACES,
     SWISS,
@@ -369,3 +370,11 @@ def test_french_red_begins_at_thirty_kilopascals() -> None:
     # 30 kPa of 100 are left at 70 % of the way.
     found = ends(FRENCH, {100.0: flow(500.0, 100.0), 300.0: flow(700.0, 100.0)})
     assert found[0] == ("red", 100.0, pytest.approx(100.0 + 0.7 * 400.0))
+
+
+def test_austrian_zones_end_where_the_design_event_presses_no_more() -> None:
+    # 10 kPa of 100 are left at 90 % of the way, 1 kPa at 99 %.
+    red, yellow = ends(AUSTRIAN, {150.0: flow(500.0, 100.0)})
+    assert red == ("red", 100.0, pytest.approx(100.0 + 0.9 * 400.0))
+    assert yellow[:2] == ("yellow", pytest.approx(100.0 + 0.9 * 400.0))
+    assert yellow[2] == pytest.approx(100.0 + 0.99 * 400.0, abs=2.0)

@@ -60,7 +60,8 @@ def test_equal_databases_give_equal_files(report_database: str, tmp_path: Path) 
     assert one.read_bytes() == other.read_bytes()
     assert document.to_dict() == {
         "model": "m", "file": str(one), "bytes": one.stat().st_size, "n_paths": 3, "n_events": 61,
-        "lacking": [], "notes": list(document.notes), "next": "avahazard add m season --as m+season",
+        "lacking": [], "notes": list(document.notes),
+        "next": "avahazard add m season --as m+season",
     }  # fmt: skip
     assert told == sorted(told)
     assert told[-1] == 1.0
