@@ -203,7 +203,7 @@ def test_what_has_no_volumes_is_left_out_or_needs_none(mine: str, write: Write) 
     [
         ("nobody", {}, "no model nobody"),
         ("metres", {}, "The scatter of metres is in metres"),
-        ("gibbs", {"limits": "austrian"}, "There are no limits 'austrian'"),
+        ("gibbs", {"limits": "norwegian"}, "There are no limits 'norwegian'"),
         ("gibbs", {"density": 0.0}, "The density is 0"),
         ("gibbs", {"density_sd": -1.0}, "The standard deviation of the density is -1"),
         ("gibbs", {"return_periods": [1.0]}, "The return period is 1"),
