@@ -86,7 +86,7 @@ class Avalanches:
 
 
 def least_scatter(avalanches: Avalanches) -> Floats:
-    """The scatter of friction, never quite nought; nought for one with scatter in metres."""
+    """The scatter of friction, never quite zero; zero for one with scatter in metres."""
     whole = (
         np.zeros_like(avalanches.scatter) if avalanches.sigma_m is not None else avalanches.scatter
     )

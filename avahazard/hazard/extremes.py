@@ -46,7 +46,7 @@ class Gev:
 
 
 def _nonzero(shape: Floats) -> Floats:
-    """The shape, next to nought where it is nought: so the formulas hold to the last digits."""
+    """The shape, next to zero where it is zero: so the formulas hold to the last digits."""
     return np.where(shape == 0.0, 1e-12, shape)
 
 
@@ -190,7 +190,7 @@ def event_volumes(
     over = np.minimum(np.hstack([rate[:, None], over, ends]), rate[:, None])
     with np.errstate(invalid="ignore", divide="ignore"):
         share = -np.diff(np.minimum.accumulate(over, axis=1), axis=1) / rate[:, None]
-    # A rate of nought has no volumes: any will do.
+    # A rate of zero has no volumes: any will do.
     share[rate <= 0.0] = 1.0 / n
     return EventVolumes(rate, nodes, share)
 

@@ -303,7 +303,7 @@ def _rate_under(descent, p, nu):  # type: ignore[no-untyped-def]
 
 @kernel(inner=True, forceinline=True)
 def _height(rate, wanted):  # type: ignore[no-untyped-def]
-    """log of a rate over the wanted one, not far below nought."""
+    """log of a rate over the wanted one, not far below zero."""
     return math.log(max(rate / wanted, RARE))
 
 

@@ -269,7 +269,7 @@ def design_interval(path: PathHazard) -> Note:
 
 
 def natural_parts(path: PathHazard) -> list[Note]:
-    """What varies from avalanche to avalanche, the volume apart."""
+    """The natural variability, the volume apart."""
     in_log = path.avalanches.in_log
     if path.avalanches.sigma_m is not None:
         family = "of_elevation"
@@ -342,7 +342,7 @@ def volume_stops(
         scatter = np.zeros(n_draws)
     curves, kind = _curves(here.curves)
     of = kind[draws.group[parameter], event]
-    # Draws by one curve together: its pieces are then at hand.
+    # Draws by one curve together: its pieces are then in the cache.
     order = np.argsort(of.astype(np.uint16), kind="stable")
     x, y, counts = draw_stops(
         *(curves, of[order], location[order], scatter[order]),

@@ -259,7 +259,7 @@ def without_record_error(records: Sequence[VolumeRecord]) -> list[VolumeRecord]:
 FEWEST_TELLING = 3
 """Maxima, or excesses, from which a path tells others of scale and shape."""
 IMPOSSIBLE = -1e6
-"""A log likelihood under this is one of nought: sums keep their digits."""
+"""A log likelihood under this is one of zero: sums keep their digits."""
 PATHS_AT_ONCE = 25
 """Paths whose log likelihoods are one piece of the sum of all, whoever adds them up."""
 
@@ -268,7 +268,7 @@ PATHS_AT_ONCE = 25
 class PooledPaths:
     """Sum of the log likelihoods of paths over the grid: of `n_paths` with `n_values` in all.
 
-    `possible` sums those that are not nought, `n_impossible` counts the paths whose is, both
+    `possible` sums those that are not zero, `n_impossible` counts the paths whose is, both
     `[n_scales, n_shapes]`: so one can be taken away again.
     """
 
@@ -288,7 +288,7 @@ class PooledPaths:
 
     @property
     def likelihood(self) -> Floats:
-        """The sum, -inf where a path has nought."""
+        """The sum, -inf where a path has zero."""
         return np.where(self.n_impossible == 0, self.possible, -np.inf)
 
 
@@ -350,7 +350,7 @@ class RegionVolumes:
         return float(self.kept["of maxima"])
 
     def likelihood(self, path_id: str) -> Floats:
-        """Log likelihood over the grid of `shape_grid`, as far as it is not nought."""
+        """Log likelihood over the grid of `shape_grid`, as far as it is not zero."""
         return _likelihood(self.family, self.sample(path_id), self.error(path_id))
 
     def tells(self, path_id: str) -> bool:

@@ -367,7 +367,7 @@ def zone_pieces(limits: ZoneSystem, x: Floats, exceeded: Mapping[float, Exceeded
 def _farthest(rule: Rule, x: Floats, exceeded: Exceeded) -> Floats:
     """The farthest x `[n_parameters]` where the rule holds, x[0] where it never does.
 
-    Pressure is straight between places, and falls to nought at the runout itself.
+    Pressure is straight between places, and falls to zero at the runout itself.
     """
     runout, pressure = exceeded.runout_x, exceeded.pressure_kpa
     least = rule.pressure_kpa_min

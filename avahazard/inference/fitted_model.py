@@ -98,7 +98,7 @@ class FittedModel:
     friction, but for the method metropolis the stop's elevation.
 
     `columns` describe the events that it is of, those of its calibration unless it was put on
-    others; `posterior` is their likelihood, where that is at hand.
+    others; `posterior` is their likelihood, where that is known.
 
     Of a calibration: `sampled`, the chains of the parameters that people read, the number of
     events that the method cannot use by reason (`left_out`), and sentences for people (`notes`).

@@ -58,7 +58,7 @@ class State:
 def dispersed_state(
     posterior: Posterior, mode: Mode, generators: Sequence[np.random.Generator]
 ) -> State:
-    """Starts of the chains, dispersed about the mode where the density is not nought."""
+    """Starts of the chains, dispersed about the mode where the density is not zero."""
     factor = np.asarray(np.linalg.cholesky(mode.covariance), dtype=np.float64)
     starts = [_dispersed(posterior, mode, factor, rng) for rng in generators]
     return State(np.array([u for u, _ in starts]), np.array([v for _, v in starts]), generators)

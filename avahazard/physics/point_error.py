@@ -144,7 +144,7 @@ def _penalty(x: Floats, y: Floats, sigma: Floats) -> float:
 def difference_error(x: Floats, y: Floats) -> tuple[float, float]:
     """The error (m) by fourth divided differences, and its relative standard error.
 
-    Such differences are nought on any cubic; what ground adds makes it too large.
+    Such differences are zero on any cubic; what ground adds makes it too large.
     """
     error = float(np.sqrt(_mean_square_difference(x, y)))
     return error, 0.5 * float(np.sqrt(VARIANCE_OF_DIFFERENCES / (len(x) - DIFFERENCES)))

@@ -51,7 +51,7 @@ def _speeds(cells, start, mu, x):  # type: ignore[no-untyped-def]
 def filled_speeds(speeds, stride):  # type: ignore[no-untyped-def]
     """Speeds `[n_friction, n_x]` from those at every `stride`-th friction.
 
-    u² is a cubic between these, and goes straight to nought where the block stops.
+    u² is a cubic between these, and goes straight to zero where the block stops.
     """
     n, n_x = speeds.shape
     square, fine = speeds.T.copy() ** 2, np.empty((stride * (n - 1) + 1, n_x))

@@ -184,7 +184,7 @@ def place_fault(event: Event, path: Path | None, profile: Profile) -> Fault | No
 
 
 def unseen_elevation(event: Event, path: Path, profile: Profile | None) -> float | None:
-    """Elevation (m) of a stop over the limit of sight of its path by more than its error; or None.
+    """Elevation (m) of a stop over the detection limit of its path by more than its error; or None.
 
     What goes on beyond such a limit, up the other side of a valley too, is seen.
     """

@@ -113,7 +113,7 @@ def why_words(name: str, ladder: list[Rung]) -> list[str]:
 
 
 def held_out_words(by: str) -> str:
-    """What was held out."""
+    """What is held-out."""
     return say("held-out paths") if by == "path" else say("held-out events")
 
 

@@ -210,7 +210,7 @@ def record_sigma(years: NDArray[np.int64]) -> Floats:
 
 
 def recorded_paths(world: World, runs: Runs) -> tuple[Path, ...]:
-    """The paths, with the limit of sight where it is known."""
+    """The paths, with the detection limit where it is known."""
     if not world.limit_known:
         return tuple(s.path for s in world.sites)
     return tuple(

@@ -37,8 +37,8 @@ def run_demo(folder: FilePath, report: Report = silent) -> Demo:
     """Import the twin into a new database in `folder`, calibrate it, give design runouts, report.
 
     `model` is calibrated by the marginal method, `gibbs` by the paper's sampler. Then the loop
-    finds a hidden effect in a made world. A second run makes the files anew and leaves others
-    alone. Raises `AvahazardError` where the folder cannot be made or written.
+    finds a hidden effect in a synthetic dataset. A second run makes its files anew, and
+    leaves others alone. Raises `AvahazardError` where the folder cannot be made or written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -489,7 +489,7 @@ def volume_notes(model: FittedModel, name: str) -> tuple[Note, ...]:
 
 
 def record_notes(records: Records, sites: Sequence[Site]) -> tuple[Note, ...]:
-    """Paths that miss their terrain, events that cannot be true, or are there twice, unseen stops.
+    """Paths that miss their terrain, events that cannot be true, or stand twice, undetected stops.
 
     An import refuses the second; a database of an earlier version may hold them.
     """

@@ -138,7 +138,7 @@ def diagnose(
     """Ask which effect a model lacks on observations.
 
     Paths may differ for reasons unknown in every fit, winters and storms where the records ask for
-    it, events that left and limits of sight are in the likelihood, and where friction scatters
+    it, events that left and detection limits are in the likelihood, and where friction scatters
     with heavy tails it is let to, before anything is blamed on physics.
 
     Candidates `expected` were declared beforehand, and are tested first.

@@ -103,7 +103,7 @@ def friction_variance(fit: Refit) -> FrictionVariance:
 
 
 class Detectable(NamedTuple):
-    """The smallest effect that would have been seen with 80 % power.
+    """The smallest effect that is detectable with 80 % power.
 
     As rms of log friction, in metres (H/L where that is recorded), and as the share that it would
     be of all that scatters log friction, errors of the records included: over 1 where even more
@@ -116,7 +116,7 @@ class Detectable(NamedTuple):
 
 
 def detectable(base: Refit, critical_gain: float) -> Detectable:
-    """The smallest effect that would have been seen with 80 % power.
+    """The smallest effect that is detectable with 80 % power.
 
     A shift of rms δ in log friction has, on n events of total variance s², a gain with
     non-centrality n δ²/s²; the gain must pass `critical_gain`, and be worth `MARGIN` after the

@@ -72,7 +72,7 @@ def error_budget(model: FittedModel, rng: np.random.Generator) -> ErrorBudget:
         differ: 0.5 * np.mean((runout[0, 0, 0] - runout[differ]) ** 2, axis=1)
         for differ in np.ndindex(2, 2, 2)
     }
-    # Where a source does next to nothing, its part can be drawn below nought.
+    # Where a source does next to nothing, its part can be drawn below zero.
     parameters, volume, scatter = np.maximum(_shapley(cost), 0.0)
     told = np.where(observations.kind == LEFT, 0.0, mean_record_sigma(model)) ** 2
     # The error of a record holds that of its release; an effect on it scales both.

@@ -139,7 +139,7 @@ def _limits(posterior: Posterior, coordinates: Floats) -> Floats:
 def _seen_first(excess: Floats, n_draws: int, rng: np.random.Generator) -> NDArray[np.int64]:
     """Index `[n_events, n_draws]` of draws that are seen; where too few are, some come twice.
 
-    `excess` `[n_events, n_stops]` is by how much (m) each draw stops above the limit of sight.
+    `excess` `[n_events, n_stops]` is by how much (m) each draw stops above the detection limit.
     Where hardly any is seen, those that come nearest count too.
     """
     chosen = np.empty((len(excess), n_draws), dtype=np.int64)

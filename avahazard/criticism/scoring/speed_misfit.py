@@ -147,7 +147,7 @@ def speed_misfit(observations: Observations, matched: MatchedSpeeds) -> Rows[Spe
     """The misfit of the speeds by place and by predicted speed.
 
     Thirds of the measured places. Speeds along a track go together, so tracks are what is counted:
-    their mean errors in a level against nought by Student's t, corrected for all levels (Holm).
+    their mean errors in a level against zero by Student's t, corrected for all levels (Holm).
     """
     error = matched.draws.mean(axis=1) - matched.observed
     rows = []

@@ -61,7 +61,7 @@ ITERATIONS = 200
 LEAST_CURVATURE = 0.05
 """Curvature that is taken where the density hardly bends down."""
 REFUSED = 1e10
-"""Cost where the density is nought."""
+"""Cost where the density is zero."""
 FIRST_SPREAD = 0.5
 """Coordinate from which spreads between groups are sought."""
 

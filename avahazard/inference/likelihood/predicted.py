@@ -352,7 +352,7 @@ def keep(kept: dict[Key, T], key: Key, value: T, most: int, size: int = 0) -> T:
 
 FAR = 9.0
 """Errors of a record beyond which nothing counts: more than `record_nodes.REACH`, so that what
-tails have at the ends of the tables is nought there too."""
+tails have at the ends of the tables is zero there too."""
 
 
 def stops_asked(
@@ -427,7 +427,7 @@ RUN_BYTES = 17 * len(MU)
 class KeptRuns:
     """Runs on the sites of observations; `curvature` is that of `run_blocks`.
 
-    Without a motion among the effects, or with a limit of sight (not `in_sight`), blocks are run
+    Without a motion among the effects, or with a detection limit (not `in_sight`), blocks are run
     over all frictions wherever their records lie, else `near` these.
     """
 

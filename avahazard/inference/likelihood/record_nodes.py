@@ -4,7 +4,7 @@ Across a jump of F, or to the end of the profile, records are taken as spread ev
 and real avalanches have no such gaps. A stop that is looked up (`physics.runout_curve`) never lies
 within a jump. Without a profile L = H/μ exactly, from H/L = 0.001 of a slide on the sea floor on.
 
-A declared limit of sight is of places: what stops above it is not seen, wherever its record would
+A declared detection limit is of places: what stops above it is not seen, wherever its record would
 have put it. So it is an edge of friction: of the record's likelihood the part below the edge
 counts, over the chance to be below it (`hidden_from`). Were the chance taken of records instead,
 records above the limit would be impossible in part, and friction be driven up without end. A limit
@@ -330,7 +330,7 @@ def fill_record_nodes(  # type: ignore[no-untyped-def]
 ):
     """The fields of `Nodes` but the last, for all events without speeds.
 
-    `limit` `[n_events]` are limits of sight that are estimated (else nan), `hidden_from` the edges
+    `limit` `[n_events]` are detection limits that are estimated (else nan), `hidden_from` the edges
     of those that are declared (else inf).
     """
     n = len(record)

@@ -52,7 +52,7 @@ def whitening(speed, sigma, spread, scatter):  # type: ignore[no-untyped-def]
     """Squares of measured speeds `[n_speeds]`, a matrix and a constant for their density.
 
     The matrix makes what the squares differ from those of the block independent unit errors. The
-    log density of the speeds (not of their squares) is less than nought by half the sum of the
+    log density of the speeds (not of their squares) is less than zero by half the sum of the
     squares of these and the constant. `spread` as in `SpeedRecord`.
     """
     square, error = squared(speed, sigma)

@@ -223,7 +223,7 @@ class Specification:
     """A friction law (of `laws.LAWS`) with its scatter and the effects added to the block.
 
     `distribution` is that of friction given volume; `tails` `student` lets friction scatter as
-    Student's t with 4 degrees of freedom, which bears wrong records. `centrifugal` keeps the
+    Student's t with 4 degrees of freedom, which is robust to outliers. `centrifugal` keeps the
     load of curvature on the bed. `forward` names what runs: the block, or the flow model whose
     stored runs stand in its place. `reference_volume_m3` scales the coordinate of a scatter that
     changes with volume; it is taken from the data of the calibration. `prior` is that of the law,

@@ -408,8 +408,8 @@ def even_nodes(n: int, apart: float) -> tuple[Floats, Floats]:
     """Evenly spaced nodes z `[n]` of a normal, `apart`, and weights with its moments up to five.
 
     A law can be so steep that friction changes between two nodes by more than it scatters: the
-    likelihood is then a comb, not the bell that it stands for. The few nodes of Gauss and Hermite
-    lie 1.4 apart. Even ones bear a bell as wide as half of `apart` (the trapezoidal rule, Trefethen
+    likelihood is then a comb, not the normal it stands for. The few nodes of Gauss and Hermite
+    lie 1.4 apart. Even ones bear one as wide as half of `apart` (the trapezoidal rule, Trefethen
     and Weideman 2014, SIAM Review 56, 385); a factor of 1 or nearly that makes up for cut tails.
     """
     z = apart * (np.arange(n) - (n - 1) / 2)
