@@ -1,5 +1,5 @@
 # Targets for people: setup demo test lint test-slow bench worlds docs.
-# For maintainers: frozen, lock, advisories, catalogues, paper-tables, tutorial, avanodes, alpha-beta, real-data, coverage, trust, mutation.
+# For maintainers: frozen, lock, advisories, catalogues, paper-tables, tutorial, avanodes, real-data, coverage, trust, mutation.
 VENV := .venv
 BENCH := .bench-venv
 AVAFRAME := .avaframe-venv
@@ -19,7 +19,7 @@ if [ -z "$$python" ]; then \
 fi
 endef
 
-.PHONY: setup developer avaframe qgis-plugin demo test lint test-slow bench worlds frozen docs paper-tables tutorial avanodes alpha-beta real-data coverage trust mutation catalogues lock advisories
+.PHONY: setup developer avaframe qgis-plugin demo test lint test-slow bench worlds frozen docs paper-tables tutorial avanodes real-data coverage trust mutation catalogues lock advisories
 
 # What only developers need is installed when a target of theirs asks for it.
 setup: $(VENV)/.installed
@@ -95,9 +95,6 @@ mutation: $(BENCH)/.installed
 
 avanodes: developer
 	$(PYTHON) -m benchmarks.avanodes
-
-alpha-beta: developer
-	$(PYTHON) -m benchmarks.alpha_beta
 
 real-data: developer
 	$(PYTHON) -m benchmarks.real_data

@@ -31,7 +31,7 @@ import avahazard.report.picture  # noqa: F401 (how results are drawn)
 from avahazard.progress import show_progress
 from avahazard.records.collection import Event, Profile
 from avahazard.records.errors import AvahazardError
-from avahazard.request import Request, many
+from avahazard.request import Request
 from avahazard.results.base import Rows, drawn
 from avahazard.results.calibration import Calibration, EffectEntry, ModelSummary
 from avahazard.results.comparison import Comparison, Ladder, Prediction
@@ -541,19 +541,17 @@ class Region:
         with show_progress() as report:
             return hazard(self.database, names, request, report)
 
-    def alpha_beta(
-        self, path_id: str | None = None, by: str | Sequence[str] = ()
-    ) -> Rows[TerrainRunout]:
+    def alpha_beta(self, path_id: str | None = None) -> Rows[TerrainRunout]:
         """The α-β runout of one path or all, a row for each regression; angles in degrees.
 
-        `by` names the regressions. Raises `AvahazardError` where there is no such path.
+        Raises `AvahazardError` where there is no such path.
 
         >>> region.alpha_beta("P01")[0].coefficients
         'norway'
         """
         from avahazard.workflow.path import alpha_beta_paths  # noqa: PLC0415
 
-        return alpha_beta_paths(self.database, path_id, requests.AlphaBetaRequest(by=many(by)))
+        return alpha_beta_paths(self.database, path_id)
 
     def effects(self) -> Rows[EffectEntry]:
         """The catalogue of effects, and what the present records lack for each.

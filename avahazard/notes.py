@@ -225,10 +225,6 @@ TERMINAL = {
     "simulated_before": "all runs were there already.",
     "no_beta_point": "the profile never flattens to 10°: there is no β-point.",
     "flattens_again": "the path flattens to 10° again at x = {places} m; the first place is taken.",
-    "beta_of_points": "AvaFrame's β-point is taken from the points as they are; on the smoothed "
-    "path it is at x = {x:.0f} m: bumps, or errors of the points, decide.",
-    "beta_of_points_alone": "AvaFrame's β-point is taken from the points as they are; on the "
-    "smoothed path there is none: bumps, or errors of the points, decide.",
     "friction_not_positive": "{share:.2%} of the draws of friction are 0 or less (normal "
     "distribution) and leave any profile",
     "in_ratio": "events without a profile, of which H/L alone is known, have H/L",

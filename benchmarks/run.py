@@ -60,10 +60,6 @@ ROWS = {
     "evidence": Target(
         "evidence", 200, "s an evidence", "time of dynesty's nested sampling over ours"
     ),
-    "alpha_beta": Target(
-        "alpha_beta", 65, "ms a line",
-        "time of AvaFrame's com2AB (its kernel, on a raster of four rows) over ours",
-    ),
     "help": Target(
         "programs", 1.5, "s per process",
         'time of `avahazard --help` over that of `python -c "import typer"`', True,

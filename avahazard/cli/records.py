@@ -365,6 +365,5 @@ def alpha_beta(
     \b
     Examples:
       avahazard alpha-beta P01
-      avahazard alpha-beta --by austria --by avaframe
       avahazard alpha-beta --plot baseline.png --model first
     """

@@ -12,13 +12,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.effects.site import Site, path_site, recorded_stops, release_place, stop_place
-from avahazard.hazard.alpha_beta import (
-    BY_NAME,
-    REGRESSIONS,
-    AlphaBeta,
-    Regression,
-    alpha_beta_runouts,
-)
+from avahazard.hazard.alpha_beta import REGRESSIONS, AlphaBeta, alpha_beta
 from avahazard.hazard.future_events import FutureEvents, classes_of
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.prediction import extrapolation
@@ -171,10 +165,6 @@ def _release(smooth: smoothing.SmoothProfile, path: Path, event: Event | None = 
     return release_place(smooth, elevation)
 
 
-SAME_PLACE_M = 20.0
-"""AvaFrame's β-points that lie no farther apart are one place: two of its steps."""
-
-
 BY_DEFAULT = AlphaBetaRequest()
 
 
@@ -183,17 +173,11 @@ def alpha_beta_paths(
 ) -> Rows[TerrainRunout]:
     """Return the α-β runout, for one path or all that have a profile.
 
-    By the regressions that the request names, else `hazard.alpha_beta.REGRESSIONS`. Raises
-    `AvahazardError` where the database, the path, its profile, a regression, or the model or its
-    bounds are missing, or `plot` is not the name of a picture.
+    By each of `hazard.alpha_beta.REGRESSIONS`. Raises `AvahazardError` where the database, the
+    path, its profile, or the model or its bounds are missing, or `plot` is not the name of a
+    picture.
     """
-    by, model, plot = request.by, request.model, request.plot
-    unknown = [name for name in by if name not in BY_NAME]
-    if unknown:
-        raise AvahazardError(
-            f"There are no α-β coefficients '{unknown[0]}'.", f"There are {', '.join(BY_NAME)}."
-        )
-    regressions = tuple(BY_NAME[name] for name in by) or REGRESSIONS
+    model, plot = request.model, request.plot
     with reading(database) as session:
         records = load_records(session)
         bounds: list[dict[str, Any]] | None = []
@@ -205,19 +189,17 @@ def alpha_beta_paths(
             f"No bounds by {model} are stored.", f"Make them first: avahazard hazard {model}"
         )
     paths = _paths(records, path_id)
-    found = [(path, *_runouts(records, path, regressions)) for path in paths]
+    found = [(path, *_runouts(records, path)) for path in paths]
     if plot is not None:
         _draw(plot, records, found, [HazardRow.from_dict(row) for row in bounds])
     return Rows(_row(path, smooth, one) for path, smooth, both in found for one in both)
 
 
-def _runouts(
-    records: Records, path: Path, regressions: tuple[Regression, ...]
-) -> tuple[smoothing.SmoothProfile, tuple[AlphaBeta, ...]]:
+def _runouts(records: Records, path: Path) -> tuple[smoothing.SmoothProfile, tuple[AlphaBeta, ...]]:
     profile = find_profile(records, path)
     smooth = smoothing.smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
     release_x = release_place(smooth, path.release_elevation_m)
-    return smooth, alpha_beta_runouts(profile.x_m, profile.y_m, smooth, release_x, regressions)
+    return smooth, tuple(alpha_beta(smooth, release_x, by) for by in REGRESSIONS)
 
 
 def _paths(records: Records, path_id: str | None) -> list[Path]:
@@ -254,23 +236,12 @@ def _row(path: Path, smooth: smoothing.SmoothProfile, found: AlphaBeta) -> Terra
 
 
 def _beta_notes(path: Path, found: AlphaBeta) -> tuple[Note, ...]:
-    notes = _of_points(path, found) if found.regression.first_step else ()
     if found.status == "no_beta_point":
-        return (Note("no_beta_point", path.path_id), *notes)
+        return (Note("no_beta_point", path.path_id),)
     if found.further_beta_x:
         places = [f"{x:.0f}" for x in found.further_beta_x]
         return (Note("flattens_again", path.path_id, places=places),)
-    return notes
-
-
-def _of_points(path: Path, found: AlphaBeta) -> tuple[Note, ...]:
-    """AvaFrame's β-point is one of the points, errors and all: say where these decide it."""
-    smoothed, beta = found.smoothed_beta_x, found.beta_x
-    if smoothed is None and beta is not None:
-        return (Note("beta_of_points_alone", path.path_id),)
-    if smoothed is None or (beta is not None and abs(smoothed - beta) <= SAME_PLACE_M):
-        return ()
-    return (Note("beta_of_points", path.path_id, x=smoothed),)
+    return ()
 
 
 def _draw(

@@ -246,14 +246,8 @@ class FrictionRequest(Request):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AlphaBetaRequest(Request):
-    """By which regressions, and the model whose latest bounds stand beside them in the picture."""
+    """The model whose latest bounds stand beside the regressions in the picture."""
 
-    by: Sequence[str] = option(
-        (),
-        "norway, austria, avaframe or avaframe-small; may be given several times. "
-        "[default: norway, austria]",
-        metavar="NAME",
-    )
     model: str | None = option(
         None, "Show the latest bounds by this model in the picture too.", metavar="NAME"
     )

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from avahazard.hazard.alpha_beta import AVAFRAME, REGRESSIONS, alpha_beta, alpha_beta_on_points
+from avahazard.hazard.alpha_beta import REGRESSIONS, alpha_beta
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
 from avahazard.results.hazard import Spread
@@ -58,32 +58,6 @@ def test_a_row_for_each_path_and_regression(mine: str) -> None:
         assert row.alpha_sd_deg == regression.sd_deg
     assert (rows[2].status, rows[2].runout_x_m) == ("no_beta_point", None)
     assert "never flattens to 10°" in rows[2].notes[0]
-
-
-@pytest.mark.parametrize("step_m", [0.0, 60.0])
-def test_avaframes_takes_the_points_and_says_where_bumps_decide(
-    database: str, write: Write, step_m: float
-) -> None:
-    x = np.arange(0.0, 2401.0, 10.0)
-    y = height(x) + _terrace(x, step_m)
-    points = "\n".join(f"bowl,{a},{b}" for a, b in zip(x.tolist(), y.tolist(), strict=True))
-    profile = write("profiles.csv", f"path_id,x_m,y_m\n{points}\n")
-    import_files(database, [write("paths.csv", "path_id\nbowl\n"), profile])
-    (row,) = alpha_beta_paths(database, None, AlphaBetaRequest(by=["avaframe"]))
-    expected = alpha_beta_on_points(x, y, row.release_x_m, AVAFRAME[0])
-    assert (row.beta_x_m, row.alpha_deg) == (expected.beta_x, expected.alpha_deg)
-    assert row.runout_x_m == expected.runout_x
-    if step_m:
-        assert row.beta_x_m < 700.0
-        smoothed = alpha_beta(smooth_profile(x, y), row.release_x_m, AVAFRAME[0]).beta_x
-        assert f"on the smoothed path it is at x = {smoothed:.0f} m" in row.notes[0]
-    else:
-        assert row.notes == ()
-
-
-def _terrace(x: np.ndarray, length: float) -> np.ndarray:
-    """What lifts the path to a level from 600 m on, so long, and down to where it was."""
-    return np.where((x > 600.0) & (x <= 600.0 + length), height(600.0) - height(x), 0.0)
 
 
 def test_a_picture_with_the_bounds_of_a_model(mine: str, tmp_path: Path) -> None:

@@ -49,13 +49,3 @@ def test_what_cannot_be_done(
     done = on_twin("alpha-beta", *words)
     assert (done.exit_code, done.stdout) == (status, "")
     assert message in done.stderr
-
-
-def test_coefficients_by_name(on_twin: Run) -> None:
-    done = on_twin("alpha-beta", "scey", "--by", "avaframe", "--by", "austria")
-    assert done.exit_code == 0
-    assert untold(done.stdout, "avaframe:", "com2AB", "austria:") == []
-    assert "norway" not in done.stdout
-    unknown = on_twin("alpha-beta", "--by", "iceland")
-    assert (unknown.exit_code, unknown.stdout) == (1, "")
-    assert untold(unknown.stderr, "iceland", "avaframe-small") == []
