@@ -192,10 +192,10 @@ def _tables(found: Line) -> list[str]:
             for c in one["candidates"][:3]
         )
         rows.append((name, f"`{one['verdict']}`", ", ".join(one["missing"]) or "–", best))
-    head = ("model", "verdict", "named", "leading: gain in nats, p of the best of all, p alone")
+    head = ("model", "verdict", "named", "leading candidates: gain (nats), family-wise p, p alone")
     texts = [table(head, rows)]
     if stops := rounds[0]["impossible_stops"]:
-        texts.append(f"Stops on ground too steep for any block: {', '.join(stops)}.")
+        texts.append(f"Stops recorded on ground too steep for any block: {', '.join(stops)}.")
     if rounds[0]["kept"] is None:
         return [*texts, *_speeds(names, rounds)]
     scores = list(zip(names, rounds, strict=True))
@@ -214,11 +214,12 @@ def _tables(found: Line) -> list[str]:
         p = "–" if one["p_extra"] is None else _p(one["p_extra"])
         terms.append((name, ", ".join(each[1:]), p))
     return [
-        f"Learnt from {rounds[0]['n']} events, judged by {rounds[0]['kept']['runout']['n']}.",
+        f"Fitted to {rounds[0]['n']} events, scored on {rounds[0]['kept']['runout']['n']} "
+        "held-out ones.",
         *texts,
-        table(("", "CRPS of the held-out third, m", "in 90 %", "log density", "CRPS by folds, m"),
-              rows),
-        table(("regression on", "coefficients on log(H/L)", "all but log V: p"), terms),
+        table(("", "CRPS of the held-out third (m)", "90 % coverage", "log density",
+               "CRPS by folds (m)"), rows),
+        table(("regression on", "coefficients on log(H/L)", "F test of all but log V: p"), terms),
     ]  # fmt: skip
 
 
@@ -232,7 +233,13 @@ def _speeds(names: list[str], rounds: list[Line]) -> list[str]:
         speed, runout = one["held_out"]["speed"], one["held_out"]["runout"]
         rows.append((name, f"{speed['crps_m_s']:.1f}", f"{speed['coverage_90']:.0%}",
                      f"{runout['crps_m']:.0f}", f"{runout['coverage_90']:.0%}"))  # fmt: skip
-    head = ("each held-out path", "CRPS of speed, m/s", "in 90 %", "CRPS of runout, m", "in 90 %")
+    head = (
+        "held-out by path",
+        "CRPS of speed (m/s)",
+        "90 % coverage",
+        "CRPS of runout (m)",
+        "90 % coverage",
+    )
     force = [
         f"{c['effect']} {c['force_witness']['value']:.2g} ± {c['force_witness']['se']:.2g}"
         for c in rounds[0]["candidates"]

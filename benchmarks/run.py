@@ -78,11 +78,11 @@ ROWS = {
         "diagnoses", 1, "CPU-s", "time of a diagnosis over five minutes", True
     ),
     "hazard_path": Target(
-        "regions", 7, "CPU-s a path", "time of the version before (0.35 s) over ours"
+        "regions", 7, "CPU-s a path", "time of an earlier version (0.35 s) over ours"
     ),
     "workers": Target("regions", 1.7, "s", "time of one process over that of two"),
     "compare_paths": Target(
-        "regions", 15, "CPU-s", "time of the version before (486 s, a fit for each path) over ours"
+        "regions", 15, "CPU-s", "time of an earlier version (486 s, a fit for each path) over ours"
     ),
     "scaling": Target("regions", 11, "CPU-s", "time of 10000 paths over that of 1000", True),
     "events": Target("regions", 11, "CPU-s", "time of 20000 events over that of 2000", True),

@@ -200,7 +200,7 @@ def run_limit_ground() -> Row:
     return (
         *against_loop("spline", 21),
         "as `run_limit`, on the spline through the same points, where blocks leave the ground and "
-        "land again: there ours finds where contact changes as well.",
+        "land again: ours then also finds the places of these changes.",
     )
 
 

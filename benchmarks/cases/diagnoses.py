@@ -60,7 +60,7 @@ def diagnose() -> Row:
     times = ", ".join(f"{name} {time:.0f} s" for name, time in found.items())
     note = (
         f"240 events on 9 paths, 199 simulated datasets (fewer where nothing is missing): {times}. "
-        "Theirs is the limit: nobody else offers it."
+        "*Theirs* is the limit, since no other program has a diagnosis."
     )
     return median(found.values()) / LIMIT_S, median(found.values()), LIMIT_S, note
 
@@ -93,8 +93,8 @@ def diagnose_records() -> Row:
         ours, peak = alone(PROCESS, large, small)
     note = (
         f"558 slides of the sea floor, {TIMES} times over, moved by {100 * MOVED:.0f} %: power "
-        f"law, 199 simulated datasets at most. Peak memory {peak:.0f} MB (wanted: {LIMIT_MB}). "
-        "Theirs is the limit."
+        f"law, 199 simulated datasets at most. Peak memory {peak:.0f} MB (target: {LIMIT_MB}). "
+        "*Theirs* is the limit."
     )
     return ours / RECORDS_LIMIT_S, ours, RECORDS_LIMIT_S, note
 

@@ -56,10 +56,10 @@ def evidence() -> Row:
     return (
         *times,
         f"`{CANDIDATE}` on 240 events of 9 paths that may differ, {len(fit.mode.u)} parameters. "
-        f"They agree within {off:.2f} nats (dynesty's runs by themselves within "
-        f"{np.ptp(found['theirs']):.2f}). Ours holds the search for the mode and its tables; "
+        f"They agree within {off:.2f} nats (dynesty's own runs within "
+        f"{np.ptp(found['theirs']):.2f}). Ours includes the search for the mode and its tables; "
         f"dynesty ({N_LIVE} live points, {np.mean(found['calls']):,.0f} densities) is given our "
-        "compiled density and tables made before.",
+        "compiled density and precomputed tables.",
     )
 
 

@@ -74,10 +74,10 @@ def marginal_nuts() -> Row:
         raise SystemExit(f"marginal_nuts: the two posteriors differ by {off:.2f} sd.")
     note = (
         f"the {posterior.observations.n_events} events of the demo, paths that may differ, "
-        f"{len(slots)} parameters; means agree within {off:.2f} sd. Both times hold the warm-up, "
-        "ours the search for the mode too; compiling is not counted. NUTS is given our mode to "
-        "start from (from random points it wanders where no record tells anything), and draws "
-        "the paths' offsets (not centred); we integrate over them. nutpie was not run."
+        f"{len(slots)} parameters; means agree within {off:.2f} sd. Both times include the "
+        "warm-up, ours also the search for the mode; compiling is not counted. NUTS is given "
+        "our mode to start from (from random points it wanders where the likelihood is flat), and "
+        "draws the paths' offsets (non-centred); we integrate over them. nutpie was not run."
     )
     return 1.0 / inverse, a, b, note
 

@@ -58,8 +58,8 @@ def import_rows() -> Row:
         ours()
         ratio, a, b = alternate(ours, _rival(folder), 3)
     note = (
-        f"{N_ROWS} events of six columns on {N_PATHS} paths, a column of words among them, which "
-        "is a row of its own; the rival has the rows ready in memory."
+        f"{N_ROWS} events of six columns on {N_PATHS} paths, one of them a column of text, "
+        "which is stored as a row of its own; the rival has the rows ready in memory."
     )
     return ratio, 1e6 * a / N_ROWS, 1e6 * b / N_ROWS, note
 

@@ -115,7 +115,7 @@ def compare_paths(n_paths: int = 1000) -> Row:
         fits = []
         ours = processor_seconds(lambda: fits.append(compare(database, "m").held_out.n_fits))
     note = (
-        f"{n_paths} simulated paths and events, the whole use case; paths are held out by "
+        f"{n_paths} simulated paths and events, the whole use case; held-out by path, in "
         f"{fits[0]} fits."
     )
     return COMPARE_BEFORE_S / ours, ours, COMPARE_BEFORE_S, note
@@ -133,7 +133,7 @@ def scaling(n_paths: int = 1000) -> Row:
     (few_s, few_mb), (many_s, many_mb) = (np.mean(each, axis=0) for each in found.values())
     note = (
         f"T = 100 years, {n_paths} paths and ten times as many, 3 records a path. Peak memory "
-        f"{many_mb:.0f} against {few_mb:.0f} MB: {many_mb / few_mb:.2f} times (wanted: "
+        f"{many_mb:.0f} against {few_mb:.0f} MB: {many_mb / few_mb:.2f} times (target: "
         f"{MOST_MEMORY:g})."
     )
     return float(many_s / few_s), float(many_s), float(few_s), note
@@ -150,6 +150,6 @@ def events(n_events: int = 2000) -> Row:
     note = (
         f"{n_events} events and ten times as many: `calibrate` {many[0]:.0f} against {few[0]:.0f} "
         f"s, `diagnose` {many[1]:.0f} against {few[1]:.0f} s with 40 simulated datasets; 20 events "
-        f"a path, nothing hidden. Peak memory {many[2]:.0f} MB (wanted: {MOST_MB})."
+        f"a path, nothing hidden. Peak memory {many[2]:.0f} MB (target: {MOST_MB})."
     )
     return sum(many[:2]) / sum(few[:2]), sum(many[:2]), sum(few[:2]), note

@@ -119,9 +119,10 @@ def mh_emcee() -> Row:
     if off > 0.15:
         raise SystemExit(f"mh_emcee: the two posteriors differ by {off:.2f} sd.")
     note = (
-        f"means of the two posteriors agree within {off:.2f} sd. Our time holds four chains with "
-        "their warm-up; emcee's burn-in is not counted. emcee calls our compiled log density once "
-        "for all walkers of a half step, and is given the better of two estimates of its ESS."
+        f"means of the two posteriors agree within {off:.2f} sd. Our time includes four chains "
+        "with their warm-up; emcee's burn-in is not counted. emcee calls our compiled log "
+        "density once for all walkers of a half step, and is given the better of two estimates "
+        "of its ESS."
     )
     return 1.0 / inverse, a, b, note
 

@@ -92,14 +92,14 @@ LEFT = {"left_profile": "1", "runout_x_m": "", "runout_elevation_m": ""}
 SETS: dict[str, Callable[[pd.DataFrame], pd.DataFrame]] = {
     "one event": lambda rows: rows[:1],
     "two events": lambda rows: rows[:2],
-    "one event that left": lambda rows: rows[:1].assign(**LEFT),
-    "all left the profile": lambda rows: rows.assign(**LEFT),
+    "one event beyond the profile": lambda rows: rows[:1].assign(**LEFT),
+    "all beyond the profile": lambda rows: rows.assign(**LEFT),
     "all volumes equal": lambda rows: _volumes(rows, volume_m3="30000"),
     "no volumes": _volumes,
-    "one stop many times": lambda rows: rows.assign(
+    "one repeated stop": lambda rows: rows.assign(
         **rows.iloc[0].drop("event_id"), event_id=[f"e{k}" for k in range(len(rows))]
     ),
-    "vague stops": lambda rows: rows.assign(runout_sigma_m="5000"),
+    "imprecise stops": lambda rows: rows.assign(runout_sigma_m="5000"),
     "exact stops": lambda rows: rows.assign(runout_sigma_m="0.001", volume_rel_sigma="0.001"),
     "all on one day": lambda rows: rows.assign(date="1999-02-09"),
     "no dates": lambda rows: rows.assign(date=""),

@@ -78,10 +78,11 @@ def page(found: Line) -> str:
     rows = [(row["fault"], row["commands"], row["told"]) for row in found["rows"]]
     return (
         table(("fault", "commands", "ended by a message"), rows)
-        + ("" if found["mounted"] else "\n\nDisks of one's own could not be mounted here.")
+        + ("" if found["mounted"] else "\n\nNo disk could be mounted on this machine.")
         + "\n\n"
         + bullets(
-            found["faults"], "No traceback, no message without a remedy, nothing half stored."
+            found["faults"],
+            "No traceback, no message without a remedy, no incomplete result.",
         )
     )
 

@@ -69,10 +69,10 @@ def page(found: Line) -> str:
     return (
         f"{sum(row['n_mutants'] for row in found['rows']):,} mutants.\n\n"
         + table(("form", "mutants", "accepted", "refused"), rows)
-        + f"\n\n{bullets(found['faults'], 'No traceback, and no reader that hangs.')}\n\n"
+        + f"\n\n{bullets(found['faults'], 'No traceback, and no reader that hung.')}\n\n"
         f"{found['chains']} of the accepted went through the chain: {found['done']:,} commands "
         f"succeeded, {found['refused']:,} were refused with a message.\n\n"
-        + bullets(found["chain_faults"], "None was at fault.")
+        + bullets(found["chain_faults"], "No fault.")
     )
 
 

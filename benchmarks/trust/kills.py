@@ -87,8 +87,8 @@ def page(runs: Sequence[Line]) -> str:
     return (
         f"{sum(row['kills'] for row in rows)} kills on "
         f"{' and '.join(dict.fromkeys(row['place'] for row in rows))}.\n\n"
-        + table(("command", "kills", "stood as before", "in between", "as after"), by_job)
-        + f"\n\n{len(wrong)} at fault:\n\n"
+        + table(("command", "kills", "state before", "partial", "state after"), by_job)
+        + f"\n\n{len(wrong)} with a fault:\n\n"
         + bullets(wrong, "None.")
     )
 

@@ -74,7 +74,7 @@ def page(found: Line) -> str:
     return (
         table(("revision", "rows", "upgrades", "with a difference"), rows)
         + "\n\n"
-        + bullets(wrong, "Every row is there as it was.")
+        + bullets(wrong, "Every row is unchanged.")
     )
 
 

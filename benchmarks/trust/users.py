@@ -79,7 +79,7 @@ def page(found: Line) -> str:
     return (
         table(("database", "users", "turns", "confirmed rows", "lost", "refused"), rows)
         + "\n\n"
-        + bullets([f for row in found["rows"] for f in row["faults"]], "Nobody was refused.")
+        + bullets([f for row in found["rows"] for f in row["faults"]], "No user was refused.")
     )
 
 

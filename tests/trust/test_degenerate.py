@@ -19,7 +19,7 @@ def slow(*given: str) -> ParameterSet:
     ("name", "note"),
     [
         ("one event", "m is based on 1 event only."),
-        slow("all left the profile", "log sigma is weakly identified"),
+        slow("all beyond the profile", "log sigma is weakly identified"),
         slow("all volumes equal", "n is weakly identified"),
     ],
 )
