@@ -231,13 +231,13 @@ BETWEEN_SCALE, BETWEEN_SHAPE = 0.2, 0.1
 """How far paths of one region differ in log scale and in shape (standard deviations)."""
 
 
-def shape_prior(centre: float = SHAPE_CENTRE, sd: float = SHAPE_SD, error: float = 0.0) -> Floats:
+def shape_prior(error: float = 0.0) -> Floats:
     """Log prior density `[n_scales, n_shapes]`: flat in log scale, normal in the shape.
 
     Where records have an `error` (sd), it is flat in the log of the scale with which they spread:
     flat in that of what lies under it, it would let the error be all there is.
     """
-    row: Floats = -0.5 * ((SHAPES - centre) / sd) ** 2
+    row: Floats = -0.5 * ((SHAPES - SHAPE_CENTRE) / SHAPE_SD) ** 2
     return np.asarray(row + 2.0 * (LOG_SCALES[:, None] - with_error(error)))
 
 
@@ -261,19 +261,19 @@ def regional_prior(others: Floats, error: float = 0.0) -> Floats:
     return np.asarray(np.log(np.maximum(blurred, 1e-300)))
 
 
-def gev_likelihood(sample: Floats, least: float = -np.inf, error: float = 0.0) -> Floats:
+def gev_likelihood(sample: Floats, error: float = 0.0) -> Floats:
     """Log likelihood `[n_scales, n_shapes, n_locations]` of maxima `[n]` recorded with an `error`.
 
     With normal errors of that sd they are taken for a GEV of the same mean and shape that spreads
-    by both (`with_error`). It is -inf where it is under `least`.
+    by both (`with_error`).
     """
     centred = sample - sample.mean()
     grids = (with_error(error), SHAPES, _locations(len(sample)))
-    return np.asarray(_gev_likelihood(centred, *grids, least))
+    return np.asarray(_gev_likelihood(centred, *grids))
 
 
 @kernel
-def _gev_likelihood(centred, log_scales, shapes, locations, least):  # type: ignore[no-untyped-def]
+def _gev_likelihood(centred, log_scales, shapes, locations):  # type: ignore[no-untyped-def]
     n, n_locations = len(centred), locations.shape[1]
     result = np.full((len(log_scales), len(shapes), n_locations), -np.inf)
     inside, smallest = np.empty(n * n_locations), np.empty(n_locations)
@@ -307,7 +307,7 @@ def _gev_likelihood(centred, log_scales, shapes, locations, least):  # type: ign
                 for m in range(n_locations):
                     total[m] -= row[m]
             for m in range(n_locations):
-                if smallest[m] <= 0.0 or total[m] < least:
+                if smallest[m] <= 0.0:
                     total[m] = -np.inf
     return result
 

@@ -1,20 +1,18 @@
-"""Files of the user that tell the frequency of volumes."""
+"""The file of the user that tells the frequency of volumes."""
 
 from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path as FilePath
-from typing import Annotated, TypeVar
+from typing import Annotated
 
-import numpy as np
 from pydantic import Field
 
-from avahazard.arrays import Floats
 from avahazard.records.cells import plain_cells
 from avahazard.records.conventions import UNKNOWN
 from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem, told_once
 from avahazard.records.forms import spell
-from avahazard.records.rows import ID, PLAIN, Name, Positive, Row, Year, check_rows
+from avahazard.records.rows import ID, PLAIN, Name, Positive, Row, check_rows
 from avahazard.records.table import read_tables
 
 
@@ -28,17 +26,6 @@ class ReturnVolumeRow(Row):
     volume_m3: Positive = Field(description="a volume in m3, over 0")
 
 
-class SnowDepthRow(Row):
-    """A three-day snow depth; of several in one year the largest counts."""
-
-    path_id: Name | None = Field(None, description=f"{ID}, or no such column: for all paths")
-    year: Year = Field(description="the year in which the winter ends")
-    depth_m: Positive = Field(description="a depth in m, over 0")
-
-
-R = TypeVar("R", bound=Row)
-
-
 def read_return_volumes(file: FilePath) -> dict[str, list[tuple[float, float]]]:
     """Rows of (return period in years, volume in m3) by path, in the order of the periods.
 
@@ -46,39 +33,6 @@ def read_return_volumes(file: FilePath) -> dict[str, list[tuple[float, float]]]:
     not acceptable, such as a volume that is not over that of a shorter period.
     """
     problems: list[RowProblem] = []
-    by_path: dict[str, list[tuple[float, float, int]]] = {}
-    for line, row in _rows(file, ReturnVolumeRow, problems):
-        by_path.setdefault(row.path_id, []).append((row.return_period_years, row.volume_m3, line))
-    for rows in by_path.values():
-        rows.sort()
-        for (years, before, _), (more_years, volume, line) in pairwise(rows):
-            if more_years == years or volume <= before:
-                accepted = f"a volume over {before:g}, that of {years:g} years; each period once"
-                problems.append(RowProblem(str(file), line, "volume_m3", f"{volume:g}", accepted))
-    if problems:
-        raise RejectedRows(problems)
-    return {key: [(years, volume) for years, volume, _ in rows] for key, rows in by_path.items()}
-
-
-def read_snow_depths(file: FilePath) -> dict[str | None, Floats]:
-    """The largest three-day snow depth (m) of each year `[n_winters]`, by path; None: for all.
-
-    Raises as `read_return_volumes`.
-    """
-    problems: list[RowProblem] = []
-    largest: dict[str | None, dict[int, float]] = {}
-    for _, row in _rows(file, SnowDepthRow, problems):
-        years = largest.setdefault(row.path_id, {})
-        years[row.year] = max(years.get(row.year, 0.0), row.depth_m)
-    if problems:
-        raise RejectedRows(problems)
-    return {
-        key: np.array([years[year] for year in sorted(years)]) for key, years in largest.items()
-    }
-
-
-def _rows(file: FilePath, form: type[R], problems: list[RowProblem]) -> list[tuple[int, R]]:
-    """The rows of the file; at least one."""
     try:
         tables = read_tables(file, problems)
     except OSError as error:
@@ -93,9 +47,18 @@ def _rows(file: FilePath, form: type[R], problems: list[RowProblem]) -> list[tup
     if not tables:
         raise RejectedRows(problems)
     table = plain_cells(spell(tables[0], (), problems), UNKNOWN, problems)
-    rows = list(check_rows(form, table.file, table.numbered(), problems))
-    problems[:] = told_once(problems)
-    if not rows and not problems:
-        columns = ", ".join(form.model_fields)
+    by_path: dict[str, list[tuple[float, float, int]]] = {}
+    for line, row in check_rows(ReturnVolumeRow, table.file, table.numbered(), problems):
+        by_path.setdefault(row.path_id, []).append((row.return_period_years, row.volume_m3, line))
+    for rows in by_path.values():
+        rows.sort()
+        for (years, before, _), (more_years, volume, line) in pairwise(rows):
+            if more_years == years or volume <= before:
+                accepted = f"a volume over {before:g}, that of {years:g} years; each period once"
+                problems.append(RowProblem(str(file), line, "volume_m3", f"{volume:g}", accepted))
+    if problems:
+        raise RejectedRows(told_once(problems))
+    if not by_path:
+        columns = ", ".join(ReturnVolumeRow.model_fields)
         raise AvahazardError(f"The file {file} has no rows.", f"Its columns: {columns}.")
-    return rows
+    return {key: [(years, volume) for years, volume, _ in rows] for key, rows in by_path.items()}

@@ -8,15 +8,21 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import reduce
-from typing import Any
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats, Ints
 from avahazard.engine import spread_map
-from avahazard.hazard.extremes import gev_likelihood, gpd_likelihood, over_locations
+from avahazard.hazard.extremes import (
+    LOG_SCALES,
+    SHAPES,
+    gev_likelihood,
+    gpd_likelihood,
+    over_locations,
+)
 from avahazard.hazard.volume_source import Family
 from avahazard.records.collection import WINTER_STARTS, Covariate, Event, Path
 from avahazard.records.errors import AvahazardError
@@ -259,40 +265,20 @@ def without_record_error(records: Sequence[VolumeRecord]) -> list[VolumeRecord]:
 FEWEST_TELLING = 3
 """Maxima, or excesses, from which a path tells others of scale and shape."""
 IMPOSSIBLE = -1e6
-"""A log likelihood under this is one of zero: sums keep their digits."""
+"""Stands for every log likelihood under it, so that sums keep their digits."""
 PATHS_AT_ONCE = 25
 """Paths whose log likelihoods are one piece of the sum of all, whoever adds them up."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PooledPaths:
-    """Sum of the log likelihoods of paths over the grid: of `n_paths` with `n_values` in all.
+class PooledPaths(NamedTuple):
+    """The sum of the log likelihoods `[n_scales, n_shapes]` of `n_paths` with `n_values` in all."""
 
-    `possible` sums those that are not zero, `n_impossible` counts the paths whose is, both
-    `[n_scales, n_shapes]`: so one can be taken away again.
-    """
-
-    n_paths: int = 0
-    n_values: int = 0
-    possible: Floats | float = 0.0
-    n_impossible: NDArray[np.int64] | int = 0
-
-    def plus(self, more: PooledPaths, sign: int = 1) -> PooledPaths:
-        """With other paths too, or without them (`sign` -1)."""
-        return PooledPaths(
-            self.n_paths + sign * more.n_paths,
-            self.n_values + sign * more.n_values,
-            self.possible + sign * more.possible,
-            self.n_impossible + sign * more.n_impossible,
-        )
-
-    @property
-    def likelihood(self) -> Floats:
-        """The sum, -inf where a path has zero."""
-        return np.where(self.n_impossible == 0, self.possible, -np.inf)
+    n_paths: int
+    n_values: int
+    likelihood: Floats
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class RegionVolumes:
     """Volume records of all paths, and what they say of scale and shape.
 
@@ -304,7 +290,6 @@ class RegionVolumes:
     recorded: dict[str, VolumeRecord]
     family: Family
     threshold_m3: float | None
-    kept: dict[str, Any] = field(default_factory=dict, init=False)
 
     def sample(self, path_id: str) -> Floats:
         """The yearly maxima of a path, or the excesses over its threshold, of log volume."""
@@ -321,85 +306,79 @@ class RegionVolumes:
         values = self.records[path_id].log_volumes
         return float(np.median(values)) if len(values) else 0.0
 
-    def error(self, path_id: str = "") -> float:
-        """What errors add to the spread of the yearly maxima of a path, or of all (log m3, sd).
+    def error(self, path_id: str) -> float:
+        """What errors add to the spread of the yearly maxima of a path (log m3, sd).
 
         The largest of several errs less than each: as maxima spread less than all volumes. 0 for
         excesses over a threshold, which are free of errors.
         """
-        if self.family == "gpd":
-            return 0.0
-        if path_id:
-            return self._error_of([self.recorded[path_id]])
-        if "error" not in self.kept:
-            self.kept["error"] = self._error_of(list(self.recorded.values()))
-        return float(self.kept["error"])
+        return self._error_of([self.recorded[path_id]])
+
+    @cached_property
+    def common_error(self) -> float:
+        """The same of all paths together."""
+        return self._error_of(list(self.recorded.values()))
 
     def _error_of(self, records: Sequence[VolumeRecord]) -> float:
         sigma = np.concatenate([np.empty(0), *(record.maxima_sigma for record in records)])
-        return self._of_maxima * float(np.sqrt(np.mean(sigma**2))) if len(sigma) else 0.0
+        if self.family == "gpd" or not len(sigma):
+            return 0.0
+        return self.of_maxima * float(np.sqrt(np.mean(sigma**2)))
 
-    @property
-    def _of_maxima(self) -> float:
-        """Spread of yearly maxima over that of all volumes, within paths; 1 at most; kept."""
-        if "of maxima" not in self.kept:
-            known = list(self.recorded.values())
-            maxima = _spread_within([r.log_maxima for r in known])
-            volumes = _spread_within([r.log_volumes for r in known])
-            self.kept["of maxima"] = min(maxima / volumes, 1.0) if volumes > 0.0 else 1.0
-        return float(self.kept["of maxima"])
+    @cached_property
+    def of_maxima(self) -> float:
+        """Spread of yearly maxima over that of all volumes, within paths; 1 at most."""
+        known = list(self.recorded.values())
+        maxima = _spread_within([r.log_maxima for r in known])
+        volumes = _spread_within([r.log_volumes for r in known])
+        return min(maxima / volumes, 1.0) if volumes > 0.0 else 1.0
 
     def likelihood(self, path_id: str) -> Floats:
-        """Log likelihood over the grid of `shape_grid`, as far as it is not zero."""
+        """Log likelihood over the grids of `extremes`, of a GEV over its location too."""
         return _likelihood(self.family, self.sample(path_id), self.error(path_id))
 
-    def tells(self, path_id: str) -> bool:
-        """Whether a path has enough to tell others of scale and shape."""
-        return len(self.sample(path_id)) >= FEWEST_TELLING
-
+    @cached_property
     def together(self) -> PooledPaths:
-        """What all paths that tell say together, by all workers; kept."""
-        if "together" not in self.kept:
-            telling = [path_id for path_id in self.records if self.tells(path_id)]
-            pieces = (telling[k : k + PATHS_AT_ONCE] for k in range(0, len(telling), PATHS_AT_ONCE))
-            samples = ([(self.sample(p), self.error(p)) for p in piece] for piece in pieces)
-            parts = spread_map(_told_by, self.family, samples)
-            self.kept["together"] = _sum_of(parts)
-        together: PooledPaths = self.kept["together"]
-        return together
+        """What all paths with enough values say together, by all workers."""
+        telling = [p for p in self.records if len(self.sample(p)) >= FEWEST_TELLING]
+        pieces = (telling[k : k + PATHS_AT_ONCE] for k in range(0, len(telling), PATHS_AT_ONCE))
+        samples = ([(self.sample(p), self.error(p)) for p in piece] for piece in pieces)
+        return _sum_of(spread_map(_told_by, self.family, samples))
 
     def others(self, path_id: str, likelihood: Floats) -> PooledPaths:
         """The same without a path, whose `likelihood` is given."""
-        if not self.tells(path_id):
-            return self.together()
-        own = _of_one(self.family, likelihood, len(self.sample(path_id)))
-        return self.together().plus(own, -1)
+        n_paths, n_values, total = self.together
+        n = len(self.sample(path_id))
+        if n < FEWEST_TELLING:
+            return self.together
+        return PooledPaths(n_paths - 1, n_values - n, total - _told(self.family, likelihood))
 
 
 def _sum_of(parts: Iterable[PooledPaths]) -> PooledPaths:
     """The sum of parts, added in their order."""
-    return reduce(PooledPaths.plus, parts, PooledPaths())
+    n_paths, n_values, total = 0, 0, np.zeros((len(LOG_SCALES), len(SHAPES)))
+    for part in parts:
+        n_paths, n_values = n_paths + part.n_paths, n_values + part.n_values
+        total = total + part.likelihood
+    return PooledPaths(n_paths, n_values, total)
 
 
 def _told_by(family: Family, samples: Sequence[tuple[Floats, float]]) -> PooledPaths:
     """What some paths say together, of each its sample and the error of that."""
     return _sum_of(
-        _of_one(family, _likelihood(family, sample, error), len(sample))
+        PooledPaths(1, len(sample), _told(family, _likelihood(family, sample, error)))
         for sample, error in samples
     )
 
 
-def _of_one(family: Family, likelihood: Floats, n_values: int) -> PooledPaths:
-    """What one path says of scale and shape alone, by its log `likelihood`."""
+def _told(family: Family, likelihood: Floats) -> Floats:
+    """What the log likelihood of a path says of scale and shape alone."""
     own = over_locations(likelihood) if family == "gev" else likelihood
-    impossible = own < IMPOSSIBLE
-    return PooledPaths(1, n_values, np.where(impossible, 0.0, own), impossible.astype(np.int64))
+    return np.maximum(own, IMPOSSIBLE)
 
 
 def _likelihood(family: Family, sample: Floats, error: float) -> Floats:
-    if family == "gpd":
-        return gpd_likelihood(sample)
-    return gev_likelihood(sample, least=IMPOSSIBLE, error=error)
+    return gpd_likelihood(sample) if family == "gpd" else gev_likelihood(sample, error)
 
 
 def _spread_within(samples: Sequence[Floats]) -> float:

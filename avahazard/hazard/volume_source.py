@@ -15,14 +15,12 @@ Family = Literal["gev", "gpd"]
 
 @dataclass(frozen=True, slots=True)
 class VolumeSource(Request):
-    """Where the frequency of volumes comes from: records, else one of the two files.
+    """Where the frequency of volumes comes from: records, or a table of the user's.
 
     A year begins in month `year_starts`. Rate and volumes are means over the observed years or, by
     the trend of the records, those of the year `as_of`.
     `family` is `gev` of yearly maxima or `gpd` over a threshold (m3; without one, the median of
-    each path's volumes). `table` holds (T, V) of the user's; `snowfall` three-day snow depths,
-    which `density_ratio` (density of the release over that of the deposit, about 200 over
-    400 kg/m3) makes volumes.
+    each path's volumes). `table` holds (T, V) of the user's.
     """
 
     family: Family = option(
@@ -46,18 +44,6 @@ class VolumeSource(Request):
         flag="--volumes",
         metavar="FILE",
     )
-    snowfall: FilePath | None = option(
-        None,
-        "Volumes from three-day snow depths over release_area_m2 of the path: CSV with "
-        "year, depth_m, and path_id where they differ.",
-        metavar="FILE",
-    )
-    density_ratio: float = option(
-        0.5,
-        "With --snowfall: density of the released snow over that of the deposit.",
-        metavar="RATIO",
-        over=0.0,
-    )
     year_starts: int = option(
         WINTER_STARTS,
         "Month in which a year begins: 10 for winters, 1 for calendar years.",
@@ -78,9 +64,7 @@ class VolumeSource(Request):
 
     def check(self) -> None:
         """Raise `AvahazardError` for values that do not go together."""
-        if self.table is not None and self.snowfall is not None:
-            raise AvahazardError("--volumes and --snowfall exclude each other.")
-        if self.as_of is not None and (self.table or self.snowfall) is not None:
+        if self.as_of is not None and self.table is not None:
             raise AvahazardError("--as-of is for volumes from records.")
         if self.threshold_m3 is not None and self.family != "gpd":
             raise AvahazardError("--threshold is for --frequency gpd.")

@@ -69,7 +69,6 @@ MEANINGS: dict[str, Meaning] = {
     "observed_to": _number("last year of observation"),
     "observed_below_m": _number("stops above are not seen", ABOVE_SEA, ELEVATION),
     "not_observed": _text("years in which nobody looked", "paths"),
-    "release_area_m2": _number("area of the release", "m2", None, "paths"),
     "width_m": _number("width of the flow", "m", None, "paths"),
     "x_m": _number("horizontal distance from the top", "m", ALONG),
     "y_m": _number("elevation of the point", ABOVE_SEA, ELEVATION),
@@ -101,7 +100,6 @@ MEANINGS: dict[str, Meaning] = {
     "speed_sigma_m_s": _number("error of the speed (sd)", "m/s", Limits((0.0, 500.0), (0.0, 50.0))),
     "return_period_years": _number("return period", "years"),
     "year": _number("year"),
-    "depth_m": _number("three-day snow depth", "m"),
 }
 
 

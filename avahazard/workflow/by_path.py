@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from avahazard.engine import spread_map
-from avahazard.hazard.frequency import KnownVolumes
 from avahazard.hazard.future_events import MAX_CLASSES
+from avahazard.hazard.volume_records import DatedVolumes, dated_volumes
 from avahazard.notes import Note
 from avahazard.records.collection import Event, Fingerprint, Records, of_path, paths_to_run
 from avahazard.records.errors import AvahazardError
@@ -43,7 +43,7 @@ class Survey:
     fingerprint: str
     digests: Mapping[str, bytes]
     with_profile: frozenset[str]
-    volumes: KnownVolumes
+    volumes: Sequence[DatedVolumes]
     others: tuple[Event, ...] = ()
 
     def paths_to_run(self, named: Sequence[str]) -> list[str]:
@@ -53,14 +53,14 @@ class Survey:
 
 def survey(session: Session) -> Survey:
     """Look over all records of a database."""
-    whole, volumes = Fingerprint(), KnownVolumes()
+    whole, volumes = Fingerprint(), list[DatedVolumes]()
     digests: dict[str, bytes] = {}
     with_profile: set[str] = set()
     for piece in load_by_pieces(session):
         for path in piece.paths:
             mine = of_path(piece, path.path_id)
             digests[path.path_id] = whole.add(mine)
-            volumes.add(path, mine.events)
+            volumes.append(dated_volumes(path, mine.events))
         with_profile.update(profile.path_id for profile in piece.profiles)
         pathless = tuple(event for event in piece.events if event.path_id is None)
         whole.add(Records(events=pathless, speeds=piece.speeds))

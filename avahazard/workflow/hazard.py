@@ -300,10 +300,8 @@ def _rate(
 def source_settings(source: VolumeSource) -> dict[str, Any]:
     """Where volumes come from, files by what they hold."""
     settings = asdict(source)
-    for key in ("table", "snowfall"):
-        file = settings[key]
-        if file is not None:
-            settings[key] = hashlib.sha256(file.read_bytes()).hexdigest()
+    if source.table is not None:
+        settings["table"] = hashlib.sha256(source.table.read_bytes()).hexdigest()
     return settings
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from avahazard.effects.own_file import TEMPLATE, read_effect_file
-from avahazard.hazard.frequency_files import read_return_volumes, read_snow_depths
+from avahazard.hazard.frequency_files import read_return_volumes
 from avahazard.hazard.zones import read_limits
 from avahazard.workflow.database import import_files
 from avahazard.workflow.requests import ImportRequest
@@ -29,7 +29,6 @@ STRAIGHT = "event_id,fall_height_m,runout_length_m,volume_m3,kind\n" + "".join(
 VOLUMES = (
     "path_id,return_period_years,volume_m3\nP01,10,2e4\nP01,100,9e4\nP02,10,1e4\nP02,100,7e4\n"
 )
-SNOW = "year,depth_m\n" + "".join(f"{1980 + k},{0.8 + 0.07 * (k * 7 % 11)}\n" for k in range(30))
 LIMITS = """
 [[zone]]
 name = "red"
@@ -73,7 +72,6 @@ def sources(folder: Path) -> list[Source]:
         Source("velocities", "velocities.csv", VELOCITIES.encode(), _table(","), _import),
         Source("workbook", "events.xlsx", workbook, mutants.mutate_workbook, _import, True),
         Source("volumes", "volumes.csv", VOLUMES.encode(), _table(","), _just(read_return_volumes)),
-        Source("snow depths", "snow.csv", SNOW.encode(), _table(","), _just(read_snow_depths)),
         Source("avahazard.toml", "avahazard.toml", PROJECT.encode(), _text, _just(read_project)),
         Source("limits", "limits.toml", LIMITS.encode(), _text, _read_limits),
         Source("effect file", "effect.py", TEMPLATE.encode(), _text, _just(read_effect_file)),

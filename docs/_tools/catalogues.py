@@ -20,7 +20,7 @@ from babel.messages.pofile import read_po, write_po
 from avahazard.criticism.scoring.where_it_fails import MONTHS
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.covariate import covariate
-from avahazard.hazard.alpha_beta import BY_NAME
+from avahazard.hazard.alpha_beta import REGRESSIONS
 from avahazard.hazard.volume_records import WINDOWS
 from avahazard.hazard.zones import PRESETS
 from avahazard.inference.model.choices import METHODS
@@ -71,7 +71,7 @@ def _said_of_itself() -> Iterator[str]:
     for limits in PRESETS.values():
         yield limits.name
         yield from (zone.name for zone in limits.zones)
-    yield from BY_NAME
+    yield from (regression.name for regression in REGRESSIONS)
     yield from MONTHS
     yield from WINDOWS.values()
 

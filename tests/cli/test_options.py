@@ -73,7 +73,7 @@ def test_what_was_not_asked_is_as_the_request_has_it() -> None:
     ("words", "named"),
     [
         (["--threshold", "5e3"], "--threshold"),
-        (["--volumes", "v.csv", "--snowfall", "s.csv"], "--snowfall"),
+        (["--volumes", "v.csv", "--as-of", "2000"], "--as-of"),
         (["-T", "1"], "return period is 1"),
         (["--draws", "3"], "--draws"),
         (["--frequency", "normal"], "gpd"),

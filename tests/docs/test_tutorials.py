@@ -15,9 +15,7 @@ from typer.testing import CliRunner
 from avahazard.cli.main import app
 from avahazard.hazard.frequency_files import (
     ReturnVolumeRow,
-    SnowDepthRow,
     read_return_volumes,
-    read_snow_depths,
 )
 from avahazard.records.rows import EventRow, PathRow, ProfileRow, StraightRow, VelocityRow
 
@@ -148,9 +146,8 @@ def test_the_forms_examples_are_imported(tmp_path: Path, monkeypatch: pytest.Mon
     assert runner.invoke(app, ["init"]).exit_code == 0
     done = runner.invoke(app, ["import", "records"])
     assert done.exit_code == 0, done.output
-    assert len(files) == 5 + 2
+    assert len(files) == 5 + 1
     assert read_return_volumes(tmp_path / "own_volumes.csv").keys() == {"north"}
-    assert read_snow_depths(tmp_path / "own_snowfall.csv").keys() == {None}
 
 
 def test_every_column_of_the_forms_is_on_the_page() -> None:
@@ -163,7 +160,6 @@ def test_every_column_of_the_forms_is_on_the_page() -> None:
         StraightRow,
         VelocityRow,
         ReturnVolumeRow,
-        SnowDepthRow,
     )
     columns = {name for form in forms for name in form.model_fields}
     assert {name for name in columns if f"`{name}`" not in page} == set()

@@ -13,17 +13,15 @@ from scipy import stats
 from avahazard.hazard.extremes import ThresholdDraws, annual_rate, gev_likelihood, over_locations
 from avahazard.hazard.frequency import (
     Frequencies,
-    KnownVolumes,
     ReturnLevel,
     VolumeFrequency,
     fit_volume_frequency,
     return_volume,
-    snowfall_frequency,
     table_frequency,
     volume_frequencies,
 )
 from avahazard.hazard.trend import fit_trend
-from avahazard.hazard.volume_records import VolumeRecord, region_of
+from avahazard.hazard.volume_records import VolumeRecord, dated_volumes, region_of
 from avahazard.hazard.volume_source import Family, VolumeSource
 from avahazard.records.collection import Event, Path
 from avahazard.records.errors import AvahazardError
@@ -233,7 +231,7 @@ def test_volumes_of_records_are_those_that_were_seen() -> None:
     fit = fitted([record("p", TRUTH.rvs(9, random_state=rng), 30)], rng)
     assert fit.source == "records"
     assert fit.volumes().seen_only
-    assert not replace(fit, source="given").volumes().seen_only
+    assert not replace(fit, record=None).volumes().seen_only
 
 
 def test_maxima_never_spread_more_than_all_volumes() -> None:
@@ -243,9 +241,9 @@ def test_maxima_never_spread_more_than_all_volumes() -> None:
     # All volumes are alike but for one: their spread is less than that of the maxima.
     volumes = np.append(np.full(40, 9.0), 9.5)
     alike = replace(known, log_volumes=volumes, volumes_sigma=np.zeros(41))
-    assert region_of([alike])._of_maxima == 1.0
+    assert region_of([alike]).of_maxima == 1.0
     twice = replace(known, log_volumes=maxima.mean() + 2.0 * (maxima - maxima.mean()))
-    assert region_of([twice])._of_maxima == pytest.approx(0.5)
+    assert region_of([twice]).of_maxima == pytest.approx(0.5)
 
 
 def test_the_method_tells_records_years_and_what_was_left_out() -> None:
@@ -339,9 +337,7 @@ def frequencies() -> Frequencies:
     none = np.empty(0)
     record = VolumeRecord("p", 1971, 2000, "a test", 12, 9, 0, none, none, none, none)
     refused = {"p": AvahazardError("There are no volumes.", "Measure some.")}
-    return Frequencies(
-        region_of([record]), refused, 5, VolumeSource(), None, None, {}, fit_trend([record])
-    )
+    return Frequencies(region_of([record]), refused, 5, VolumeSource(), None, fit_trend([record]))
 
 
 def test_its_rate_is_that_of_a_poisson_process(frequencies: Frequencies) -> None:
@@ -374,64 +370,7 @@ def held(thing: object) -> Iterator[object]:
 
 
 def test_a_refusal_holds_no_records() -> None:
-    known = KnownVolumes()
-    known.add(Path("P"), (Event("e", "P", runout_x_m=1.0),))
+    known = [dated_volumes(Path("P"), (Event("e", "P", runout_x_m=1.0),))]
     refused = volume_frequencies(known, 1).refused
     assert isinstance(refused["P"], AvahazardError)
     assert not any(isinstance(thing, Event) for thing in held([known, refused]))
-
-
-def test_any_area_of_release_over_nought_is_known() -> None:
-    known = KnownVolumes()
-    for name, area in (("small", 0.5), ("none", 0.0), ("words", "steep")):
-        known.add(Path(name, covariates={"release_area_m2": area}), (Event("e", name),))
-    assert known.areas == {"small": 0.5}
-
-
-DEPTH = stats.genextreme(0.05, 0.8, 0.25)
-AREA, RATIO = 12_000.0, 0.5
-
-
-def yearly_record(n_events: int, n_years: int) -> VolumeRecord:
-    none = np.empty(0)
-    return VolumeRecord(
-        "p", 2001 - n_years, 2000, "", n_events, n_events, 0, none, none, none, none
-    )
-
-
-def test_the_depth_of_the_period_times_area_and_density() -> None:
-    rng = np.random.default_rng(1)
-    depths = DEPTH.rvs(300, random_state=rng)
-    frequency = snowfall_frequency("p", depths, AREA, RATIO, None, rng)
-    for years in (10.0, 100.0):
-        found = return_volume(frequency, years)
-        assert found.q05_m3 < found.volume_m3 < found.q95_m3
-        truth = float(DEPTH.ppf(1.0 - 1.0 / years)) * AREA * RATIO
-        assert found.volume_m3 == pytest.approx(truth, rel=0.08)
-    assert "300 winters" in frequency.method
-    assert "one avalanche a year, for want of a record" in frequency.method
-    assert not return_volume(frequency, 600.0).extrapolated
-    assert return_volume(frequency, 601.0).extrapolated
-
-
-def test_volumes_come_as_often_as_depths_but_no_oftener_than_avalanches() -> None:
-    rng = np.random.default_rng(2)
-    depths = DEPTH.rvs(200, random_state=rng)
-    frequency = snowfall_frequency("p", depths, AREA, RATIO, yearly_record(20, 100), rng)
-    draws = frequency.draws
-    volume = draws.log_volume(0.01)
-    assert np.diag(draws.rate_over(volume)) == pytest.approx(-np.log1p(-0.01))
-    assert draws.rate_over(np.array([0.0]))[:, 0] == pytest.approx(draws.rate)
-    assert np.mean(draws.rate) == pytest.approx(0.205, rel=0.05)
-    volumes = frequency.volumes()
-    assert volumes.share.sum(axis=1) == pytest.approx(1.0)
-    # The commonest fifth of winters' avalanches are those of much snow.
-    small = (volumes.share * (np.exp(volumes.log_volume) < 0.9 * AREA * RATIO)).sum(axis=1)
-    assert np.mean(small) < 0.2
-
-
-@pytest.mark.parametrize("depths", [np.linspace(0.5, 1.0, 9), np.full(20, 0.7)])
-def test_too_few_winters(depths: np.ndarray) -> None:
-    with pytest.raises(AvahazardError, match="too few for path p") as error:
-        snowfall_frequency("p", depths, AREA, RATIO, None, np.random.default_rng(0))
-    assert "10 winters" in error.value.hint

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from avahazard.hazard.frequency_files import read_return_volumes, read_snow_depths
+from avahazard.hazard.frequency_files import read_return_volumes
 from avahazard.records.errors import AvahazardError, RejectedRows
 
 Write = Callable[[str, str], Path]
@@ -25,19 +25,9 @@ def test_every_bad_row_is_told(write: Write) -> None:
     assert len(found) > 2
 
 
-def test_the_largest_depth_of_each_year(write: Write) -> None:
-    text = "year,depth_m\n2001,0.5\n2000,1.1\n2001,0.9\n"
-    assert {k: v.tolist() for k, v in read_snow_depths(write("snow.csv", text)).items()} == {
-        None: [1.1, 0.9]
-    }
-    text = "year,depth_m,path_id\n2001,0.5,a\n2000,1.1,b\n2001,0.9,\n"
-    found = read_snow_depths(write("snow.csv", text))
-    assert {k: v.tolist() for k, v in found.items()} == {"a": [0.5], "b": [1.1], None: [0.9]}
-
-
 def test_files_that_cannot_be_read(write: Write, tmp_path: Path) -> None:
     with pytest.raises(AvahazardError, match="cannot be read"):
-        read_snow_depths(tmp_path / "nothing.csv")
+        read_return_volumes(tmp_path / "nothing.csv")
     with pytest.raises(AvahazardError, match="has no rows") as caught:
         read_return_volumes(write("empty.csv", "path_id,return_period_years,volume_m3\n"))
     assert "volume_m3" in caught.value.hint

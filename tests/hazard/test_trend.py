@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from avahazard.hazard.extremes import Gev, GevDraws
-from avahazard.hazard.frequency import KnownVolumes, return_volume, volume_frequencies
+from avahazard.hazard.frequency import return_volume, volume_frequencies
 from avahazard.hazard.trend import Slope, Trend, as_of, fit_trend, rate_factor
 from avahazard.hazard.volume_records import DatedVolumes, VolumeRecord
 from avahazard.hazard.volume_source import VolumeSource
@@ -118,7 +118,7 @@ def test_the_rate_of_a_year_is_as_uncertain_as_the_trend() -> None:
 
 def test_frequencies_of_a_year_say_so() -> None:
     rng = np.random.default_rng(8)
-    known = KnownVolumes([dated(record(rng, k, 0.02)) for k in range(6)])
+    known = [dated(record(rng, k, 0.02)) for k in range(6)]
     mean = volume_frequencies(known, 1)
     assert [note.key for note in mean.notes("p1")] == ["rate_trend"]
     found = {
@@ -144,7 +144,7 @@ def test_a_year_needs_records_of_a_trend() -> None:
     few = replace(dated(record(rng, 0)), year=np.arange(1990, 1995), n_undated=0)
     few = replace(few, month=few.year * 0 + 1, log_volume=few.year * 1.0, sigma=few.year * 0.0)
     with pytest.raises(AvahazardError, match="too few for a trend") as error:
-        volume_frequencies(KnownVolumes([few]), 1, VolumeSource(as_of=2000))
+        volume_frequencies([few], 1, VolumeSource(as_of=2000))
     assert "--as-of" in error.value.hint
     with pytest.raises(AvahazardError, match="--as-of is for volumes from records"):
         VolumeSource(as_of=2000, table="volumes.csv")  # type: ignore[arg-type]

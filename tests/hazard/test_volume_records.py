@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from avahazard.hazard.extremes import gev_likelihood, over_locations
-from avahazard.hazard.frequency import KnownVolumes, volume_frequencies
+from avahazard.hazard.frequency import volume_frequencies
 from avahazard.hazard.volume_records import (
     FEWEST_TELLING,
     PATHS_AT_ONCE,
@@ -159,8 +159,7 @@ def test_the_winters_of_the_data_set_without_observed_years() -> None:
     assert not record.own_years
     with pytest.raises(AvahazardError, match="No event of path r is dated"):
         volume_record(none, window)
-    known = KnownVolumes([sparse, other, none])
-    frequencies = volume_frequencies(known, 1)
+    frequencies = volume_frequencies([sparse, other, none], 1)
     (note,) = frequencies.notes("p")
     assert note.startswith("the rate of avalanches counts the path's records over the winters ")
     assert "from 2006 to 2022" in note
@@ -245,7 +244,7 @@ def test_all_paths_together_are_the_sum_of_each(records: list[VolumeRecord]) -> 
         ],
         axis=0,
     )
-    found = region.together()
+    found = region.together
     assert (found.n_paths, found.n_values) == (
         len(telling),
         sum(len(r.log_maxima) for r in telling),
@@ -260,7 +259,7 @@ def test_the_sum_is_the_same_by_any_number_of_workers(records: list[VolumeRecord
     for workers in (1, 3):
         set_workers(workers)
         try:
-            sums.append(region_of(records).together().likelihood)
+            sums.append(region_of(records).together.likelihood)
         finally:
             set_workers(None)
     np.testing.assert_array_equal(*sums)
@@ -269,30 +268,28 @@ def test_the_sum_is_the_same_by_any_number_of_workers(records: list[VolumeRecord
 def test_the_error_of_all_is_that_of_all_maxima(records: list[VolumeRecord]) -> None:
     region = region_of(records)
     sigma = np.concatenate([r.maxima_sigma for r in records])
-    expected = region._of_maxima * np.sqrt(np.mean(sigma**2))
-    assert [region.error(), region.error()] == pytest.approx([expected] * 2)
+    expected = region.of_maxima * np.sqrt(np.mean(sigma**2))
+    assert region.common_error == pytest.approx(expected)
     (one,) = (r for r in records if r.path_id == "P3")
-    alone = region._of_maxima * np.sqrt(np.mean(one.maxima_sigma**2))
+    alone = region.of_maxima * np.sqrt(np.mean(one.maxima_sigma**2))
     assert region.error("P3") == pytest.approx(alone)
     without = replace(one, log_maxima=np.empty(0), maxima_sigma=np.empty(0))
-    assert region_of([without]).error() == 0.0
+    assert region_of([without]).common_error == 0.0
 
 
 def test_workers_are_given_what_all_say_where_records_are_asked(
     records: list[VolumeRecord], tmp_path: FilePath
 ) -> None:
-    known = KnownVolumes(
-        [
-            DatedVolumes(
-                *(r.path_id, r.first_year, r.last_year, None),
-                *(1961 + np.arange(len(r.log_volumes)), np.ones(len(r.log_volumes), np.int64)),
-                *(r.log_volumes, r.volumes_sigma, 0),
-            )
-            for r in records
-        ]
-    )
-    assert "together" in volume_frequencies(known, 1).region.kept
+    known = [
+        DatedVolumes(
+            *(r.path_id, r.first_year, r.last_year, None),
+            *(1961 + np.arange(len(r.log_volumes)), np.ones(len(r.log_volumes), np.int64)),
+            *(r.log_volumes, r.volumes_sigma, 0),
+        )
+        for r in records
+    ]
+    assert "together" in vars(volume_frequencies(known, 1).region)
     table = tmp_path / "volumes.csv"
     table.write_text("path_id,return_period_years,volume_m3\nP1,30,1000\nP1,100,2000\n")
     of_table = volume_frequencies(known, 1, VolumeSource(table=table))
-    assert "together" not in of_table.region.kept
+    assert "together" not in vars(of_table.region)

@@ -15,9 +15,8 @@ from avahazard.records.errors import AvahazardError
     ("given", "named"),
     [
         ({"threshold_m3": 5e3}, "--threshold"),
-        ({"table": Path("v.csv"), "snowfall": Path("s.csv")}, "--snowfall"),
+        ({"table": Path("v.csv"), "as_of": 2000}, "--as-of"),
         ({"family": "gpd", "threshold_m3": -1.0}, "The threshold is -1"),
-        ({"density_ratio": 0.0}, "The density ratio is 0"),
     ],
 )
 def test_what_cannot_be(given: dict[str, Any], named: str) -> None:

@@ -209,7 +209,7 @@ def world() -> Records:
     slide = Event("slide", fall_height_m=1.0, runout_length_m=2.0)
     return replace(
         made,
-        paths=(*made.paths, Path("bare", covariates={"release_area_m2": 50.0})),
+        paths=(*made.paths, Path("bare")),
         events=(slide, *(e for e in made.events if e.path_id != last)),
         speeds=(Speed("slide", 3.0, 1.0, x_m=0.5), Speed(made.events[0].event_id, 9.0, 1.0, 9.0)),
     )
@@ -233,9 +233,7 @@ def test_it_tells_what_the_whole_records_do(filled: str, world: Records) -> None
     assert list(found.digests) == [path.path_id for path in world.paths]
     assert len(set(found.digests.values())) == len(world.paths)
     assert found.with_profile == {profile.path_id for profile in world.profiles}
-    whole = known_volumes(world)
-    assert found.volumes.areas == whole.areas == {"bare": 50.0}
-    for one, other in zip(found.volumes.paths, whole.paths, strict=True):
+    for one, other in zip(found.volumes, known_volumes(world), strict=True):
         for field in fields(one):
             np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name))
 

@@ -12,7 +12,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.store import upkeep
 from avahazard.workflow.database import import_files
 from avahazard.workflow.hazard import volumes
-from avahazard.workflow.requests import ImportRequest, VolumesRequest
+from avahazard.workflow.requests import VolumesRequest
 from tests.workflow.twin import DATA, twin_records
 
 Write = Callable[[str, str], Path]
@@ -69,26 +69,6 @@ def test_a_table_of_ones_own(twin: str, write: Write) -> None:
     assert len(found.notes) == 6
     with pytest.raises(AvahazardError, match="no row of path nants"):
         volumes(twin, VolumesRequest(paths=["nants"], source=source))
-
-
-def test_snowfall_needs_a_release_area(twin: str, write: Write) -> None:
-    rows = "year,depth_m\n" + "\n".join(f"{1960 + k},{0.4 + 0.03 * k}" for k in range(30))
-    source = VolumeSource(snowfall=write("snow.csv", rows), density_ratio=0.4)
-    with pytest.raises(AvahazardError, match="has no release_area_m2") as caught:
-        volumes(twin, VolumesRequest(paths=["scey"], source=source))
-    assert "--update" in caught.value.hint
-    import_files(
-        twin,
-        [write("paths.csv", "path_id,release_area_m2\nscey,20000\n")],
-        ImportRequest(update=True),
-    )
-    (entry,) = volumes(
-        twin, VolumesRequest(paths=["scey"], source=source, return_periods=[30.0])
-    ).rows
-    assert entry.levels[0].volume_m3 == pytest.approx(1.35 * 20000 * 0.4, rel=0.15)
-    only = VolumeSource(snowfall=write("snow.csv", rows.replace("depth_m", "depth_m,path_id", 1)))
-    with pytest.raises(AvahazardError):
-        volumes(twin, VolumesRequest(paths=["scey"], source=only))
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,7 @@ def test_json_is_one_document(model_database: Path) -> None:
     ("words", "message"),
     [
         (("--threshold", "100"), "is for --frequency gpd"),
-        (("--volumes", "a.csv", "--snowfall", "b.csv"), "exclude each other"),
+        (("--volumes", "a.csv", "--as-of", "2000"), "for volumes from records"),
         (("--frequency", "weibull"), "--frequency"),
     ],
 )
