@@ -171,14 +171,18 @@ class Model:
     def plot_friction(self, file: str | Path | None = None) -> Any:
         """Draw the model's friction over the volume, with the apparent friction of the events.
 
-        Raises `AvahazardError` where no event has a volume.
-
         >>> base.plot_friction(folder.parent / "friction.png").suffix
         '.png'
         """
-        from avahazard.workflow.friction import plot_laws  # noqa: PLC0415
+        from avahazard.workflow.friction import show_frictions  # noqa: PLC0415
 
-        return drawn(partial(plot_laws, [self._fitted()]), file)
+        def draw(file: Path) -> None:
+            request = requests.FrictionRequest(
+                model=self.name, plot=file, effect_files=self.effect_files
+            )
+            show_frictions(self.database, request=request)
+
+        return drawn(draw, file)
 
     def plot_residuals(self, file: str | Path | None = None) -> Any:
         """Draw the residuals of the events, in standard deviations of the model's scatter.
@@ -341,9 +345,9 @@ class Model:
         return export(self.database, self.name, Path(file))
 
     def _fitted(self) -> FittedModel:
-        from avahazard.workflow.friction import load_models  # noqa: PLC0415
+        from avahazard.workflow.stored import load_stored  # noqa: PLC0415
 
-        return load_models(self.database, [self.name], self.effect_files)[0]
+        return load_stored(self.database, self.name, self.effect_files)[0]
 
     def _with_effects(self, request: Query) -> Query:
         return cast(Query, replace(cast(Any, request), effect_files=self.effect_files))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +12,6 @@ from avahazard.cli.options import StoredModel, answers, argument, flag, output_f
 from avahazard.cli.output import ask, emit, table
 from avahazard.notes import counted
 from avahazard.records.errors import AvahazardError
-from avahazard.results.base import Rows
 from avahazard.results.files import (
     Checked,
     Copied,
@@ -21,11 +19,10 @@ from avahazard.results.files import (
     DatabaseState,
     Export,
     MadeWorld,
-    PaperFigure,
     Upgraded,
     WrittenReport,
 )
-from avahazard.workflow.requests import AvaframeRequest, FiguresRequest, ReportRequest, SynthRequest
+from avahazard.workflow.requests import AvaframeRequest, ReportRequest, SynthRequest
 
 OTHER_VERSION = {
     "old": "it was made by an older version: run `avahazard db upgrade`.",
@@ -214,37 +211,6 @@ def export(
         return
     found = ask("export.export_avaframe", name=name, folder=avaframe, request=request)
     emit(found, _exported)
-
-
-def _figures(console: Console, found: Rows[PaperFigure]) -> None:
-    rows = [(row.figure, row.shows, Path(row.file).name if row.file else None) for row in found]
-    folder = next((Path(row.file).parent for row in found if row.file), "no folder")
-    console.print(table(f"Figures in {folder}", ("figure", "shows", "file"), rows))
-
-
-def _not_drawn(found: Rows[PaperFigure]) -> Iterator[str]:
-    for row in found:
-        for note in row.notes or ():
-            yield f"No figure {row.figure} ({row.shows}): {note}"
-
-
-def paper_figures(
-    names: Annotated[
-        list[str] | None, argument("Stored models; without any, only what needs none is drawn.")
-    ] = None,
-    *,
-    request: FiguresRequest,
-) -> None:
-    """Draw every figure of Ancey (2005) from the records and stored models.
-
-    \b
-    Examples:
-      avahazard paper-figures
-      avahazard paper-figures all-metropolis all-gibbs --folder figures
-      avahazard paper-figures first --path P01 --format pdf
-    """
-    found = ask("friction.paper_figures", names=names or (), request=request)
-    emit(found, _figures, notes=_not_drawn)
 
 
 def _synthetic(console: Console, found: MadeWorld) -> None:

@@ -146,7 +146,6 @@ COMMANDS: tuple[Entry, ...] = (
     Entry("map", "hazard"),
     Entry("alpha-beta", "records"),
     Entry("report", "files"),
-    Entry("paper-figures", "files"),
     Entry("export", "files"),
     Entry("demo", "project"),
     Entry("synth", "files"),

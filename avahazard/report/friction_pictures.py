@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import islice
 from math import floor, log10
 from pathlib import Path
@@ -60,28 +59,22 @@ def _law(axes: Axes, view: FrictionView, volume: Floats, reference: Floats) -> N
     _over_volume(axes, "μ less effects on friction and of the path")
 
 
-def _over_volume(axes: Axes, upwards: str, **legend: Any) -> None:
+def _over_volume(axes: Axes, upwards: str) -> None:
     axes.set(xscale="log", ylim=(0.0, None), xlabel="volume (m³)", ylabel=upwards)
-    axes.legend(**{"fontsize": "small", **legend})
+    axes.legend(fontsize="small")
 
 
 def _densities(axes: Axes, densities: Sequence[FrictionDensity]) -> None:
     for density in densities:
         width, color = (2.5, "black") if density.path_id == "all" else (1.2, None)
-        _curve(axes, density, width, color, f"{density.path_id} ({density.n})")
+        inside = np.where(density.extrapolated, np.nan, density.pdf)
+        beyond = np.where(density.extrapolated, density.pdf, np.nan)
+        words = f"{density.path_id} ({density.n})"
+        (line,) = axes.plot(density.mu, inside, color=color, lw=width, label=words)
+        axes.plot(density.mu, beyond, "--", color=line.get_color(), lw=0.8)
     axes.set(xlim=(0.0, None), ylim=(0.0, None))
     axes.set(xlabel="apparent friction μ", ylabel="probability density")
     axes.legend()
-
-
-def _curve(
-    axes: Axes, density: FrictionDensity, width: float, color: str | None, words: str
-) -> None:
-    """A density, dashed beyond the records."""
-    inside = np.where(density.extrapolated, np.nan, density.pdf)
-    beyond = np.where(density.extrapolated, density.pdf, np.nan)
-    (line,) = axes.plot(density.mu, inside, color=color, lw=width, label=words)
-    axes.plot(density.mu, beyond, "--", color=line.get_color(), lw=0.8)
 
 
 N_VOLUMES = 200
@@ -211,102 +204,6 @@ def _joint(panel: Axes, one: tuple[str, Floats], other: tuple[str, Floats]) -> N
     panel.ticklabel_format(style="sci", scilimits=(-3, 4))
     panel.set_title(f"correlation {np.corrcoef(x, y)[0, 1]:.2f}".replace("-", "−"), fontsize=9)
     panel.legend(fontsize="small")
-
-
-FEWEST_BINS = 5
-
-
-def draw_with_normals(
-    file: Path,
-    title: str,
-    densities: Sequence[FrictionDensity],
-    frictions: Mapping[str, Floats],
-    moved: Mapping[str, Floats] | None = None,
-) -> None:
-    """Draw each density with its histogram and the normal of the same mean and sd.
-
-    `frictions` `[n]` by the density's `path_id`; `moved` `[2, n_points]` is the 90 % band of the
-    density when the records are moved within their errors.
-    """
-    n, size = len(densities), (8.0, 4.5) if len(densities) == 1 else (4.0, 3.0)
-    with panels(file, n, COLUMNS, size, sharex=True) as (drawn, each):
-        for panel, density in zip(each, densities, strict=True):
-            band = (moved or {}).get(density.path_id)
-            _density(panel, density, frictions[density.path_id], band)
-        for panel in each[-COLUMNS:]:
-            panel.tick_params(labelbottom=True)  # nothing stands below it
-        drawn.suptitle(title, fontsize=11)
-        drawn.supxlabel("apparent friction μ", fontsize=10)
-        drawn.supylabel("probability density", fontsize=10)
-
-
-def _density(panel: Axes, density: FrictionDensity, mu: Floats, band: Floats | None) -> None:
-    n_bins = max(FEWEST_BINS, round(2.0 * len(mu) ** (1 / 3)))
-    panel.hist(mu, bins=n_bins, density=True, color=STOPS, alpha=0.2)
-    if band is not None:
-        shade(panel, density.mu, band, ("0.5", 0.5), "90 % when records move by their errors")
-    _curve(panel, density, 1.8, "black", f"Holy, κ = {density.kappa:g}")
-    if np.ptp(mu) > 0.0:
-        draw_normal(panel, float(mu.mean()), float(mu.std(ddof=1)), "normal")
-    panel.set(xlim=(0.0, None), ylim=(0.0, 1.35 * panel.get_ylim()[1]))
-    whole = density.path_id == "all"
-    panel.set_title(f"{'all events' if whole else density.path_id} ({density.n})", fontsize=9)
-    panel.legend(fontsize="x-small", loc="upper right", frameon=False)
-
-
-# Told apart by colour-blind readers too (Okabe and Ito).
-COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-MARKS = ("o", "s", "^", "D", "v", "P", "X")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ModelLaw:
-    """A model's law with its scatter, and the events that it is a law of.
-
-    `volume` (m3) and `friction`, apparent and less what effects on friction and the path add,
-    are `[n_events]`.
-    """
-
-    name: str
-    view: FrictionView
-    volume: Floats
-    friction: Floats
-
-
-def draw_model_laws(file: Path, laws: Sequence[ModelLaw]) -> None:
-    """Draw the median law, its 90 %, the band of 90 % of avalanches, and the events, by model.
-
-    Events that an earlier model shows already, with the same frictions, are not drawn again.
-    """
-    with picture(file) as axes:
-        drawn: list[ModelLaw] = []
-        for k, law in enumerate(laws):
-            color, mark = COLORS[k % len(COLORS)], MARKS[k % len(MARKS)]
-            view = law.view
-            low, middle, high = view.law
-            if not any(_same(law, other) for other in drawn):
-                known = np.isfinite(law.volume) & np.isfinite(law.friction)
-                look: dict[str, Any] = {"color": color, "ms": 4, "alpha": 0.6, "mew": 0}
-                look["label"] = f"{law.name}: {int(known.sum())} events"
-                axes.plot(law.volume[known], law.friction[known], mark, **look)
-                drawn.append(law)
-            if view.scatter is not None:
-                edges, words = view.scatter[[0, 3]], f"{law.name}: 90 % of avalanches"
-                shade(axes, view.volume, edges, (color, 0.13), words)
-                for edge in edges:
-                    axes.plot(view.volume, edge, ":", color=color, lw=0.9)
-            axes.plot(view.volume, middle, color=color, lw=2, label=f"{law.name}: law, median")
-            axes.plot(view.volume, low, "--", color=color, lw=0.9)
-            axes.plot(view.volume, high, "--", color=color, lw=0.9, label=f"{law.name}: law, 90 %")
-        _over_volume(axes, "friction μ", fontsize="x-small", ncols=2 if len(laws) > 2 else 1)
-
-
-def _same(one: ModelLaw, other: ModelLaw) -> bool:
-    return (
-        one.volume.shape == other.volume.shape
-        and np.array_equal(one.volume, other.volume, equal_nan=True)
-        and np.allclose(one.friction, other.friction, rtol=1e-3, equal_nan=True)
-    )
 
 
 def draw_residuals(

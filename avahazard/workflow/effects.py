@@ -140,11 +140,6 @@ def own_effects(model: StoredModel, files: Sequence[Path]) -> tuple[Definition, 
     return tuple(effect.definition for effect in own.values())
 
 
-def files_of(files: Sequence[Path], effects: Sequence[str]) -> tuple[Path, ...]:
-    """Those of the files whose effect is among `effects`; nothing is run."""
-    return tuple(file for file in files if declared_key(read_text(file)) in effects)
-
-
 def read_own_of(model: StoredModel, files: Sequence[Path]) -> dict[str, EffectFile]:
     """The effects of these files by key, none of which runs unless it is that of the model.
 

@@ -7,11 +7,8 @@ stored model, whose law and scatter are then shown beside the events.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -32,8 +29,7 @@ from avahazard.records.collection import Event, Records, find_path, only_paths
 from avahazard.records.errors import AvahazardError
 from avahazard.report.html.content import FrictionView
 from avahazard.report.picture import require_picture
-from avahazard.results.base import Report, Rows, finite, silent
-from avahazard.results.files import PaperFigure
+from avahazard.results.base import Rows, finite
 from avahazard.results.friction import (
     ApparentEvent,
     Fits,
@@ -46,11 +42,8 @@ from avahazard.results.friction import (
     PerturbedParameter,
 )
 from avahazard.store.records import load_records
-from avahazard.store.results import load_model
 from avahazard.store.session import reading
-from avahazard.workflow.effects import files_of
-from avahazard.workflow.path import run_block
-from avahazard.workflow.requests import FiguresRequest, FrictionRequest, RunoutRequest
+from avahazard.workflow.requests import FrictionRequest
 from avahazard.workflow.stored import load_parameter_draws, load_stored, notes_of_fit, on_events
 
 N_POINTS = 201
@@ -355,142 +348,9 @@ def _entry(fit: LawFit, n_events: int) -> LeastSquares:
     )
 
 
-MU_SHOWN = 0.4
-"""The friction marked on F(μ) of a path whose events tell none."""
-
-
-def paper_figures(
-    database: str, names: Sequence[str], request: FiguresRequest, report: Report = silent
-) -> Rows[PaperFigure]:
-    """Draw the figures of the paper into a folder, which is made where it is not there.
-
-    Of the records: laws by least squares, densities of apparent friction with their normals, F(μ)
-    and F′ of each path. Of the models `names`: the posterior with its normals, residuals with
-    theirs, and friction against volume with all models in one picture. What the records do not
-    allow is a row without a file, and why. Raises `AvahazardError` where the database, a path or a
-    model is missing, there are no events, or the folder is a file.
-    """
-    folder = request.folder
-    if folder.exists() and not folder.is_dir():
-        raise AvahazardError(f"{folder} is a file.", "Name a folder for the figures: -o figures")
-    with reading(database) as session:
-        records = only_paths(load_records(session), request.paths)
-    observations = build_observations(records)
-    models = load_models(database, names, request.effect_files)
-    folder.mkdir(parents=True, exist_ok=True)
-    planned = [*_of_records(database, records, observations), *plan_of_models(database, models)]
-    made = []
-    for done, item in enumerate(planned):
-        report(f"Drawing {item.shows}", float(done), float(len(planned)))
-        file, notes = folder / f"{item.stem}.{request.kind}", None
-        try:
-            item.draw(file)
-        except AvahazardError as error:
-            notes = (error.message,)
-        drawn = str(file) if notes is None else None
-        made.append(PaperFigure(item.figure, item.shows, item.model, drawn, notes))
-    return Rows(made)
-
-
-def _of_records(database: str, records: Records, observations: Observations) -> Iterator[Planned]:
-    """What needs no model."""
-    found = apparent.back_calculate(observations, predict_records(observations, (), {}))
-    densities = friction_densities(found.mu, observations)
-    frictions = {d.path_id: _frictions(found, observations, d.path_id) for d in densities}
-    whole, by_path = ([d for d in densities if (d.path_id == "all") is of] for of in (True, False))
-    yield Planned("1", "laws by least squares", "1-laws", partial(_draw_fits, observations, found))
-    draw = partial(_draw_densities, "Apparent friction", whole, frictions, found)
-    yield Planned("2", "density of apparent friction", "2-friction", draw)
-    draw = partial(_draw_densities, "Apparent friction by path", by_path, frictions, None)
-    yield Planned("3", "the same by path", "3-friction-by-path", draw)
-    for profile in records.profiles:
-        mu = frictions.get(profile.path_id)
-        at = MU_SHOWN if mu is None else float(np.median(mu))
-        draw = partial(_draw_runout, database, profile.path_id, at)
-        yield Planned("F", f"F(μ) and F′ of {profile.path_id}", f"F-{profile.path_id}", draw)
-
-
-def _draw_runout(database: str, path_id: str, mu: float, file: Path) -> None:
-    run_block(database, path_id, RunoutRequest(mu=mu, table=True, plot=file))
-
-
-def _frictions(found: apparent.BackCalculation, observations: Observations, name: str) -> Floats:
-    """The apparent frictions `[n]` of a density's events."""
-    columns = observations.columns
-    mine = np.isfinite(found.mu)
-    if name != "all":
-        mine &= columns.path_index == columns.paths.index(name)
-    return found.mu[mine]
-
-
-def _draw_fits(observations: Observations, found: apparent.BackCalculation, file: Path) -> None:
-    fits, volume, mu = fit_laws_of(observations, found.mu)
-    from avahazard.report.friction_pictures import draw_laws  # noqa: PLC0415 (slow)
-
-    draw_laws(file, fits, volume, mu)
-
-
-def _draw_densities(
-    title: str,
-    densities: Sequence[FrictionDensity],
-    frictions: dict[str, Floats],
-    moved: apparent.BackCalculation | None,
-    file: Path,
-) -> None:
-    """`moved` holds the records moved within their errors, for the band of the first density."""
-    if not densities:
-        raise AvahazardError("There are no two events with an apparent friction on one path.")
-    from avahazard.report.friction_pictures import draw_with_normals  # noqa: PLC0415 (slow)
-
-    bands = {}
-    if moved is not None:
-        first = densities[0]
-        bands[first.path_id] = apparent.density_band(
-            moved.perturbation.mu, np.array(first.mu), apparent.DEFAULT_KAPPA
-        )
-    draw_with_normals(file, title, densities, frictions, bands)
-
-
 FEWEST = 3
 REACH = 5.0
 """The model's scatter is drawn over so many σ on either side."""
-
-
-@dataclass(frozen=True, slots=True)
-class Planned:
-    """A figure to draw: its number in the paper, what it shows, its file's stem, and how."""
-
-    figure: str
-    shows: str
-    stem: str
-    draw: Callable[[Path], Any]
-    model: str | None = None
-
-
-def load_models(
-    database: str, names: Sequence[str], effect_files: Sequence[Path]
-) -> list[FittedModel]:
-    """The stored models, each with those of the effect files that are its own."""
-    stored = []
-    for name in dict.fromkeys(names):
-        with reading(database) as session:
-            effects = load_model(session, name).effects
-        stored.append(load_stored(database, name, files_of(effect_files, effects))[0])
-    return stored
-
-
-def plan_of_models(database: str, models: Sequence[FittedModel]) -> Iterator[Planned]:
-    """What is drawn of models: two figures each, and one of all together."""
-    for stored in models:
-        name = stored.name
-        draw = partial(plot_posterior, database, stored)
-        yield Planned("4, 6a-c", f"posterior of {name}", f"4-6abc-posterior-{name}", draw, name)
-        draw = partial(plot_residuals, stored)
-        yield Planned("6d", f"residuals of {name}", f"6d-residuals-{name}", draw, name)
-    if models:
-        yield Planned(
-            "5, 7", "friction against volume", "5-7-friction-volume", partial(plot_laws, models)
-        )
 
 
 def standardised_residuals(model: FittedModel) -> tuple[Floats, str]:
@@ -543,20 +403,3 @@ def plot_posterior(database: str, stored: FittedModel, file: Path) -> None:
     draws = load_parameter_draws(database, stored.name)
     units = {name: told.unit for name, told in stored.calibration.parameters.items()}
     draw_posterior(file, stored.name, {k: v.ravel() for k, v in draws.items()}, units)
-
-
-def plot_laws(models: Sequence[FittedModel], file: Path) -> None:
-    """Friction against volume of all models, with the events."""
-    from avahazard.report.friction_pictures import ModelLaw, draw_model_laws  # noqa: PLC0415
-
-    laws = []
-    for stored in models:
-        view = friction_view(stored)
-        if view is None:
-            continue
-        mu = apparent_friction(stored)[0].mu * np.exp(-from_reference(stored))
-        volume = np.exp(stored.columns.log_volume)
-        laws.append(ModelLaw(stored.name, view, volume, mu))
-    if not laws:
-        raise AvahazardError("No event of these models has a volume.")
-    draw_model_laws(file, laws)

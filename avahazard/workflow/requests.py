@@ -260,16 +260,6 @@ class AlphaBetaRequest(Request):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FiguresRequest(Request):
-    """Which figures of the paper, and where they go."""
-
-    folder: Path = option(Path("paper-figures"), "Where the pictures are written.")
-    paths: Sequence[str] = option((), ONLY_PATHS)
-    kind: Literal["png", "svg", "pdf"] = option("png", "The kind of pictures.", flag="--format")
-    effect_files: Sequence[Path] = option((), EFFECT_FILES)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class HazardRequest(Request):
     """Return periods (years) and volumes (m3), and on which paths.
 

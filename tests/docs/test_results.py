@@ -125,8 +125,6 @@ def test_a_path_and_its_bounds(report_database: str, tmp_path: Path, on: Any) ->
     check("effect", on(file, "effect", "forest-drag"))
     check("report", on(file, "report", "m", "-o", str(tmp_path / "m.html")))
     check("export", on(file, "export", "m", "-o", str(tmp_path / "m.csv")))
-    figures = ("paper-figures", "--path", "scey", "--folder", str(tmp_path / "figures"))
-    check("paper-figures", on(file, *figures))
 
 
 def test_databases_and_worlds(tmp_path: Path, on: Any) -> None:

@@ -243,9 +243,6 @@ def _bracket(
 DEFAULT_KAPPA = 5.0
 MAX_NEWTON_STEPS = 200
 N_FOLDS = 10
-N_DENSITIES = 100
-LEVELS = (0.05, 0.95)
-FEWEST = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -318,23 +315,6 @@ def _held_out(mu: Floats, fold: Ints, kappa: float) -> float:
         psi = holy_density(mu[fold != k], kappa).psi(mu[fold == k])
         total += float(np.sum(2.0 * np.log(np.maximum(psi, 1e-300))))
     return total
-
-
-def density_band(moved: Floats, x: Floats, kappa: float) -> Floats:
-    """5 and 95 % `[2, n_points]` of Holy's density at x `[n_points]` under moved records.
-
-    `moved` `[n_replicates, n_events]` are apparent frictions of records moved within their
-    errors, nan where no friction stops there; the first `N_DENSITIES` are used. nan where fewer
-    than two frictions are left in each.
-    """
-    densities = [
-        holy_density(mu[np.isfinite(mu)], kappa).pdf(x)
-        for mu in moved[:N_DENSITIES]
-        if np.sum(np.isfinite(mu)) >= FEWEST
-    ]
-    if not densities:
-        return np.full((2, len(x)), np.nan)
-    return np.asarray(np.quantile(densities, LEVELS, axis=0))
 
 
 def _integral(mu: Floats, a: Floats, kappa: float) -> float:

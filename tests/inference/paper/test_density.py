@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.optimize import minimize
 
-from avahazard.inference.paper.apparent import HolyDensity, choose_kappa, density_band, holy_density
+from avahazard.inference.paper.apparent import HolyDensity, choose_kappa, holy_density
 from avahazard.records.errors import AvahazardError
 
 
@@ -114,31 +114,3 @@ def test_bad_input_is_refused() -> None:
         holy_density(np.array([np.nan]))
     with pytest.raises(AvahazardError, match="κ is -1"):
         holy_density(np.array([0.4]), -1.0)
-
-
-X = np.linspace(0.2, 0.8, 61)
-
-
-def test_the_band_opens_with_the_records_errors_and_holds_the_density() -> None:
-    rng = np.random.default_rng(1)
-    mu = rng.normal(0.5, 0.08, 60)
-    widths = []
-    for sd in (0.0, 0.01, 0.05):
-        low, high = density_band(mu + sd * rng.standard_normal((40, 60)), X, 20.0)
-        widths.append(float(np.mean(high - low)))
-        if sd == 0.01:
-            inside = (low <= holy_density(mu, 20.0).pdf(X)) & (
-                holy_density(mu, 20.0).pdf(X) <= high
-            )
-            assert inside.mean() > 0.7
-    assert widths[0] == 0.0
-    assert widths[0] < widths[1] < widths[2]
-
-
-def test_replicates_without_a_friction_are_left_out() -> None:
-    moved = np.full((5, 3), np.nan)
-    assert np.isnan(density_band(moved, X, 5.0)).all()
-    moved[2] = [0.4, 0.5, np.nan]
-    low, high = density_band(moved, X, 5.0)
-    assert np.array_equal(low, high)
-    assert np.all(low > 0.0)
