@@ -131,7 +131,7 @@ $(BENCH)/.installed: requirements-bench.lock pyproject.toml
 COMPILE := uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
   --no-emit-find-links --no-header
 lock:
-	$(COMPILE) --group build --extra gis --extra cluster --extra parquet \
+	$(COMPILE) --group build --extra gis --extra cluster \
 	  --output-file requirements.lock pyproject.toml
 	$(COMPILE) --extra dev --extra docs --constraint requirements.lock \
 	  $$(sed -n '/sys_platform/!s/^\([a-z0-9._-]*\)==.*/--no-emit-package \1/p' requirements.lock) \

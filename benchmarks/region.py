@@ -38,9 +38,8 @@ def main() -> None:
         "init": "init",
         "import": "import world",
         "calibrate": f"calibrate m --chains 2 {engine}",
-        "hazard --dry-run": f"hazard m --dry-run {engine}",
         "hazard": f"hazard m {engine}",
-        "export": "export m -o region.parquet",
+        "export": "export m -o region.csv",
     }
     with tempfile.TemporaryDirectory(prefix="avahazard-region-") as name:
         folder = Path(name)

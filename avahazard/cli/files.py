@@ -22,7 +22,7 @@ from avahazard.results.files import (
     Upgraded,
     WrittenReport,
 )
-from avahazard.workflow.requests import AvaframeRequest, ReportRequest, SynthRequest
+from avahazard.workflow.requests import ReportRequest, SynthRequest
 
 OTHER_VERSION = {
     "old": "it was made by an older version: run `avahazard db upgrade`.",
@@ -171,29 +171,15 @@ def _exported(console: Console, found: Export) -> None:
     console.print(table(found.file, ("layer", ">features", "crs"), rows))
 
 
+@answers("export.export", _exported)
 def export(
-    name: Annotated[str, argument("A model: with bounds by `hazard`, or for --avaframe any.")],
+    name: Annotated[str, argument("A model with bounds by `hazard`.")],
     file: Annotated[
-        Path | None,
-        output_file(
-            "Ends in .gpkg, .geojson, .csv, .xlsx or .parquet. An export that is there is replaced."
-        ),
-    ] = None,
-    avaframe: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FOLDER",
-            help="A new folder: an AvaFrame project for each path with terrain. The options below "
-            "are for it.",
-        ),
-    ] = None,
-    *,
-    request: AvaframeRequest,
+        Path,
+        output_file("Ends in .gpkg, .geojson, .csv or .xlsx. An export that is there is replaced."),
+    ],
 ) -> None:
-    """Write the bounds and zones of a model for a GIS or a spreadsheet; or AvaFrame projects.
-
-    A project has the inputs of com1DFA, its settings with the median friction, and in `draws`
-    future avalanches for a probability run.
+    """Write the bounds and zones of a model for a GIS or a spreadsheet.
 
     \b
     Examples:
@@ -201,16 +187,7 @@ def export(
       avahazard export first -o first.geojson
       avahazard export first -o first.csv
       avahazard export first -o first.xlsx
-      avahazard export first -o first.parquet
-      avahazard export flow --avaframe projects --draws 100
     """
-    if (file is None) == (avaframe is None):
-        raise typer.BadParameter("Give one of -o FILE and --avaframe FOLDER.")
-    if avaframe is None:
-        emit(ask("export.export", name=name, file=file), _exported)
-        return
-    found = ask("export.export_avaframe", name=name, folder=avaframe, request=request)
-    emit(found, _exported)
 
 
 def _synthetic(console: Console, found: MadeWorld) -> None:

@@ -10,12 +10,12 @@ from typing import Annotated, Any
 
 from rich.console import Console
 
-from avahazard.cli.options import CalibratedModel, answers, argument, flag, output_file
+from avahazard.cli.options import CalibratedModel, answers, argument, output_file
 from avahazard.cli.output import ask, emit, emit_rows, settings, show, table, warn
-from avahazard.notes import Note, counted, grouped
+from avahazard.notes import Note, grouped
 from avahazard.report import tables
-from avahazard.results.hazard import HazardPlan, HazardRow, Zones
-from avahazard.results.terrain import ChanceMap, SimulationPlan, Simulations
+from avahazard.results.hazard import HazardRow, Zones
+from avahazard.results.terrain import ChanceMap, Simulations
 from avahazard.workflow import requests
 
 
@@ -44,9 +44,6 @@ def hazard(
     names: Annotated[list[str], argument("A calibrated model; several are averaged.", "NAME…")],
     *,
     request: requests.HazardRequest,
-    dry_run: Annotated[
-        bool, flag("--dry-run", "Say what it will take, and compute nothing.")
-    ] = False,
 ) -> None:
     """Give the design runout of return periods, and the runout of volumes, path by path.
 
@@ -65,13 +62,9 @@ def hazard(
       avahazard hazard first -T 100 --frequency gpd
       avahazard hazard first -T 100 --volumes volumes.csv
       avahazard hazard first with-drag
-      avahazard hazard first --dry-run
       avahazard hazard first --engine processes --workers 8
       avahazard --json hazard first -V 20000 > bounds.json
     """
-    if dry_run:
-        emit(ask("hazard.plan_hazard", names=names, request=request), show_plan)
-        return
     found = ask("hazard.run_hazard", names=names, request=request)
     emit_rows(
         found.documents(),
@@ -160,39 +153,12 @@ def zones(name: CalibratedModel, *, request: requests.ZonesRequest) -> None:
     """
 
 
-def show_plan(console: Console, plan: HazardPlan) -> None:
-    """Print what a run of `hazard` will take."""
-    done = f", {plan.n_done} of them done already" if plan.n_done else ""
-    size = f"{counted(plan.n_paths, 'path')}{done}, {counted(plan.n_rows, 'row')}"
-    console.print(f"{size}, {plan.n_runs:.3g} runs.")
-    console.print(
-        f"About {duration(plan.seconds)} by {plan.engine} with {plan.workers} workers "
-        f"({plan.seconds_per_path:.2g} s a path, measured on {plan.measured_paths})."
-    )
-    for what, need, free in (
-        ("Memory", plan.memory_bytes, plan.memory_free_bytes),
-        ("Database", plan.stored_bytes, plan.disk_free_bytes),
-    ):
-        there = "" if free is None else f" of {free / 1e9:.2g} GB free"
-        console.print(f"{what}: about {need / 1e9:.2g} GB{there}.")
-
-
-def duration(seconds: float) -> str:
-    """A time as people say it."""
-    if seconds < 120.0:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"
-
-
 def simulate(
     paths: Annotated[
         list[str] | None, argument("Paths; all with terrain without one.", "[PATH]…")
     ] = None,
     *,
     request: requests.SimulateRequest,
-    dry_run: Annotated[
-        bool, flag("--dry-run", "Say what it will take at least, and run nothing.")
-    ] = False,
 ) -> None:
     """Run AvaFrame's com1DFA on the terrain of paths, over friction and volume.
 
@@ -201,16 +167,12 @@ def simulate(
 
     \b
     Examples:
-      avahazard simulate --dry-run
       avahazard simulate P01
       avahazard simulate P01 -V 5000 -V 50000 --drag 0.002
       avahazard simulate --engine processes --workers 8
     """
     asked = replace(request, paths=tuple(paths or ()))
-    if dry_run:
-        emit(ask("simulate.plan_simulations", request=asked), show_simulation_plan)
-    else:
-        emit(ask("simulate.simulate_paths", request=asked), show_simulations)
+    emit(ask("simulate.simulate_paths", request=asked), show_simulations)
 
 
 def show_simulations(console: Console, found: Simulations) -> None:
@@ -231,18 +193,6 @@ def show_simulations(console: Console, found: Simulations) -> None:
     ]
     heads = ("path", ">runs", ">new", "friction", "volume m³", "stop x m", ">left")
     console.print(table("Runs of com1DFA", heads, rows))
-
-
-def show_simulation_plan(console: Console, plan: SimulationPlan) -> None:
-    """Print what `simulate` will take."""
-    done = f", {plan.n_done} of them done already" if plan.n_done else ""
-    console.print(f"{counted(plan.n_paths, 'path')}, {counted(plan.n_runs, 'run')} at first{done}.")
-    by = "as stored runs took" if plan.measured else "guessed by the number of cells"
-    console.print(
-        f"About {duration(plan.seconds)} with {plan.workers} workers "
-        f"({plan.seconds_per_run:.0f} s a run, {by}); refining can take three times as long."
-    )
-    console.print(f"Database: about {plan.stored_bytes / 1e6:.2g} MB.")
 
 
 def map(

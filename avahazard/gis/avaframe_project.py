@@ -137,22 +137,11 @@ def write_project(
     ) as file:  # fmt: skip
         file.write(np.where(np.isfinite(crop.elevation_m), crop.elevation_m, NO_DATA), 1)
     _write_shape(inputs / "LINES" / "path_aimec.shp", shapely.LineString(ground.xy), crop.crs)
-    write_scenario(folder, crop.crs, corners, settings, "Inputs/CFGs/com1DFACfg.ini")
-
-
-def write_scenario(
-    folder: FilePath,
-    crs: str,
-    corners: Floats,
-    settings: Mapping[str, object],
-    file: str,
-    name: str = RELEASE,
-) -> None:
-    """Write the release `name` of a project, and the settings in `file` that run this one alone."""
-    _write_shape(folder / "Inputs" / "REL" / f"{name}.shp", shapely.Polygon(corners), crs)
+    _write_shape(inputs / "REL" / f"{RELEASE}.shp", shapely.Polygon(corners), crop.crs)
     lines = ["[GENERAL]", *(f"{key} = {value}" for key, value in settings.items())]
-    lines += ["", "[INPUT]", f"releaseScenario = {name}"]
-    (folder / file).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    lines += ["", "[INPUT]", f"releaseScenario = {RELEASE}"]
+    text = "\n".join(lines) + "\n"
+    (inputs / "CFGs" / "com1DFACfg.ini").write_text(text, encoding="utf-8")
 
 
 def _write_shape(file: FilePath, geometry: shapely.Geometry, crs: str) -> None:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-import struct
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path as FilePath
@@ -26,7 +25,7 @@ from shapely.geometry import mapping
 
 from avahazard.arrays import Floats
 from avahazard.gis.hazard_map import Feature, Kind, MapLayer, MappedPath, PathLine, moved_geometry
-from avahazard.gis.systems import WGS84, moved, read_system
+from avahazard.gis.systems import WGS84
 from avahazard.records.collection import TerrainCrop
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import plain
@@ -120,40 +119,6 @@ def _feature(kind: str, feature: Feature) -> dict[str, Any]:
         "geometry": mapping(turned),
         "properties": {"kind": kind, **plain(feature.attributes)},
     }
-
-
-Place = tuple[float, float, str]
-"""East (or longitude), north, and the system, such as `EPSG:31287`."""
-
-
-def point_column(systems: Collection[str]) -> tuple[Callable[[Place], bytes], str]:
-    """How a place becomes WKB in the one system of the column, and the metadata `geo`.
-
-    That system is the places' own where they share one, else WGS 84 (GeoParquet 1.1).
-    """
-    known = {name: read_system(name) for name in systems}
-    one = next(iter(known.values())) if len(known) == 1 else None
-    target = WGS84 if one is None else one
-
-    def wkb(place: Place) -> bytes:
-        east, north, name = place
-        source = known[name]
-        if source is not None and source != target:
-            ((east, north),) = moved(np.array([[east, north]]), source, target)
-        return struct.pack("<BIdd", 1, 1, east, north)
-
-    about = {
-        "version": "1.1.0",
-        "primary_column": "geometry",
-        "columns": {
-            "geometry": {
-                "encoding": "WKB",
-                "geometry_types": ["Point"],
-                "crs": target.to_json_dict(),
-            }
-        },
-    }
-    return wkb, json.dumps(about)
 
 
 OWNER = "avahazard"

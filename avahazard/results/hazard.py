@@ -182,30 +182,6 @@ def failed_document(path_id: str, reason: str) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, slots=True)
-class HazardPlan(Result):
-    """What a run of `hazard` will take, from a short measurement; nothing is computed or stored.
-
-    `n_runs` are draws of friction over all rows. Memory is that of all processes on this machine;
-    None where another machine does the work, or it cannot be told. `stored_bytes` is what the
-    database grows by.
-    """
-
-    n_paths: int
-    n_done: int
-    n_rows: int
-    n_runs: int
-    engine: str
-    workers: int
-    measured_paths: int
-    seconds_per_path: float
-    seconds: float
-    memory_bytes: int
-    memory_free_bytes: int | None
-    stored_bytes: int
-    disk_free_bytes: int | None
-
-
-@dataclass(frozen=True, slots=True)
 class Hazard(Result):
     """The rows of all paths, with notes for people."""
 

@@ -195,24 +195,6 @@ class Simulations(Result):
 
 
 @dataclass(frozen=True, slots=True)
-class SimulationPlan(Result):
-    """What `simulate` will take at least, before it refines; nothing is run.
-
-    `seconds_per_run` is that of runs that are stored, else a guess by the number of cells
-    (`measured` tells which).
-    """
-
-    n_paths: int
-    n_runs: int
-    n_done: int
-    workers: int
-    seconds_per_run: float
-    measured: bool
-    seconds: float
-    stored_bytes: int
-
-
-@dataclass(frozen=True, slots=True)
 class MappedBy(Result):
     """A path of a map: by which engine, and its largest annual chance in a cell."""
 

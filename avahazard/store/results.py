@@ -287,9 +287,11 @@ def begin_run(
     Raises `AvahazardError` where there is no such model.
     """
     load_model(session, model)
-    there = interrupted_run(session, kind, model, key)
+    unfinished = PathRunTable.key == key, PathRunTable.finished.is_(None)
+    there = session.scalar(_runs(kind, model).where(*unfinished))
     if there is not None:
-        return there
+        paths = select(PathResultTable.path_id).where(PathResultTable.run == there.id)
+        return there.id, set(session.scalars(paths))
     row = PathRunTable(kind=kind, model=model, key=key, settings=plain(settings), created=now())
     session.add(row)
     session.flush()
@@ -300,18 +302,6 @@ def _runs(kind: RunKind, model: str) -> Select[PathRunTable]:
     """Runs of one kind by a model, the latest first."""
     query = select(PathRunTable).where(PathRunTable.kind == kind, PathRunTable.model == model)
     return query.order_by(PathRunTable.finished.desc(), PathRunTable.id.desc()).limit(1)
-
-
-def interrupted_run(
-    session: Session, kind: RunKind, model: str, key: str
-) -> tuple[int, set[str]] | None:
-    """The run of this key that was not finished, with the paths that it has; None without one."""
-    unfinished = PathRunTable.key == key, PathRunTable.finished.is_(None)
-    run = session.scalar(_runs(kind, model).where(*unfinished))
-    if run is None:
-        return None
-    paths = select(PathResultTable.path_id).where(PathResultTable.run == run.id)
-    return run.id, set(session.scalars(paths))
 
 
 def save_paths(session: Session, run: int, results: Sequence[PathResult]) -> None:

@@ -8,7 +8,6 @@ import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
-from pathlib import Path
 from pathlib import Path as FilePath
 from sqlite3 import Connection as SqliteConnection
 from typing import Any
@@ -190,12 +189,6 @@ def writing(database: str) -> Iterator[Session]:
     with _session(database, writes=True) as session:
         yield session
         session.commit()
-
-
-def database_file(database: str) -> Path | None:
-    """The file of a database, None for one on a server."""
-    name = sqlite_file(database_url(database))
-    return None if name is None else Path(name).absolute()
 
 
 @contextmanager

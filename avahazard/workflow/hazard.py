@@ -3,22 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-import json
-import os
-import shutil
-import sys
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
-from statistics import mean
 from typing import Any
 
 import numpy as np
 
-from avahazard.engine import chosen
 from avahazard.hazard.extremes import EventVolumes
 from avahazard.hazard.frequency import (
     Frequencies,
@@ -40,7 +33,6 @@ from avahazard.request import many
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.hazard import (
     Hazard,
-    HazardPlan,
     HazardRow,
     PathVolumes,
     ReturnLevel,
@@ -49,17 +41,13 @@ from avahazard.results.hazard import (
     failed_document,
 )
 from avahazard.store.records import load_records
-from avahazard.store.results import AVERAGE, BOUNDS, interrupted_run, read_run
-from avahazard.store.session import database_file, reading
-from avahazard.workers import n_workers
+from avahazard.store.results import AVERAGE, BOUNDS, read_run
+from avahazard.store.session import reading
 from avahazard.workflow.by_path import (
     PathDocuments,
     PathRun,
     PathTask,
     PathWork,
-    path_answer,
-    path_tasks,
-    run_key,
     run_paths,
     went_on,
 )
@@ -303,105 +291,6 @@ def source_settings(source: VolumeSource) -> dict[str, Any]:
     if source.table is not None:
         settings["table"] = hashlib.sha256(source.table.read_bytes()).hexdigest()
     return settings
-
-
-MEASURED = 4
-"""Paths that are measured, evenly over all; one more is run first, unmeasured."""
-
-
-def plan_hazard(database: str, names: str | Sequence[str], request: HazardRequest) -> HazardPlan:
-    """Say what `run_hazard` will take with the same arguments; nothing is stored.
-
-    Raises `AvahazardError` as that does, and where memory or disk will not do.
-    """
-    work, _ = hazard_work(database, names, request)
-    path_ids = work.path_ids
-    with reading(database) as session:
-        key = run_key(work)
-        _, done = interrupted_run(session, work.kind, work.model.model, key) or (0, set[str]())
-    places = np.unique(np.linspace(0, len(path_ids) - 1, MEASURED).astype(int))
-    tasks = list(path_tasks(database, work.survey, [path_ids[k] for k in places]))
-    before = peak_bytes()
-    shared = work.answer, work.survey.others
-    path_answer(shared, tasks[0])
-    seconds, sizes = [], []
-    for task in tasks:
-        began = time.perf_counter()
-        found = path_answer(shared, task)
-        seconds.append(time.perf_counter() - began)
-        sizes.append(len(json.dumps(found.documents)))
-    peak, workers, engine = peak_bytes(), n_workers(), chosen()
-    elsewhere = engine.scheduler is not None
-    memory = peak + (workers - 1) * (peak - before)
-    if engine.name != "local":
-        # Each process holds about what this one does.
-        memory = peak * (1 if elsewhere else workers + 1)
-    rows = max(1, len(work.settings["return_periods"]) + len(work.settings["volumes"]))
-    file = database_file(database)
-    n_left = len(path_ids) - len(done)
-    plan = HazardPlan(
-        n_paths=len(path_ids),
-        n_done=len(done),
-        n_rows=rows * len(path_ids),
-        n_runs=rows * len(path_ids) * request.draws,
-        engine=engine.name,
-        workers=workers,
-        measured_paths=len(tasks),
-        seconds_per_path=mean(seconds),
-        seconds=mean(seconds) * n_left / workers,
-        memory_bytes=memory,
-        memory_free_bytes=free_bytes(),
-        stored_bytes=int(mean(sizes) * n_left),
-        disk_free_bytes=None if file is None else shutil.disk_usage(file.parent).free,
-    )
-    _refuse(plan, peak)
-    return plan
-
-
-def _refuse(plan: HazardPlan, taken: int) -> None:
-    """Raise `AvahazardError` for what cannot fit; `taken` bytes are this process's already."""
-    needs: list[tuple[str, int, int | None, Any]] = [
-        ("memory", plan.memory_bytes - taken, plan.memory_free_bytes, "Take fewer --workers."),
-        ("disk", plan.stored_bytes, plan.disk_free_bytes, "Put the database elsewhere (--db)."),
-    ]
-    for what, need, free, hint in needs:
-        if free is not None and need > free:
-            raise AvahazardError(
-                f"This needs about {need / 1e9:.2g} GB more of {what}, and {free / 1e9:.2g} GB are "
-                "free.",
-                hint,
-            )
-
-
-MEMINFO = Path("/proc/meminfo")
-CGROUP = Path("/sys/fs/cgroup")
-LIMIT, USED, STAT = CGROUP / "memory.max", CGROUP / "memory.current", CGROUP / "memory.stat"
-
-
-def peak_bytes() -> int:
-    """The most that this process has held so far; 0 where the system does not tell."""
-    try:
-        import resource  # noqa: PLC0415 (not on Windows)
-    except ImportError:
-        return 0
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else 1024 * peak
-
-
-def free_bytes() -> int | None:
-    """What may still be taken on this machine, or in this container; None where unknown."""
-    found = []
-    if MEMINFO.is_file():
-        lines = MEMINFO.read_text(encoding="ascii").splitlines()
-        found += [1024 * int(line.split()[1]) for line in lines if line.startswith("MemAvailable")]
-    elif hasattr(os, "sysconf") and "SC_PHYS_PAGES" in os.sysconf_names:
-        found.append(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    # A container may have less; files that it has read count as used, and are given back.
-    with suppress(OSError, ValueError, KeyError):
-        stat = dict(line.split() for line in STAT.read_text(encoding="ascii").splitlines())
-        used = int(USED.read_text()) - int(stat["inactive_file"]) - int(stat["active_file"])
-        found.append(int(LIMIT.read_text()) - used)
-    return min(found) if found else None
 
 
 RETURN_PERIODS = (10.0, 30.0, 100.0, 300.0)

@@ -311,23 +311,6 @@ class SimulateRequest(Request):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AvaframeRequest(Request):
-    """Of which paths AvaFrame projects are written, and how many avalanches are drawn of each.
-
-    `release` holds polygons of release areas, as for `simulate`.
-    """
-
-    paths: Sequence[str] = option((), ONLY_PATHS)
-    draws: int = option(
-        50, "Avalanches for a probability run.", what="number of draws", least=1, most=999
-    )
-    release: Path | None = option(None, RELEASE_AREAS)
-    source: VolumeSource = RECORDS
-    seed: int = option(0, SEED)
-    effect_files: Sequence[Path] = option((), EFFECT_FILES)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class ZonesRequest(Request):
     """Which zones, on the paths named or all with a profile.
 

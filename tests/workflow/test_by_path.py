@@ -6,7 +6,6 @@ import gc
 import tracemalloc
 from dataclasses import fields, replace
 from pathlib import Path as FilePath
-from typing import Any
 
 import numpy as np
 import pytest
@@ -40,7 +39,7 @@ from avahazard.workflow.by_path import (
 )
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.database import init_database
-from avahazard.workflow.hazard import MEASURED, hazard_work, plan_hazard
+from avahazard.workflow.hazard import hazard_work
 from avahazard.workflow.requests import CalibrateRequest, HazardRequest
 from tests.workflow.worlds import height
 
@@ -182,23 +181,6 @@ def test_such_a_change_ends_a_run_by_any_engine(changing: str, engine: EngineNam
     finally:
         set_engine("local")
     assert "same command again" in error.value.hint
-
-
-def test_a_plan_reads_the_paths_again_that_it_measures(
-    databases: dict[int, str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    read: list[str] = []
-
-    def watched(session: Any, path_ids: Any) -> Records:
-        read.extend(path_ids)
-        return store_records.load_records(session, path_ids)
-
-    monkeypatch.setattr(by_path, "load_records", watched)
-    plan = plan_hazard(databases[FEW], "m", ASKED)
-    assert (plan.n_paths, plan.measured_paths) == (FEW, MEASURED)
-    measured = read[2:]  # after the paths of the model, whose records are held against its own
-    assert len(measured) == MEASURED
-    assert (measured[0], measured[-1]) == ("B000", f"B{FEW - 1:03d}")
 
 
 @pytest.fixture(scope="module")

@@ -7,12 +7,9 @@ import json
 from pathlib import Path as FilePath
 
 import numpy as np
-import pandas as pd
 import pyogrio
-import pyproj
 import pytest
 import shapely
-from pyarrow import parquet
 
 from avahazard import gis
 from avahazard.records.collection import Event, Path, Records
@@ -20,7 +17,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.results.files import Layer
 from avahazard.store import upkeep
 from avahazard.store.records import load_records, save_records
-from avahazard.store.results import BOUNDS, ZONES, latest_documents, save_model
+from avahazard.store.results import BOUNDS, ZONES, save_model
 from avahazard.store.session import reading, writing
 from avahazard.workflow.database import import_files
 from avahazard.workflow.export import export
@@ -178,37 +175,3 @@ def test_the_tyrol_profiles_go_through_to_a_map(
     ]
     assert 150_000 < west < east < 350_000
     assert 330_000 < south < north < 420_000
-
-
-def test_parquet_has_the_rows_and_their_places(stored: str, tmp_path: FilePath) -> None:
-    file = tmp_path / "bounds.parquet"
-    for _ in range(2):  # its own file is replaced
-        found = export(stored, "base", file)
-    assert found.layers == (Layer("hazard", 3, None),)
-    table = pd.read_parquet(file)
-    export(stored, "base", tmp_path / "bounds.csv")
-    same = pd.read_csv(tmp_path / "bounds.csv")
-    assert [*table.columns] == [*same.columns, "geometry"]
-    assert [*table.path_id] == ["P", "Q", "R"]
-    numbers = table.select_dtypes("number").columns
-    assert len(numbers) > 20
-    assert np.allclose(table[numbers], same[numbers].astype(float), atol=1e-4, equal_nan=True)
-    about = json.loads(parquet.read_schema(file).metadata[b"geo"])
-    column = about["columns"][about["primary_column"]]
-    place = shapely.from_wkb(table.geometry[0])
-    assert column["encoding"] == "WKB"
-    with reading(stored) as session:
-        point = latest_documents(session, BOUNDS, "base")[0]["design"]["point"]
-    assert pyproj.CRS.from_json_dict(column["crs"]) == pyproj.CRS(point["crs"])
-    assert (place.x, place.y) == (point["x"], point["y"])
-
-
-def test_parquet_of_somebody_else_stays(stored: str, tmp_path: FilePath) -> None:
-    file = tmp_path / "mine.parquet"
-    pd.DataFrame({"a": [1]}).to_parquet(file)
-    before = file.read_bytes()
-    with pytest.raises(AvahazardError, match="no export made it"):
-        export(stored, "base", file)
-    assert file.read_bytes() == before
-    with pytest.raises(AvahazardError, match="No bounds are stored by bare"):
-        export(stored, "bare", tmp_path / "bare.parquet")

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from sqlalchemy import func, select
 
@@ -20,7 +19,7 @@ from avahazard.store.tables import PathResultTable, PathRunTable
 from avahazard.workflow import by_path
 from avahazard.workflow import hazard as hazard_module
 from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.hazard import hazard, plan_hazard, run_hazard
+from avahazard.workflow.hazard import hazard, run_hazard
 from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ZonesRequest
 from avahazard.workflow.zones import zones
 
@@ -139,17 +138,6 @@ def test_nothing_is_kept_where_all_paths_fail(mine: str, monkeypatch: pytest.Mon
     assert counts(mine) == (0, 0, 0)
 
 
-def test_a_plan_measures_and_stores_nothing(mine: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    plan = plan_hazard(mine, "m", HazardRequest(**ASKED))
-    assert (plan.n_paths, plan.n_rows, plan.n_runs, plan.n_done) == (3, 6, 3000, 0)
-    assert plan.seconds_per_path > 0.0
-    assert plan.stored_bytes > 3 * 1000
-    assert counts(mine) == (0, 0, 0)
-    monkeypatch.setattr(hazard_module, "free_bytes", lambda: -1)
-    with pytest.raises(AvahazardError, match="more of memory"):
-        plan_hazard(mine, "m", HazardRequest(**ASKED))
-
-
 def test_progress_tells_paths_and_rate(mine: str) -> None:
     told: list[tuple[str, float, float]] = []
     run_hazard(mine, "m", HazardRequest(**ASKED), lambda *words: told.append(words))
@@ -161,23 +149,3 @@ def test_progress_tells_paths_and_rate(mine: str) -> None:
     assert shares[2] - shares[1] == pytest.approx(1.0 / (3.0 + by_path.STARTING))
     assert shares[-1] == 1.0
     assert told[-1][0].startswith("Runout: 3 of 3 paths, ")
-
-
-def test_the_peak_grows_with_what_is_taken() -> None:
-    before = hazard_module.peak_bytes()
-    taken = np.ones(before // 8 + 10_000_000)
-    assert hazard_module.peak_bytes() > before + 40_000_000
-    del taken
-
-
-def test_a_container_has_what_its_limit_leaves(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    files = {"LIMIT": "5000\n", "USED": "3000\n", "STAT": "inactive_file 500\nactive_file 100\n"}
-    for name, text in files.items():
-        (tmp_path / name).write_text(text)
-        monkeypatch.setattr(hazard_module, name, tmp_path / name)
-    assert hazard_module.free_bytes() == 5000 - (3000 - 600)
-    (tmp_path / "LIMIT").write_text("max\n")
-    whole = hazard_module.free_bytes()
-    assert whole is None or whole > 1_000_000
