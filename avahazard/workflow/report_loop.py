@@ -1,4 +1,4 @@
-"""The loop for the report: the models of the same records, and the effects that can be moved."""
+"""The loop for the report: the models of the same records, and where their effects act."""
 
 from __future__ import annotations
 
@@ -16,8 +16,6 @@ from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Effect, MotionEffect, of_kind
 from avahazard.hazard.future_events import FutureEvents, classes_of
 from avahazard.inference.fitted_model import FittedModel
-from avahazard.inference.fitting.star import held_climb
-from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
 from avahazard.physics.block import LEFT_PROFILE
@@ -25,7 +23,7 @@ from avahazard.physics.cells import Resistance
 from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Event, Records, of_path
 from avahazard.records.errors import AvahazardError
-from avahazard.report.html.content import LoopView, PlaceView, StateView, SuspectView, SweepView
+from avahazard.report.html.content import LoopView, PlaceView, StateView, SuspectView
 from avahazard.report.model_tables import failing
 from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import Diagnosis
@@ -34,7 +32,7 @@ from avahazard.workflow.compare import RECORD_DRAWS
 from avahazard.workflow.friction import apparent_friction, from_reference
 from avahazard.workflow.stored import load_stored
 
-MOST_MODELS, MOST_SWEEPS = 8, 2
+MOST_MODELS = 8
 QUANTILES = (0.05, 0.5, 0.95)
 
 
@@ -55,8 +53,6 @@ def loop_view(
     volumes = volumes_of(stored.columns)
     paths = tuple(site.path.path_id for site in stored.observations.sites)
     shown: list[StateView] = []
-    swept: list[StateView] = []
-    sweeps: list[SweepView] = []
     left_out: dict[str, Note] = {}
     suspect = None
     if stored.sigma_m is None:
@@ -65,23 +61,9 @@ def loop_view(
             shown.append(state_view(fit.name, fit, future, known.get(fit.name)))
             if fit.name in lineage[-2:-1]:
                 suspect = suspect_view(stored, fit)
-        own = next(state for state in shown if state.key == stored.name)
-        for effect in _movable(stored, models):
-            keys, strengths = [], []
-            for strength, model in sweep(stored, effect):
-                key = f"{effect} × {strength:g}"
-                if strength == 1.0:
-                    key = own.key
-                else:
-                    swept.append(state_view(key, model, future, None))
-                keys.append(key)
-                strengths.append(strength)
-            sweeps.append(SweepView(effect, tuple(strengths), tuple(keys)))
     trees = [entry.key for entry in stored.definitions if entry.trees]
     return LoopView(
         models=tuple(shown),
-        swept=tuple(swept),
-        sweeps=tuple(sweeps),
         places=tuple(places(stored, trees)),
         lineage=lineage,
         comparisons=known,
@@ -161,17 +143,6 @@ def _others(
         found.append(fit)
     order = {model.name: k for k, model in enumerate(models)}
     return sorted(found, key=lambda fit: order[fit.name])
-
-
-def _movable(stored: FittedModel, models: Sequence[StoredModel]) -> list[str]:
-    """Effects to move, what was added last first."""
-    parent = next((m for m in models if m.name == stored.calibration.parent), None)
-    before = () if parent is None else parent.effects
-    layout = stored.posterior.layout
-    # Those that add parameters, and so have a strength.
-    places = {**layout.places, **layout.spreads}
-    keys = [e.key for e in stored.posterior.effects if e.key in places]
-    return sorted(keys, key=lambda key: key in before)[:MOST_SWEEPS]
 
 
 FRICTION = MU[(MU > 0.0999) & (MU < 0.9001)][::2]
@@ -294,56 +265,3 @@ def _differ(one: Resistance, other: Resistance) -> NDArray[np.bool_] | None:
     parts = ("factor", "offset", "constant", "drag")
     unequal = [getattr(one, part) != getattr(other, part) for part in parts]
     return np.asarray(np.any(unequal, axis=0))
-
-
-STRENGTHS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
-"""Shares of what an effect was fitted to; at 0 it is not there."""
-
-
-def sweep(model: FittedModel, effect: str) -> Iterator[tuple[float, FittedModel]]:
-    """The model at each strength of one effect; at strength 1 it is the model itself.
-
-    The effect's parameters go from neutral through their draws; where it shapes the tables only
-    the first of them, which is its amount. The other parameters are moved by as much as their
-    most likely values move, and keep their spread, but for those that shape the tables: these
-    stand at their mean, which spares runs of the block.
-    """
-    of = model.posterior
-    # On the star of the effects themselves, which reaches to where they are not.
-    posterior = Posterior(of.observations, of.specification, of.effects)
-    layout = posterior.layout
-    spread = layout.spreads.get(effect)
-    held = list(range(len(layout.slots))[layout.places[effect]] if spread is None else [spread])
-    # Where it shapes tables its amount alone.
-    moved = held[:1] if layout.slots[held[0]].arm else held
-    neutral = np.nan_to_num([layout.slots[k].neutral for k in moved])
-    middle = model.draws.mean(axis=0)
-    _, fitted = held_climb(posterior, middle, held, middle[held])
-    for strength in STRENGTHS:
-        if strength == 1.0:
-            yield strength, model
-            continue
-        whole = middle.copy()
-        whole[moved] = neutral + strength * (middle[moved] - neutral)
-        corner = np.clip(whole, layout.low, layout.high)[held]
-        _, found = held_climb(posterior, fitted, held, corner)
-        draws = model.draws + (found - fitted)
-        draws[:, held] = model.draws[:, held]
-        draws[:, moved] = neutral + strength * (model.draws[:, moved] - neutral)
-        shaping = list(layout.tables)
-        draws[:, shaping] = draws[:, shaping].mean(axis=0)
-        draws = np.clip(draws, layout.low, layout.high)
-        changed = replace(model, friction=posterior.friction, likelihood=posterior, draws=draws)
-        yield strength, replace(changed, offsets=_offsets(model, effect, strength))
-
-
-def _offsets(model: FittedModel, effect: str, strength: float) -> dict[str, Floats]:
-    """The offsets of groups, those of the effect at that strength."""
-    plan = model.posterior.plan
-    grouping = list(model.posterior.layout.spreads)
-    mine = {
-        name
-        for name, of in zip(plan.names, plan.of, strict=True)
-        if plan and grouping[int(of)] == effect
-    }
-    return {n: strength * v if n in mine else v for n, v in model.offsets.items()}

@@ -120,7 +120,7 @@ class PathView:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StateView:
-    """What a model, or one with an effect at another strength, predicts for the same records.
+    """What a model predicts for the records.
 
     `key` is its name in the page. `predicted` and `x` `[n_events, 3]` are the 5, 50 and 95 % of
     each record in its own coordinate and of its place (m), nan where nothing is predicted; `error`
@@ -161,18 +161,6 @@ class SuspectView:
     values: Sequence[float | str] | None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SweepView:
-    """An effect of the model from not there (strength 0) over as it was fitted (1) to more.
-
-    `keys` are those of its states, one for each of `strengths`.
-    """
-
-    effect: str
-    strengths: tuple[float, ...]
-    keys: tuple[str, ...]
-
-
 @dataclass(frozen=True, slots=True)
 class PlaceView:
     """Stretches `(from, to)` (m) of a path where an effect acts, and how they are drawn."""
@@ -187,15 +175,13 @@ class PlaceView:
 class LoopView:
     """The model among those of the same records.
 
-    `models` are the states of the models, oldest first, `sweeps` the effects of the model that
-    can be moved, with their `swept` states. `comparisons` and `diagnoses` are those of the ladder
-    by model, `lineage` the model and its ancestors, the first one first; `left_out` are models
-    that are not shown, with the reason. `volumes` (m3) and `mu` are those of the states' tables.
+    `models` are the states of the models, oldest first. `comparisons` and `diagnoses` are those of
+    the ladder by model, `lineage` the model and its ancestors, the first one first; `left_out` are
+    models that are not shown, with the reason. `volumes` (m3) and `mu` are those of the states'
+    tables.
     """
 
     models: tuple[StateView, ...]
-    swept: tuple[StateView, ...]
-    sweeps: tuple[SweepView, ...]
     places: tuple[PlaceView, ...]
     lineage: tuple[str, ...]
     comparisons: Mapping[str, Comparison]

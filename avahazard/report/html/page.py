@@ -16,7 +16,7 @@ from markupsafe import Markup
 
 from avahazard.report import model_tables, tables
 from avahazard.report.html import brief, model_figures, record_figures, score_figures
-from avahazard.report.html.content import LoopView, PathView, ReportContent, StateView
+from avahazard.report.html.content import PathView, ReportContent, StateView
 from avahazard.report.html.figure import Figure, script_json
 from avahazard.report.html.map_figure import map_figure
 from avahazard.report.html.path_figure import path_figure
@@ -28,29 +28,25 @@ DIGITS = 5
 
 
 def switch_json(content: ReportContent) -> Markup:
-    """Errors by state, sweeps, and for every path the tables F(μ) and μ(V)."""
+    """Errors by model, and for every path the tables F(μ) and μ(V)."""
     loop = content.loop
-    states = (*loop.models, *loop.swept)
     shared: list[Any] = []
-    numbers = {state.key: _state_rows(state, shared) for state in states}
+    numbers = {state.key: _state_rows(state, shared) for state in loop.models}
     value = {
         "own": loop.lineage[-1],
         "language": _language(),
         "models": [state.key for state in loop.models],
         "states": {
             state.key: {
-                "name": state_name(state.key, loop),
+                "name": state.key,
                 "held_out_m": state.held_out_m,
                 "crps_m": state.crps_m,
                 "rmse_m": state.rmse_m,
                 "tables": numbers[state.key],
             }
-            for state in states
+            for state in loop.models
         },
         "tables": shared,
-        "sweeps": [
-            {"effect": s.effect, "strengths": s.strengths, "keys": s.keys} for s in loop.sweeps
-        ],
         "mu": loop.mu,
         "volumes": loop.volumes,
         "paths": {
@@ -60,15 +56,6 @@ def switch_json(content: ReportContent) -> Markup:
         },
     }
     return script_json(value, DIGITS)
-
-
-def state_name(key: str, loop: LoopView) -> str:
-    """A state as people read it: a model's name, or an effect and its strength."""
-    for sweep in loop.sweeps:
-        for known, strength in zip(sweep.keys, sweep.strengths, strict=True):
-            if known == key and strength != 1.0:
-                return f"{spoken().effect(sweep.effect)} × {spoken().number(f'{strength:g}')}"
-    return key
 
 
 def _language() -> dict[str, Any]:
@@ -83,7 +70,6 @@ def _language() -> dict[str, Any]:
             "Shown: {model}. In-sample CRPS {crps}, root mean square error {rmse}; held-out "
             "{held_out}."
         ),
-        "times": say("{strength} × that of {model}"),
         "stops": say("With μ = {friction} the block stops at x = {x} m, {y} m above sea level."),
         "leaves": say("With μ = {friction} the block runs past the end of the profile."),
         "toolbar": {

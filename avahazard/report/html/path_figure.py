@@ -344,7 +344,7 @@ def stops_traces(
 
     A band holds 90 % of where the block of that record is expected to stop.
     """
-    states = {state.key: state for state in (*loop.models, *loop.swept)}
+    states = {state.key: state for state in loop.models}
     name = loop.lineage[-1]
     parent = loop.lineage[-2] if len(loop.lineage) > 1 and loop.lineage[-2] in states else None
     rows = np.arange(1.0, len(shown) + 1.0)

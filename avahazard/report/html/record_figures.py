@@ -55,7 +55,7 @@ def _predicted(
     title, predicted, recorded = _titles(coordinate)
     stopped = [k for k in rows if events[k].observed_m is not None]
     place = {events[k].event_id: k for k in stopped}
-    states = (*loop.models, *loop.swept)
+    states = loop.models
     data: list[Trace] = []
     changes: dict[str, dict[int, Trace]] = {state.key: {} for state in states}
     for name, color, symbol, mine in by_path([events[k] for k in stopped], names):
@@ -165,7 +165,7 @@ ROOM = 1.08
 
 def residuals_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> Figure | None:
     """Predicted mean less record of every event with a volume; None where there are none."""
-    states = (*loop.models, *loop.swept)
+    states = loop.models
     own = next((s for s in loop.models if s.key == loop.lineage[-1]), None)
     with_volume = [e for e in events if e.volume_m3 is not None]
     if own is None or not with_volume:

@@ -106,15 +106,6 @@ def test_the_switch_redraws_and_shows_the_error_of_compare(
     assert drawn["base"] != drawn["child"]
 
 
-def test_the_error_falls_under_the_finger(seen: Seen) -> None:
-    slider = seen.page.locator("#check [data-sweep]")
-    errors = []
-    for place in (0, 1, 2):
-        slider.evaluate(MOVE, place)
-        errors.append(shown_error(seen))
-    assert errors[0] > errors[1] > errors[2]
-
-
 def test_the_block_moves_with_friction_and_with_volume(
     seen: Seen, loop_content: ReportContent
 ) -> None:

@@ -33,18 +33,6 @@ def test_the_shown_error_is_that_of_compare(loop_content: ReportContent) -> None
         assert state.held_out_m == loop.comparisons[state.key].held_out.runout.crps_m
 
 
-def test_the_error_falls_from_no_effect_to_the_fitted_one(loop_content: ReportContent) -> None:
-    loop = loop_content.loop
-    (sweep,) = loop.sweeps
-    assert sweep.effect == "snow-type"
-    error = {state.key: state.crps_m for state in (*loop.models, *loop.swept)}
-    by_strength = dict(zip(sweep.strengths, (error[key] for key in sweep.keys), strict=True))
-    assert by_strength[1.0] == error["child"]
-    # Without the effect it is the parent, but for the draws.
-    assert by_strength[0.0] == pytest.approx(error["base"], rel=0.05)
-    assert by_strength[0.0] > by_strength[0.5] > by_strength[1.0] < by_strength[2.0]
-
-
 def test_a_block_of_more_friction_stops_earlier(loop_content: ReportContent) -> None:
     loop = loop_content.loop
     for state in loop.models:

@@ -64,13 +64,6 @@
       box.querySelectorAll("[type=radio]").forEach(function (radio) {
         radio.checked = radio.value === now;
       });
-      box.querySelectorAll("[data-sweep]").forEach(function (slider) {
-        var sweep = shared.sweeps[Number(slider.dataset.sweep)], k = sweep.keys.indexOf(now);
-        if (k < 0) { k = sweep.strengths.indexOf(1); if (shared.models.indexOf(now) < 0) { slider.value = k; } }
-        else { slider.value = k; }
-        var strength = String(sweep.strengths[slider.value]).replace(".", tongue.decimal);
-        slider.nextElementSibling.textContent = said(tongue.times, { strength: strength, model: shared.own });
-      });
     });
     document.documentElement.dataset.state = now;
   }
@@ -83,11 +76,6 @@
   document.querySelectorAll("[data-switch]").forEach(function (box) {
     box.querySelectorAll("[type=radio]").forEach(function (radio) {
       radio.addEventListener("change", function () { show(radio.value); });
-    });
-    box.querySelectorAll("[data-sweep]").forEach(function (slider) {
-      slider.addEventListener("input", function () {
-        show(shared.sweeps[Number(slider.dataset.sweep)].keys[Number(slider.value)]);
-      });
     });
   });
   tell();
