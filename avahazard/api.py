@@ -6,7 +6,7 @@ A method takes the fields of its request (`workflow.requests`) by keyword, with 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial, wraps
 from importlib import import_module
 from inspect import signature
@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import avahazard.report.picture  # noqa: F401 (how results are drawn)
+from avahazard import workflow
 from avahazard.progress import show_progress
 from avahazard.records.collection import Event, Profile
 from avahazard.records.errors import AvahazardError
@@ -74,21 +75,28 @@ class Taking(Protocol[Asked, Query_co]):
 
 
 def taking(request: Callable[Asked, Query]) -> Taking[Asked, Query]:
-    """Let a method take the fields of its `request` by keyword."""
+    """Let a method take the fields of its `request` by keyword, less those that its object has."""
+    options = signature(request).parameters
 
     def decorated(method: Callable[..., Any]) -> Callable[..., Any]:
         @wraps(method)
-        def asked(*given: Any, **fields: Any) -> Any:
-            return method(*given, cast(Any, request)(**fields))
+        def asked(own: Any, *given: Any, **told: Any) -> Any:
+            known = {name: value for name, value in own._known.items() if name in options}
+            return method(own, *given, cast(Any, request)(**told | known))
 
-        own = list(signature(method).parameters.values())[:-1]
-        options = signature(request).parameters.values()
+        before = list(signature(method).parameters.values())[:-1]
         asked.__signature__ = signature(method).replace(  # type: ignore[attr-defined]
-            parameters=[*own, *options]
+            parameters=[*before, *options.values()]
         )
         return asked
 
     return cast("Taking[Asked, Query]", decorated)
+
+
+def _with_bar(use_case: Callable[..., Found], *given: Any, **told: Any) -> Found:
+    """What a use case finds, with a bar of its progress."""
+    with show_progress(log=False) as report:
+        return use_case(*given, **told, report=report)
 
 
 def open_region(database: str | Path = "avahazard.db") -> Region:
@@ -99,9 +107,7 @@ def open_region(database: str | Path = "avahazard.db") -> Region:
     >>> av.open(database).paths().to_frame().shape[0]
     3
     """
-    from avahazard.workflow.database import database_status  # noqa: PLC0415 (loads when used)
-
-    database_status(str(database))
+    workflow.database.database_status(str(database))
     return Region(str(database))
 
 
@@ -124,9 +130,7 @@ class Model:
         >>> base.result.parameters["a"].unit
         ''
         """
-        from avahazard.workflow.calibrate import show_model  # noqa: PLC0415 (loads when used)
-
-        return show_model(self.database, self.name)
+        return workflow.calibrate.show_model(self.database, self.name)
 
     @property
     def draws(self) -> dict[str, NDArray[np.float64]]:
@@ -137,9 +141,7 @@ class Model:
         >>> base.draws["sigma"].shape
         (2, 150)
         """
-        from avahazard.workflow.stored import load_parameter_draws  # noqa: PLC0415
-
-        return load_parameter_draws(self.database, self.name)
+        return workflow.stored.load_parameter_draws(self.database, self.name)
 
     def to_arviz(self) -> Any:
         """The draws as ArviZ takes them, with its own `from_dict`.
@@ -164,9 +166,7 @@ class Model:
         >>> base.plot_posterior()
         Picture(...)
         """
-        from avahazard.workflow.friction import plot_posterior  # noqa: PLC0415
-
-        return drawn(partial(plot_posterior, self.database, self._fitted()), file)
+        return drawn(partial(workflow.friction.plot_posterior, self.database, self._fitted()), file)
 
     def plot_friction(self, file: str | Path | None = None) -> Any:
         """Draw the model's friction over the volume, with the apparent friction of the events.
@@ -174,13 +174,10 @@ class Model:
         >>> base.plot_friction(folder.parent / "friction.png").suffix
         '.png'
         """
-        from avahazard.workflow.friction import show_frictions  # noqa: PLC0415
 
         def draw(file: Path) -> None:
-            request = requests.FrictionRequest(
-                model=self.name, plot=file, effect_files=self.effect_files
-            )
-            show_frictions(self.database, request=request)
+            request = requests.FrictionRequest(plot=file, **self._known)
+            workflow.friction.show_frictions(self.database, request=request)
 
         return drawn(draw, file)
 
@@ -192,9 +189,7 @@ class Model:
         >>> base.plot_residuals()
         Picture(...)
         """
-        from avahazard.workflow.friction import plot_residuals  # noqa: PLC0415
-
-        return drawn(partial(plot_residuals, self._fitted()), file)
+        return drawn(partial(workflow.friction.plot_residuals, self._fitted()), file)
 
     def compare(self) -> Comparison:
         """Hold the model against the measurements, and store that.
@@ -205,10 +200,9 @@ class Model:
         >>> base.compare().scores.runout.coverage_90 > 0.5
         True
         """
-        from avahazard.workflow.compare import compare  # noqa: PLC0415
-
-        with show_progress(log=False) as report:
-            return compare(self.database, self.name, effect_files=self.effect_files, report=report)
+        return _with_bar(
+            workflow.compare.compare, self.database, self.name, effect_files=self.effect_files
+        )
 
     @taking(requests.DiagnoseRequest)
     def diagnose(self, request: requests.DiagnoseRequest) -> Diagnosis:
@@ -221,10 +215,7 @@ class Model:
         >>> base.diagnose().verdict in ("adequate", "missing-effect", "ambiguous")
         True
         """
-        from avahazard.workflow.diagnose import diagnose_model  # noqa: PLC0415
-
-        with show_progress(log=False) as report:
-            return diagnose_model(self.database, self.name, self._with_effects(request), report)
+        return _with_bar(workflow.diagnose.diagnose_model, self.database, self.name, request)
 
     def add(self, *effects: str, name: str, effect_files: Files = ()) -> Model:
         """A child of the model with more `effects`, calibrated, compared and stored as `name`.
@@ -234,11 +225,10 @@ class Model:
         >>> base.add("season", name="season").result.effects
         ('season',)
         """
-        from avahazard.workflow.calibrate import add  # noqa: PLC0415
-
         files = (*self.effect_files, *_files(effect_files))
-        with show_progress(log=False) as report:
-            add(self.database, self.name, effects, name, effect_files=files, report=report)
+        _with_bar(
+            workflow.calibrate.add, self.database, self.name, effects, name, effect_files=files
+        )
         return Model(self.database, name, files)
 
     def predict(self, events: str | Path) -> Prediction:
@@ -250,9 +240,9 @@ class Model:
         >>> len(base.predict(folder / "events.csv").events)
         60
         """
-        from avahazard.workflow.compare import predict  # noqa: PLC0415
-
-        return predict(self.database, self.name, Path(events), effect_files=self.effect_files)
+        return workflow.compare.predict(
+            self.database, self.name, Path(events), effect_files=self.effect_files
+        )
 
     @taking(requests.HazardRequest)
     def hazard(self, request: requests.HazardRequest) -> Hazard:
@@ -265,10 +255,7 @@ class Model:
         >>> base.hazard(return_periods=100).rows[0].volume_m3 > 0.0
         True
         """
-        from avahazard.workflow.hazard import hazard  # noqa: PLC0415
-
-        with show_progress(log=False) as report:
-            return hazard(self.database, self.name, self._with_effects(request), report)
+        return _with_bar(workflow.hazard.hazard, self.database, self.name, request)
 
     @taking(requests.ZonesRequest)
     def zones(self, request: requests.ZonesRequest) -> Zones:
@@ -281,20 +268,10 @@ class Model:
         >>> base.zones(paths="P01", no_drag=True).rows[0].zones[0].zone
         'red'
         """
-        from avahazard.workflow.zones import zones  # noqa: PLC0415
+        return _with_bar(workflow.zones.zones, self.database, self.name, request)
 
-        with show_progress(log=False) as report:
-            return zones(self.database, self.name, self._with_effects(request), report)
-
-    def runout(
-        self,
-        path_id: str,
-        *,
-        volume_m3: float | None = None,
-        mu: float | None = None,
-        table: bool = False,
-        plot: str | Path | None = None,
-    ) -> Runout:
+    @taking(requests.RunoutRequest)
+    def runout(self, path_id: str, request: requests.RunoutRequest) -> Runout:
         """Run the block down a path by this model, of the median friction of a volume or of `mu`.
 
         With `table` F(μ) and its derivative are there as well; `plot` is the file of a picture.
@@ -303,17 +280,7 @@ class Model:
         >>> base.runout("P01", volume_m3=2e4).mu_from
         'posterior median'
         """
-        from avahazard.workflow.path import run_block  # noqa: PLC0415
-
-        request = requests.RunoutRequest(
-            mu=mu,
-            volume_m3=volume_m3,
-            model=self.name,
-            table=table,
-            plot=None if plot is None else Path(plot),
-            effect_files=self.effect_files,
-        )
-        return run_block(self.database, path_id, request)
+        return workflow.path.run_block(self.database, path_id, request)
 
     @taking(requests.ReportRequest)
     def report(self, file: str | Path, request: requests.ReportRequest) -> WrittenReport:
@@ -325,11 +292,9 @@ class Model:
         >>> base.report(folder.parent / "base.html", title="Val d'Arly", language="fr").n_events
         60
         """
-        from avahazard.workflow.report import write_report  # noqa: PLC0415
-
-        asked = self._with_effects(request)
-        with show_progress(log=False) as report:
-            return write_report(self.database, self.name, Path(file), asked, report)
+        return _with_bar(
+            workflow.report.write_report, self.database, self.name, Path(file), request
+        )
 
     def export(self, file: str | Path) -> Export:
         """Write the latest bounds and zones to a file: .gpkg, .geojson or .csv.
@@ -340,17 +305,14 @@ class Model:
         >>> base.export(folder.parent / "bounds.csv").layers[0].layer
         'hazard'
         """
-        from avahazard.workflow.export import export  # noqa: PLC0415
-
-        return export(self.database, self.name, Path(file))
+        return workflow.export.export(self.database, self.name, Path(file))
 
     def _fitted(self) -> FittedModel:
-        from avahazard.workflow.stored import load_stored  # noqa: PLC0415
+        return workflow.stored.load_stored(self.database, self.name, self.effect_files)[0]
 
-        return load_stored(self.database, self.name, self.effect_files)[0]
-
-    def _with_effects(self, request: Query) -> Query:
-        return cast(Query, replace(cast(Any, request), effect_files=self.effect_files))
+    @property
+    def _known(self) -> dict[str, Any]:
+        return {"model": self.name, "effect_files": self.effect_files}
 
 
 @dataclass(frozen=True, slots=True)
@@ -363,6 +325,10 @@ class Region:
 
     database: str
     _folder: TemporaryDirectory[str] | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def _known(self) -> dict[str, Any]:
+        return {}
 
     @classmethod
     def from_files(
@@ -381,13 +347,11 @@ class Region:
         >>> av.Region.from_files(folder).paths()[0].n_events > 0
         True
         """
-        from avahazard.workflow.database import init_database  # noqa: PLC0415
-
         folder = None
         if database is None:
             folder = TemporaryDirectory(prefix="avahazard-")
             database = Path(folder.name) / "region.db"
-        if not init_database(str(database)).created:
+        if not workflow.database.init_database(str(database)).created:
             raise AvahazardError(
                 f"{database} is there already.", "Open it with avahazard.open, or name another."
             )
@@ -411,9 +375,7 @@ class Region:
         >>> region.import_files(folder).records.events.new
         0
         """
-        from avahazard.workflow.database import import_files  # noqa: PLC0415
-
-        return import_files(self.database, _files(sources), request)
+        return workflow.database.import_files(self.database, _files(sources), request)
 
     def events(self) -> Rows[Event]:
         """All recorded events, as they are stored.
@@ -444,9 +406,7 @@ class Region:
         >>> region.paths()[0].path_id
         'P01'
         """
-        from avahazard.workflow.path import list_paths  # noqa: PLC0415
-
-        return list_paths(self.database)
+        return workflow.path.list_paths(self.database)
 
     def path(self, path_id: str) -> PathCheck:
         """One path: how its profile was regularised, and the checks of the block's assumptions.
@@ -456,9 +416,7 @@ class Region:
         >>> region.path("P01").fit.max_deviation_m < 10.0
         True
         """
-        from avahazard.workflow.path import view_path  # noqa: PLC0415
-
-        return view_path(self.database, path_id)
+        return workflow.path.view_path(self.database, path_id)
 
     def runout(
         self, path_id: str, mu: float, *, table: bool = False, plot: str | Path | None = None
@@ -471,10 +429,8 @@ class Region:
         >>> region.runout("P01", 0.5).status
         'stopped'
         """
-        from avahazard.workflow.path import run_block  # noqa: PLC0415
-
         file = None if plot is None else Path(plot)
-        return run_block(
+        return workflow.path.run_block(
             self.database, path_id, requests.RunoutRequest(mu=mu, table=table, plot=file)
         )
 
@@ -495,15 +451,13 @@ class Region:
         >>> len(region.friction().events) == 60
         True
         """
-        from avahazard.workflow.friction import show_frictions  # noqa: PLC0415
-
         request = requests.FrictionRequest(
             kappa=kappa,
             model=model,
             plot=None if plot is None else Path(plot),
             effect_files=_files(effect_files),
         )
-        return show_frictions(self.database, path_id, request)
+        return workflow.friction.show_frictions(self.database, path_id, request)
 
     def fit(self) -> Fits:
         """Least-squares laws of apparent friction against volume (m3).
@@ -513,9 +467,7 @@ class Region:
         >>> region.fit().rows[0].law
         'exponential'
         """
-        from avahazard.workflow.friction import fit_laws  # noqa: PLC0415
-
-        return fit_laws(self.database)
+        return workflow.friction.fit_laws(self.database)
 
     @taking(requests.VolumesRequest)
     def volumes(self, request: requests.VolumesRequest) -> Volumes:
@@ -526,9 +478,7 @@ class Region:
         >>> region.volumes().rows[0].levels[-1].return_period_years
         300.0
         """
-        from avahazard.workflow.hazard import volumes  # noqa: PLC0415
-
-        return volumes(self.database, request)
+        return workflow.hazard.volumes(self.database, request)
 
     @taking(requests.HazardRequest)
     def hazard(self, names: Sequence[str], request: requests.HazardRequest) -> Hazard:
@@ -540,10 +490,7 @@ class Region:
         >>> region.hazard(["base"], return_periods=100).rows[0].return_period_years
         100.0
         """
-        from avahazard.workflow.hazard import hazard  # noqa: PLC0415
-
-        with show_progress() as report:
-            return hazard(self.database, names, request, report)
+        return _with_bar(workflow.hazard.hazard, self.database, names, request)
 
     def alpha_beta(self, path_id: str | None = None) -> Rows[TerrainRunout]:
         """The α-β runout of one path or all, a row for each regression; angles in degrees.
@@ -553,9 +500,7 @@ class Region:
         >>> region.alpha_beta("P01")[0].coefficients
         'norway'
         """
-        from avahazard.workflow.path import alpha_beta_paths  # noqa: PLC0415
-
-        return alpha_beta_paths(self.database, path_id)
+        return workflow.path.alpha_beta_paths(self.database, path_id)
 
     def effects(self) -> Rows[EffectEntry]:
         """The catalogue of effects, and what the present records lack for each.
@@ -563,9 +508,7 @@ class Region:
         >>> region.effects()[0].key
         'centrifugal'
         """
-        from avahazard.workflow.effects import list_effects  # noqa: PLC0415
-
-        return list_effects(self.database)
+        return workflow.effects.list_effects(self.database)
 
     @taking(requests.CalibrateRequest)
     def calibrate(self, name: str, request: requests.CalibrateRequest) -> Model:
@@ -578,10 +521,7 @@ class Region:
         >>> region.calibrate("power", law="power", chains=2, draws=100).result.law
         'power'
         """
-        from avahazard.workflow.calibrate import calibrate  # noqa: PLC0415
-
-        with show_progress(log=False) as report:
-            calibrate(self.database, name, request, report)
+        _with_bar(workflow.calibrate.calibrate, self.database, name, request)
         return Model(self.database, name)
 
     def model(self, name: str, effect_files: Files = ()) -> Model:
@@ -602,9 +542,7 @@ class Region:
         >>> region.models()[0].model
         'base'
         """
-        from avahazard.workflow.calibrate import show_models  # noqa: PLC0415
-
-        return show_models(self.database)
+        return workflow.calibrate.show_models(self.database)
 
     def ladder(self) -> Ladder:
         """Every model and its error, oldest first; those not yet compared are compared.
@@ -614,7 +552,4 @@ class Region:
         >>> region.ladder().rows[0].held_out_crps_m is not None
         True
         """
-        from avahazard.workflow.compare import ladder  # noqa: PLC0415
-
-        with show_progress(log=False) as report:
-            return ladder(self.database, report=report)
+        return _with_bar(workflow.compare.ladder, self.database)

@@ -9,7 +9,6 @@ import shlex
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextvars import ContextVar
-from importlib import import_module
 from inspect import signature
 from itertools import groupby
 from operator import attrgetter
@@ -23,6 +22,7 @@ from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
 
+from avahazard import workflow
 from avahazard.notes import Note, grouped
 from avahazard.progress import show_progress
 from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem
@@ -63,7 +63,7 @@ def ask(use_case: str, **values: Any) -> Any:
     take them.
     """
     module, name = use_case.split(".")
-    run = getattr(import_module(f"avahazard.workflow.{module}"), name)
+    run = getattr(getattr(workflow, module), name)
     values = {key: value for key, value in values.items() if value is not None}
     if "database" in signature(run).parameters:
         values["database"] = settings().database
