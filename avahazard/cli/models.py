@@ -16,7 +16,6 @@ from rich.console import Console
 from avahazard.cli.options import EffectFiles, StoredModel, answers, argument, flag, picture
 from avahazard.cli.output import ask, emit, settings, show, table, warn
 from avahazard.inference.model.choices import METHODS
-from avahazard.inference.model.specification import GIVEN
 from avahazard.notes import Note, counted
 from avahazard.report import model_tables
 from avahazard.report.model_tables import kinds_table, parameters_table
@@ -49,10 +48,6 @@ def show_calibration(console: Console, model: Calibration) -> None:
     for words in [] if model.kinds is None else kinds_words(model.kinds):
         console.print(words, soft_wrap=True)
     show(console, kinds_table(model))
-    given = model.given_priors or {}
-    if given:
-        each = (f"{key} {p.mean:g} ± {p.sd:g} {p.unit}".rstrip() for key, p in given.items())
-        console.print(f"Priors as given: {', '.join(each)}.")
     checks = model.diagnostics
     rhat = "infinite" if checks.rhat_max is None else f"{checks.rhat_max:.3f}"
     console.print(
@@ -80,8 +75,6 @@ def _parts(model: Calibration) -> str:
         parts.append("without centrifugal")
     if model.effects:
         parts.append("with " + ", ".join(model.effects))
-    if model.prior is not None and not model.prior.source.startswith(GIVEN):
-        parts.append(f"prior from {model.prior.source}")
     return ", ".join(parts)
 
 

@@ -319,9 +319,9 @@ class RunningProject:
         wanted = self.project.model
         asked = asked_for(Specification(), [definition(key) for key in wanted.without])
 
-        def fits(stored: Calibration) -> bool:
-            source = "" if stored.prior is None else stored.prior.source
-            given = {k: (p.mean, p.sd) for k, p in (stored.given_priors or {}).items()}
+        def fits(stored: Calibration, kept: dict[str, Any]) -> bool:
+            source = (kept.get("prior") or {"source": ""})["source"]
+            given = {told["name"]: (told["mean"], told["sd"]) for told in kept.get("given", ())}
             return (
                 stored.parent is None
                 and all(getattr(stored, name) == getattr(wanted, name) for name in ALIKE)
@@ -340,7 +340,7 @@ class RunningProject:
     def added(self, parent: str, effects: tuple[str, ...]) -> str:
         """The child of a model with the effects that its diagnosis named."""
 
-        def fits(stored: Calibration) -> bool:
+        def fits(stored: Calibration, _kept: dict[str, Any]) -> bool:
             return stored.parent == parent and set(effects) <= set(stored.effects)
 
         def made(free: str) -> Calibration:
@@ -352,7 +352,7 @@ class RunningProject:
         self,
         step: str,
         name: str,
-        fits: Callable[[Calibration], bool],
+        fits: Callable[[Calibration, dict[str, Any]], bool],
         made: Callable[[str], Calibration],
     ) -> str:
         """The latest model NAME or NAME-n that fits, on today's records; else a new one."""
@@ -365,7 +365,11 @@ class RunningProject:
             }
             records = load_records(session)
         today = data_fingerprint(only_paths(records, self.project.model.paths)) if stored else ""
-        right = [n for n, one in stored.items() if one.data_fingerprint == today and fits(one)]
+        right = [
+            n
+            for n, one in stored.items()
+            if one.data_fingerprint == today and fits(one, models[n].specification["specification"])
+        ]
         free, k = name, 2
         while free in models:
             free, k = f"{name}-{k}", k + 1

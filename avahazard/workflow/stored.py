@@ -281,37 +281,14 @@ def calibration_result(
     found: FittedModel, name: str, records: Records, *, seed: int, parent: str | None = None
 ) -> results.Calibration:
     """Sum up what was found of a model on `records`: its parameters, convergence, with notes."""
-    specification, chains, law = found.specification, found.chains, found.layout.law
-    checks = chains.diagnostics
-    notes = list(found.notes)
+    specification, chains = found.specification, found.chains
+    checks, sites = chains.diagnostics, found.observations.sites
+    notes = [*_of_other_models(found, name), *found.notes]
     if not checks.converged:
         notes.append(Note("not_converged", rhat=checks.rhat_max, ess=checks.ess_min))
-    dominated = prior_dominated(found)
-    units = dict(zip(chains.names, chains.units, strict=True))
-    given = {g.name: results.GivenTold(g.mean, g.sd, units[g.name]) for g in specification.given}
-    prior = None
-    if (told := specification.prior) is not None:
-        each = zip(law.coordinates, told.mean, told.sd.tolist(), strict=True)
-        prior = results.PriorTold(
-            told.source, {name: results.PriorCoordinate(m, s) for name, m, s in each}
-        )
-    notes += prior_notes(name, given, prior, dominated)
-    outcomes = found.observations.outcomes.items()
-    of_records = (
-        *record_notes(records, found.observations.sites),
-        *volume_notes(found, name),
-        *(Note("outcome_column", column=column, rank=rank) for column, rank in outcomes),
-    )
-    notes += of_records
-    spread = tails = None
-    if (
-        differ := nuisances.paths_differ(found)
-    ) is not None and differ.evidence >= nuisances.WORTH_A_NOTE:
-        effect = None if differ.lacking else differ.effect
-        spread = results.PathSpread(differ.sd, differ.evidence, differ.n_paths, effect)
-    if (gain := nuisances.heavier_tails(found)) is not None and gain > nuisances.HEAVY_TAILS:
-        tails = results.HeavierTails(gain)
-    notes[:0] = [one.note(name) for one in (spread, tails) if one is not None]
+    notes += (*prior_notes(found, name), *record_notes(records, sites), *volume_notes(found, name))
+    for column, rank in found.observations.outcomes.items():
+        notes.append(Note("outcome_column", column=column, rank=rank))
     return results.Calibration(
         model=name,
         parent=parent,
@@ -332,33 +309,48 @@ def calibration_result(
         seed=seed,
         data_fingerprint=data_fingerprint(records),
         notes=tuple(notes),
-        path_spread=spread,
-        heavier_tails=tails,
-        prior_dominated=dominated or None,
-        of_records=of_records or None,
-        prior=prior,
-        given_priors=given or None,
         kinds=kinds_of(found),
     )
 
 
-def prior_dominated(model: FittedModel) -> dict[str, results.PriorDominated]:
-    """The parameters that the records hardly narrow, by their coordinate."""
+def _of_other_models(model: FittedModel, name: str) -> Iterator[Note]:
+    """That a path effect, or Student's tails, would say more of the records."""
+    differ, gain = nuisances.paths_differ(model), nuisances.heavier_tails(model)
+    if differ is not None and differ.evidence >= nuisances.WORTH_A_NOTE:
+        remedy = Note("too_few_paths", n=differ.n_paths)
+        if not differ.lacking:
+            remedy = Note("add_effect", model=name, effect=differ.effect)
+        told = {"sd": differ.sd, "nats": differ.evidence}
+        yield Note("paths_differ", **told, model=name, remedy=remedy)
+    if gain is not None and gain > nuisances.HEAVY_TAILS:
+        yield Note("heavier_tails", model=name, nats=gain)
+
+
+def prior_notes(model: FittedModel, name: str) -> Iterator[Note]:
+    """Where the priors are not the program's own, and the coordinates that they dominate.
+
+    A coordinate is prior-dominated where the records hardly narrow it.
+    """
     from scipy.stats import truncnorm  # noqa: PLC0415 (slow)
 
-    layout = model.layout
+    specification, layout = model.specification, model.layout
+    for given in specification.given:
+        told = {"mean": given.mean, "sd": given.sd}
+        yield Note("prior_given", parameter=given.name, model=name, **told)
+    law_prior = specification.prior
+    if law_prior is not None and not law_prior.source.startswith(spec.GIVEN):
+        yield Note("prior_from", model=name, source=law_prior.source)
     # The paper's methods have a σ of their own.
     n_slots = len(layout.slots) if model.knows_errors else len(layout.law.coordinates)
-    found = {}
     for k, slot in enumerate(layout.slots[:n_slots]):
         prior = truncnorm(*slot.bounds, loc=slot.mean, scale=slot.sd)
         mean, sd = float(prior.mean()), float(prior.std())
         draws = np.log(model.draws[:, k]) if slot.lognormal else model.draws[:, k]
         ratio = float(np.std(draws, ddof=1)) / sd
         if ratio > STILL_PRIOR:
-            moved = (float(np.mean(draws)) - mean) / sd
-            found[slot.name] = results.PriorDominated(ratio, moved)
-    return found
+            moved = abs(float(np.mean(draws)) - mean) / sd
+            told = {"moved": moved, "width": ratio}
+            yield Note("prior_dominated", parameter=slot.name, model=name, **told)
 
 
 def _all_draws(found: FittedModel) -> Iterator[tuple[str, Floats, str]]:
@@ -408,6 +400,8 @@ def mode(draws: Floats) -> float:
     return float(middle + width * x[np.argmax(density(x / sd))])
 
 
+OF_THE_RUN = ("events_left_out", "no_speeds", "not_converged")
+"""Notes of a calibration that do not go with what is computed by its model."""
 FEW_EVENTS = 10
 """Events under which a model is one of its priors, whatever the chains say."""
 MISFIT_M = 10.0
@@ -442,38 +436,18 @@ def model_notes(
 ) -> tuple[Note, ...]:
     """The notes on what a calibration found; `version` is that of the program that made it."""
     name, n, now = result.model, result.n_events, avahazard.__version__
-    notes = [
-        found.note(name)
-        for found in (result.path_spread, result.heavier_tails)
-        if found is not None
-    ]
+    notes = [note for note in result.notes if note.key not in OF_THE_RUN]
     if records_changed:
         notes.append(Note("stale", model=name))
     if not result.diagnostics.converged:
         notes.append(Note("unconverged", model=name))
     if n < FEW_EVENTS:
         notes.append(Note("few_events", model=name, n=n))
-    given, dominated = result.given_priors or {}, result.prior_dominated or {}
-    notes += prior_notes(name, given, result.prior, dominated)
-    notes += result.of_records or ()
     if "speed_sigma" in result.parameters:
         notes.append(Note("other_speeds", model=name))
     if version is not None and version != now:
         notes.append(Note("older_version", model=name, version=version, now=now))
     return tuple(notes)
-
-
-def prior_notes(
-    name: str,
-    given: Mapping[str, results.GivenTold],
-    prior: results.PriorTold | None,
-    dominated: Mapping[str, results.PriorDominated],
-) -> list[Note]:
-    """Where the priors are not the program's own, and which parameters they dominate."""
-    notes = [found.note(name, key) for key, found in given.items()]
-    if prior is not None and not prior.source.startswith(spec.GIVEN):
-        notes.append(Note("prior_from", model=name, source=prior.source))
-    return notes + [found.note(name, key) for key, found in dominated.items()]
 
 
 def volume_notes(model: FittedModel, name: str) -> tuple[Note, ...]:

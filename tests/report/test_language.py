@@ -9,7 +9,6 @@ from avahazard.records.errors import AvahazardError
 from avahazard.report import words
 from avahazard.report.language import ENGLISH, LANGUAGES, language_of, speaking
 from avahazard.report.language import NARROW as S
-from avahazard.results.calibration import PathSpread
 
 
 @pytest.mark.parametrize(
@@ -74,8 +73,9 @@ def test_notes_within_a_note_are_said_in_the_language_too() -> None:
     )
     for item in ("incertezza dei parametri calibrati", "errore della frequenza", "tutti i volumi"):
         assert item in said
-    spread = PathSpread(sd=0.123, evidence=9.0, n_paths=20, effect="path-effect")
-    said = language_of("fr").note(spread.note("base"))
+    remedy = Note("add_effect", model="base", effect="path-effect")
+    spread = Note("paths_differ", sd=0.123, nats=9.0, model="base", remedy=remedy)
+    said = language_of("fr").note(spread)
     assert "0,12" in said
     assert "+9 nats" in said
     assert "path-effect" in said

@@ -15,7 +15,7 @@ from sqlalchemy import text
 from avahazard.inference.fitted_model import FittedModel, exact_volumes, fitted_model
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.volumes import VolumeNodes, VolumeShape, bounded, rescaled
-from avahazard.notes import grouped
+from avahazard.notes import Note, grouped
 from avahazard.records.collection import Event, Path, Profile, Records
 from avahazard.report.language import language_of
 from avahazard.store.records import save_records
@@ -63,9 +63,12 @@ def told_of(database: str) -> None:
         result = json.loads(json.dumps(row.result))
         result["n_events"] = 7
         result["diagnostics"]["converged"] = False
-        result["prior_dominated"] = {"log a": {"sd_ratio": 0.9, "moved_sd": 0.2}}
-        result["path_spread"] = {"sd": 0.2, "evidence": 5.0, "n_paths": 6, "effect": None}
-        result["of_records"] = [RECORDS]
+        remedy = Note("too_few_paths", n=6)
+        notes = (
+            Note("prior_dominated", parameter="log a", model="base", width=0.9, moved=0.2),
+            Note("paths_differ", sd=0.2, nats=5.0, model="base", remedy=remedy),
+        )
+        result["notes"] = [*(note.stored() for note in notes), RECORDS]
         settings = json.loads(json.dumps(row.settings))
         settings["made_with"]["versions"]["avahazard"] = "0.0.1"
         row.result, row.settings, row.converged = result, settings, False

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 from avahazard.inference.model.specification import GivenPrior
+from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
+from avahazard.results.calibration import Calibration
 from avahazard.store import upkeep
 from avahazard.store.records import load_records
 from avahazard.store.results import load_model
@@ -21,6 +23,15 @@ from avahazard.workflow.stored import load_stored, notes_of
 from tests.workflow.twin import DATA
 
 QUICK = {"chains": 2, "draws": 150, "paths": ["scey"]}
+
+
+def told_of(found: Calibration, key: str) -> list[Note]:
+    return [note for note in found.notes if note.key == key]
+
+
+def given_in(found: Calibration) -> set[str]:
+    """The parameters whose prior was given as numbers."""
+    return {note.values["parameter"] for note in told_of(found, "prior_given")}
 
 
 @pytest.fixture
@@ -49,8 +60,8 @@ def test_two_normals_make_the_posterior(database: str) -> None:
     assert np.abs((told.mean(axis=0) - expected) / width).max() < 0.4
     np.testing.assert_allclose(told.std(axis=0), width, rtol=0.25)
     assert found.parameters["a"].mean > np.exp(alone[:, 0].mean()) * 1.02
-    assert found.given_priors is not None
-    assert (found.given_priors["a"].mean, found.given_priors["a"].sd) == (mean, sd)
+    (note,) = told_of(found, "prior_given")
+    assert (note.values["parameter"], note.values["mean"], note.values["sd"]) == ("a", mean, sd)
 
 
 def test_it_stays_with_the_model(database: str) -> None:
@@ -64,10 +75,9 @@ def test_it_stays_with_the_model(database: str) -> None:
     )
     assert {g.name: (g.mean, g.sd) for g in stored.specification.given} == numbers
     assert rerun(database, "told").identical
-    shown = show_model(database, "told")
-    assert shown.prior is not None
-    assert shown.prior.source == "given:a"
-    assert "given" in show_provenance(database, "told").specification
+    specification = show_provenance(database, "told").specification
+    assert specification["prior"]["source"] == "given:a"
+    assert "given" in specification
     with reading(database) as session:
         notes = notes_of(load_model(session, "told"), load_records(session))
     assert note in notes
@@ -83,10 +93,10 @@ def test_a_child_of_another_law_keeps_the_prior_of_the_rest_and_has_its_own_prio
     found = calibrate(
         database, "told", CalibrateRequest(prior=numbers, chains=2, draws=60, paths=["scey"])
     )
-    assert set(found.given_priors or {}) == {"a", "sigma"}
+    assert given_in(found) == {"a", "sigma"}
     child = add(database, "told", ["volume-law"], "child")
-    assert child.prior is None
-    assert set(child.given_priors or {}) == {"sigma"}
+    assert load_stored(database, "child")[0].specification.prior is None
+    assert given_in(child) == {"sigma"}
     # A child has what its parent was given and is its own still.
     layout = load_stored(database, "child")[0].posterior.layout
     sigma = layout.slots[layout.scatter]
@@ -118,9 +128,11 @@ def test_what_is_sampled_by_its_log_and_a_slope_of_scatter(database: str) -> Non
     for name, (mean, sd) in numbers.items():
         assert found.parameters[name].mean == pytest.approx(mean, abs=1.5 * sd), name
         assert found.parameters[name].sd == pytest.approx(sd, rel=0.4), name
-    assert set(found.given_priors or {}) == set(numbers)
+    assert given_in(found) == set(numbers)
     assert "the prior of wrong_share in told is 0.1 ± 0.005, as given." in found.notes
-    assert {"log wrong share", "sigma_n"} <= set(found.prior_dominated or {})
+    assert {"log wrong share", "sigma_n"} <= {
+        note.values["parameter"] for note in told_of(found, "prior_dominated")
+    }
 
 
 def test_numbers_are_no_records(database: str) -> None:
@@ -133,9 +145,8 @@ def test_numbers_are_no_records(database: str) -> None:
             prior_from="told", prior={"sigma": (0.2, 0.05)}, **{**QUICK, "paths": ["saugy"]}
         ),
     )
-    assert found.prior is not None
-    assert found.prior.source == "told"
-    assert set(found.given_priors or {}) == {"sigma"}
+    assert [note.values["source"] for note in told_of(found, "prior_from")] == ["told"]
+    assert given_in(found) == {"sigma"}
 
 
 @pytest.mark.parametrize(
@@ -193,12 +204,12 @@ def test_what_two_paths_say_adds_up(sourced: str) -> None:
         "both",
         CalibrateRequest(paths=["scey"], prior_from="elsewhere", chains=2, draws=600),
     )
-    assert found.prior is not None
-    assert found.prior.source == "elsewhere"
+    assert [note.values["source"] for note in told_of(found, "prior_from")] == ["elsewhere"]
+    prior = load_stored(sourced, "both")[0].specification.prior
+    assert prior is not None
     source, alone, both = (law_of(sourced, name) for name in ("elsewhere", "alone", "both"))
-    told = [found.prior.coordinates[key] for key in ("log a", "n in 1e-6/m3")]
-    np.testing.assert_allclose([c.mean for c in told], source.mean(axis=0))
-    np.testing.assert_allclose([c.sd for c in told], source.std(axis=0, ddof=1))
+    np.testing.assert_allclose(prior.mean, source.mean(axis=0))
+    np.testing.assert_allclose(prior.sd, source.std(axis=0, ddof=1))
     precisions = [np.linalg.inv(np.cov(u, rowvar=False)) for u in (source, alone)]
     weak = np.diag([0.5**-2, 10.0**-2])
     covariance = np.linalg.inv(precisions[0] + precisions[1] - weak)
@@ -209,9 +220,7 @@ def test_what_two_paths_say_adds_up(sourced: str) -> None:
     sd = np.sqrt(np.diag(covariance))
     assert np.abs(both.mean(axis=0) - mean) == pytest.approx(0.0, abs=0.4 * sd.max())
     np.testing.assert_allclose(both.std(axis=0), sd, rtol=0.25)
-    again = load_stored(sourced, "both")[0].specification.prior
-    assert again is not None
-    assert again.source == "elsewhere"
+    assert prior.source == "elsewhere"
     assert rerun(sourced, "both").identical
 
 
@@ -229,13 +238,11 @@ def test_the_same_events_never_count_twice(sourced: str) -> None:
 
 
 def test_a_fit_to_other_paths(sourced: str) -> None:
-    found = calibrate(
-        sourced,
-        "fitted",
-        CalibrateRequest(paths=["scey"], prior_from="fit:saint-clement", **FEW),
-    )
-    assert found.prior is not None
-    assert found.prior.coordinates["log a"].sd < 0.1
+    asked = CalibrateRequest(paths=["scey"], prior_from="fit:saint-clement", **FEW)
+    calibrate(sourced, "fitted", asked)
+    prior = load_stored(sourced, "fitted")[0].specification.prior
+    assert prior is not None
+    assert prior.sd[0] < 0.1
     assert law_of(sourced, "fitted")[:, 1].std() < 0.5 * law_of(sourced, "alone")[:, 1].std()
 
 

@@ -50,10 +50,9 @@ def test_people_see_the_posterior(mine: Run) -> None:
 def test_a_prior_as_numbers_is_told(mine: Run) -> None:
     done = mine("calibrate", "m", *SHORT, "--prior", "n=2e-6,1e-6", "--prior", "sigma = 0.2, 0.05")
     assert done.exit_code == 0
-    assert "Priors as given: n 2e-06 ± 1e-06 1/m3, sigma 0.2 ± 0.05." in done.stdout
+    assert "the prior of sigma in m is 0.2 ± 0.05, as given." in done.stderr
     shown = json.loads(mine("--json", "model", "m").stdout)
-    assert shown["given_priors"]["n"] == {"mean": 2e-6, "sd": 1e-6, "unit": "1/m3"}
-    assert shown["prior"]["source"] == "given:n"
+    assert "the prior of n in m is 2e-06 ± 1e-06, as given." in shown["notes"]
     provenance = mine("model", "m", "--provenance").stdout
     assert untold(provenance, "n 2e-06 ± 1e-06, sigma 0.2 ± 0.05", "given:n") == []
     assert "{" not in provenance
