@@ -89,7 +89,7 @@ def calibrate(
       avahazard calibrate first
       avahazard calibrate voellmy --with turbulent-drag
       avahazard calibrate paper --method metropolis --path P01 --draws 10000
-      avahazard calibrate here --path P01 --prior-from elsewhere
+      avahazard calibrate here --path P01 --prior-from fit:P02,P03
       avahazard calibrate informed --prior a=0.5,0.05 --prior n=2e-6,1e-6
     """
 

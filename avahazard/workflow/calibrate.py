@@ -239,14 +239,25 @@ def find_prior(
 ) -> spec.LawPrior:
     """The prior that `source` gives the law of a model of `specification` on `records`.
 
-    `source` is a stored model, or `fit:PATH[,PATH]…`: least squares on the apparent friction of the
-    events of these paths. Paths differ by a source that knows it: where the model does not know it,
-    its one path may be any, and the spread between paths is added to the prior of the level. Raises
-    `AvahazardError` where there is no such model or path, records are in both, or friction means
-    something else in it (another law, distribution, or effects on the motion).
+    `source` is `fit:PATH[,PATH]…`: least squares on the apparent friction of the events of these
+    paths. Raises `AvahazardError` where there is no such path, an event is in both, or the model
+    has effects on the motion, with which friction means something else.
     """
-    find = _of_fit if source.startswith(FIT) else _of_model
-    prior, speak = find(database, source, specification, effects)
+    named = source.removeprefix(FIT).split(",")
+    names = tuple(name.strip() for name in named if name.strip())
+    if not names or not source.startswith(FIT):
+        raise AvahazardError(
+            f"The prior from '{source}' names no path.",
+            "Name those to fit: --prior-from fit:PATH,PATH",
+        )
+    if moved := sorted(effect.key for effect in of_kind(effects, MotionEffect)):
+        raise AvahazardError(
+            f"A fit knows no {', '.join(moved)}: its friction is not that of this model.",
+            "Give the prior as numbers: --prior NAME=MEAN,SD.",
+        )
+    with reading(database) as session:
+        fitted = only_paths(load_records(session), names)
+    speak = {event.event_id for event in fitted.events}
     both = [e.event_id for e in records.events if e.event_id in speak]
     if both:
         more = f" and {len(both) - SHOWN} more" if len(both) > SHOWN else ""
@@ -255,97 +266,12 @@ def find_prior(
             f"({', '.join(both[:SHOWN])}{more}): they would count twice.",
             "Calibrate on other paths (--path PATH), or take a source without these events.",
         )
-    return prior
-
-
-def _of_model(
-    database: str, name: str, specification: spec.Specification, effects: Sequence[Effect]
-) -> tuple[spec.LawPrior, set[str]]:
-    """The prior by a stored model, and the events that speak through it."""
-    stored, records = load_stored(database, name)
-    require_unchanged(stored)
-    theirs = stored.specification
-    asked = {
-        "law": (theirs.law, specification.law),
-        "distribution": (theirs.distribution, specification.distribution),
-        "curvature": (theirs.centrifugal, specification.centrifugal),
-        "set of effects on the motion": (_on_the_motion(stored.effects), _on_the_motion(effects)),
-    }
-    for what, (one, other) in asked.items():
-        if one != other:
-            raise AvahazardError(
-                f"{name} has another {what} ({_told(one)}) than this model ({_told(other)}): its "
-                "friction is another one.",
-                "Give both models the same.",
-            )
-    mean, covariance = _moments(stored, {e.key for e in effects})
-    prior = spec.law_prior(name, law(specification.law), mean, covariance)
-    return prior, _events_behind(database, stored, records)
-
-
-def _moments(model: FittedModel, keys: set[str]) -> tuple[np.ndarray, np.ndarray]:
-    """Mean and covariance of the law's coordinates, the spread between paths in the level."""
-    layout = model.layout
-    u = model.draws[:, : len(layout.law.coordinates)]
-    covariance = np.atleast_2d(np.cov(u, rowvar=False))
-    for k, (key, lasts) in enumerate(zip(layout.spreads, model.friction.lasting, strict=True)):
-        if lasts and key not in keys:
-            # The first coordinate of every law is the log of a level of friction.
-            covariance[0, 0] += float(np.mean(layout.spread_values(model.draws)[:, k] ** 2))
-    return u.mean(axis=0), covariance
-
-
-def _events_behind(database: str, stored: FittedModel, records: Records) -> set[str]:
-    """The events of a model's calibration, and those behind its own prior."""
-    events = set(stored.columns.event_id)
-    prior = stored.specification.prior
-    if prior is None or prior.source.startswith(spec.GIVEN):
-        return events
-    if prior.source.startswith(FIT):
-        return events | {e.event_id for e in _paths_of(records, prior.source).events}
-    return events | _events_behind(database, *load_stored(database, prior.source))
-
-
-def _of_fit(
-    database: str, source: str, specification: spec.Specification, effects: Sequence[Effect]
-) -> tuple[spec.LawPrior, set[str]]:
-    """The prior by least squares, and the events that were fitted."""
-    if _on_the_motion(effects):
-        raise AvahazardError(
-            f"A fit knows no {_told(_on_the_motion(effects))}: its friction is not that of this "
-            "model.",
-            "Take a model with the same effects: --prior-from MODEL.",
-        )
-    with reading(database) as session:
-        records = _paths_of(load_records(session), source)
-    observations = build_observations(records)
+    observations = build_observations(fitted)
     curvature = float(specification.centrifugal)
     mu = back_calculate(observations, predict_records(observations, (), {}, curvature)).mu
     volume, mu = usable(np.exp(observations.columns.log_volume), mu)
     fit = fit_law(law(specification.law), volume, mu)
-    prior = spec.prior_of_fit(source, fit.law, fit.parameters, fit.covariance, len(mu))
-    return prior, {event.event_id for event in records.events}
-
-
-def _paths_of(records: Records, source: str) -> Records:
-    names = tuple(name.strip() for name in source.removeprefix(FIT).split(",") if name.strip())
-    if not names:
-        raise AvahazardError(
-            "The prior names no path.", "Name those to fit: --prior-from fit:PATH,PATH"
-        )
-    return only_paths(records, names)
-
-
-def _on_the_motion(effects: Sequence[Effect]) -> tuple[str, ...]:
-    return tuple(sorted(effect.key for effect in of_kind(effects, MotionEffect)))
-
-
-def _told(value: object) -> str:
-    if isinstance(value, tuple):
-        return ", ".join(value) or "none"
-    if isinstance(value, bool):
-        return "with" if value else "without"
-    return str(value)
+    return spec.prior_of_fit(source, fit.law, fit.parameters, fit.covariance, len(mu))
 
 
 def add(

@@ -135,8 +135,8 @@ class CalibrateRequest(Request):
     )
     prior_from: str | None = option(
         None,
-        "The prior of the law: a stored model, or fit:PATH,PATH for least squares on "
-        "other paths. None of its events may be among those of this model.",
+        "The prior of the law: fit:PATH,PATH, least squares on other paths. None of their events "
+        "may be among those of this model.",
         metavar="SOURCE",
     )
     prior: Mapping[str, MeanSd] = option(

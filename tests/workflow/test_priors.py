@@ -135,20 +135,6 @@ def test_what_is_sampled_by_its_log_and_a_slope_of_scatter(database: str) -> Non
     }
 
 
-def test_numbers_are_no_records(database: str) -> None:
-    """A model with numbers may be the prior of others: only its records count."""
-    calibrate(database, "told", CalibrateRequest(prior={"a": (0.5, 0.02)}, **QUICK))
-    found = calibrate(
-        database,
-        "next",
-        CalibrateRequest(
-            prior_from="told", prior={"sigma": (0.2, 0.05)}, **{**QUICK, "paths": ["saugy"]}
-        ),
-    )
-    assert [note.values["source"] for note in told_of(found, "prior_from")] == ["told"]
-    assert given_in(found) == {"sigma"}
-
-
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
@@ -179,11 +165,10 @@ FEW = {"chains": 2, "draws": 150}
 
 @pytest.fixture(scope="module")
 def with_source(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """Give the twin with a model `elsewhere` of one path and `alone` of another."""
+    """Give the twin with a model `alone` of one path."""
     file = str(tmp_path_factory.mktemp("prior") / "twin.db")
     upkeep.create(file)
     import_files(file, [DATA])
-    calibrate(file, "elsewhere", CalibrateRequest(paths=["saugy"], **FEW))
     calibrate(file, "alone", CalibrateRequest(paths=["scey"], **FEW))
     return file
 
@@ -197,44 +182,11 @@ def law_of(database: str, name: str) -> np.ndarray:
     return load_stored(database, name)[0].draws[:, :2]
 
 
-def test_what_two_paths_say_adds_up(sourced: str) -> None:
-    """With normals the posterior's precision is the sum of both, less the weak prior's once."""
-    found = calibrate(
-        sourced,
-        "both",
-        CalibrateRequest(paths=["scey"], prior_from="elsewhere", chains=2, draws=600),
-    )
-    assert [note.values["source"] for note in told_of(found, "prior_from")] == ["elsewhere"]
-    prior = load_stored(sourced, "both")[0].specification.prior
-    assert prior is not None
-    source, alone, both = (law_of(sourced, name) for name in ("elsewhere", "alone", "both"))
-    np.testing.assert_allclose(prior.mean, source.mean(axis=0))
-    np.testing.assert_allclose(prior.sd, source.std(axis=0, ddof=1))
-    precisions = [np.linalg.inv(np.cov(u, rowvar=False)) for u in (source, alone)]
-    weak = np.diag([0.5**-2, 10.0**-2])
-    covariance = np.linalg.inv(precisions[0] + precisions[1] - weak)
-    mean = covariance @ (
-        sum(p @ u.mean(axis=0) for p, u in zip(precisions, (source, alone), strict=True))
-        - weak @ [np.log(0.5), 0.0]
-    )
-    sd = np.sqrt(np.diag(covariance))
-    assert np.abs(both.mean(axis=0) - mean) == pytest.approx(0.0, abs=0.4 * sd.max())
-    np.testing.assert_allclose(both.std(axis=0), sd, rtol=0.25)
-    assert prior.source == "elsewhere"
-    assert rerun(sourced, "both").identical
-
-
 def test_the_same_events_never_count_twice(sourced: str) -> None:
-    with pytest.raises(AvahazardError, match=r"19 of 19 events already speak through elsewhere"):
-        calibrate(sourced, "x", CalibrateRequest(paths=["saugy"], prior_from="elsewhere", **FEW))
-    with pytest.raises(AvahazardError, match="would count twice"):
+    with pytest.raises(AvahazardError, match=r"15 of 15 events already speak .* count twice"):
         calibrate(
             sourced, "x", CalibrateRequest(paths=["scey"], prior_from="fit:nants, scey", **FEW)
         )
-    # Through a model whose own prior had them.
-    calibrate(sourced, "second", CalibrateRequest(paths=["scey"], prior_from="elsewhere", **FEW))
-    with pytest.raises(AvahazardError, match="through second"):
-        calibrate(sourced, "x", CalibrateRequest(paths=["saugy"], prior_from="second", **FEW))
 
 
 def test_a_fit_to_other_paths(sourced: str) -> None:
@@ -249,16 +201,9 @@ def test_a_fit_to_other_paths(sourced: str) -> None:
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        ({"prior_from": "elsewhere", "law": "power"}, "another law"),
-        ({"prior_from": "elsewhere", "distribution": "normal"}, "another distribution"),
-        ({"prior_from": "elsewhere", "without": ["centrifugal"]}, "another curvature"),
-        (
-            {"prior_from": "elsewhere", "with_": ["turbulent-drag"]},
-            "another set of effects on the motion",
-        ),
         ({"prior_from": "fit:nants", "with_": ["turbulent-drag"]}, "A fit knows no turbulent-drag"),
-        ({"prior_from": "elsewhere", "method": "gibbs"}, "does not work with a prior"),
-        ({"prior_from": "nothing"}, "model nothing"),
+        ({"prior_from": "fit:nants", "method": "gibbs"}, "does not work with a prior"),
+        ({"prior_from": "nothing"}, "names no path"),
         ({"prior_from": "fit:nowhere"}, "'nowhere'"),
         ({"prior_from": "fit:"}, "names no path"),
     ],
