@@ -11,7 +11,6 @@ FEW: dict[str, object] = {
     "avahazard.workflow.compare.RECORD_DRAWS": 200,
     "avahazard.workflow.report.RECORD_DRAWS": 200,
     "avahazard.workflow.report_loop.RECORD_DRAWS": 200,
-    "avahazard.workflow.report_loop.STRENGTHS": (0.0, 0.5, 1.0, 2.0),
     "avahazard.criticism.scoring.error_budget.N_DRAWS": 120,
     "avahazard.criticism.scoring.error_budget.N_TABLES": 4,
     "avahazard.criticism.scoring.loo.MAX_DRAWS": 200,
