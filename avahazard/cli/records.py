@@ -241,15 +241,6 @@ def _cell_m(value: float | None, digits: int) -> str | None:
     return None if value is None else f"{value:.{digits}f}"
 
 
-def _jumps(found: Frictions) -> Iterator[str]:
-    yield from found.notes or ()
-    for jump in found.jumps:
-        yield (
-            f"{jump.path_id}: the runout jumps by up to {jump.jump_m:.0f} m (near μ = "
-            f"{jump.mu:.3f}): no friction stops the block in between."
-        )
-
-
 def friction(
     path_id: Annotated[str | None, argument("Only events of this path.", "[PATH]")] = None,
     *,
@@ -264,7 +255,7 @@ def friction(
       avahazard friction --model first --plot law.png
     """
     found = ask("friction.show_frictions", path_id=path_id, request=request)
-    emit(found, _by_path if path_id is None else _by_event, notes=_jumps)
+    emit(found, _by_path if path_id is None else _by_event)
 
 
 def _by_path(console: Console, found: Frictions) -> None:

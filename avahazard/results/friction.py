@@ -66,15 +66,6 @@ class PerturbationCheck(Result):
 
 
 @dataclass(frozen=True, slots=True)
-class LargestJump(Result):
-    """The largest jump of F on a path, between one friction of the grid and the next."""
-
-    path_id: str
-    mu: float
-    jump_m: float
-
-
-@dataclass(frozen=True, slots=True)
 class Frictions(Result):
     """Apparent friction of every event, densities, and the check by perturbation.
 
@@ -86,7 +77,6 @@ class Frictions(Result):
     events: Rows[ApparentEvent]
     density: Rows[FrictionDensity]
     perturbation: PerturbationCheck
-    jumps: Rows[LargestJump]
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,7 +24,6 @@ from avahazard.inference.paper.calibration import recorded_elevation
 from avahazard.inference.paper.least_squares import LawFit, fit_every_law, fit_law, usable
 from avahazard.inference.prediction import look_up
 from avahazard.inference.seeds import generator
-from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Event, Records, find_path, only_paths
 from avahazard.records.errors import AvahazardError
 from avahazard.report.html.content import FrictionView
@@ -36,7 +35,6 @@ from avahazard.results.friction import (
     FittedParameter,
     FrictionDensity,
     Frictions,
-    LargestJump,
     LeastSquares,
     PerturbationCheck,
     PerturbedParameter,
@@ -111,30 +109,6 @@ def perturbation_check(
         name: PerturbedParameter(*row) for name, row in zip(fit.law.names, figures, strict=True)
     }
     return replace(check, law=LAW, parameters=parameters)
-
-
-def largest_jumps(
-    observations: Observations, predicted: Predicted, found: apparent.BackCalculation
-) -> Rows[LargestJump]:
-    """For each path where F jumps within the frictions of its events, the largest jump.
-
-    A jump is from one friction of the grid to the next.
-    """
-    jumps = []
-    curve = predicted.curve
-    steps = np.where(curve.jumps, np.abs(np.diff(curve.y, axis=1)), 0.0)
-    for k, name in enumerate(observations.columns.paths):
-        mine = np.flatnonzero(observations.columns.path_index == k)
-        known = np.concatenate([found.mu_low[mine], found.mu_high[mine]])
-        known = known[np.isfinite(known)]
-        if not len(known):
-            continue
-        inside = (MU[1:] > known.min()) & (MU[:-1] < known.max())
-        largest = np.max(np.where(inside, steps[mine], 0.0), axis=0)
-        at = int(np.argmax(largest))
-        if largest[at] > 0.0:
-            jumps.append(LargestJump(name, float(MU[at]), float(largest[at])))
-    return Rows(jumps)
 
 
 N_VOLUMES = 60
@@ -234,20 +208,18 @@ def show_frictions(
             stored if path_id is None else on_events(stored, records, _events_of(records, path_id))
         )
         observations = fitted.observations
-        found, predicted = apparent_friction(fitted)
+        found, _ = apparent_friction(fitted)
     else:
         with reading(database) as session:
             records = load_records(session)
         if path_id is not None:
             records = replace(records, events=_events_of(records, path_id))
         observations = build_observations(records)
-        predicted = predict_records(observations, (), {})
-        found = apparent.back_calculate(observations, predicted)
+        found = apparent.back_calculate(observations, predict_records(observations, (), {}))
     frictions = Frictions(
         events=_events(found, observations),
         density=friction_densities(found.mu, observations, request.kappa),
         perturbation=perturbation_check(found, observations),
-        jumps=largest_jumps(observations, predicted, found),
     )
     if fitted is not None:
         reference = found.mu * np.exp(-from_reference(fitted))
