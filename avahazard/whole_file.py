@@ -18,26 +18,6 @@ def put_in_place(part: Path, file: Path) -> None:
         _sync(file.absolute().parent, os.O_RDONLY)
 
 
-def put_new_in_place(part: Path, file: Path) -> None:
-    """Sync `part` to the disk and give it the name `file`, which nothing may have yet.
-
-    Raises `FileExistsError` where something has that name, which is as it was; `OSError` where the
-    disk refuses it.
-    """
-    _sync(part, os.O_RDWR)
-    try:
-        os.link(part, file)
-    except FileExistsError:
-        raise
-    except OSError:  # a disk without a second name for one file
-        if file.exists():
-            raise FileExistsError(file) from None
-        part.replace(file)
-    part.unlink(missing_ok=True)
-    if sys.platform != "win32":
-        _sync(file.absolute().parent, os.O_RDONLY)
-
-
 def _sync(path: Path, flags: int) -> None:
     opened = os.open(path, flags)
     try:

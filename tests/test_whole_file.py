@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from avahazard.whole_file import put_in_place, put_new_in_place
+from avahazard.whole_file import put_in_place
 
 
 @pytest.fixture
@@ -50,22 +50,3 @@ def test_a_disk_that_refuses_leaves_the_file_as_it_was(
     with pytest.raises(OSError, match="No space left"):
         put_in_place(part, file)
     assert file.read_bytes() == b"old"
-
-
-@pytest.mark.parametrize("links", [True, False])
-def test_a_new_file_takes_no_name_that_is_there(
-    part_and_file: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch, links: bool
-) -> None:
-    def refused(_part: Path, _file: Path) -> None:
-        raise OSError(1, "Operation not permitted")
-
-    if not links:  # as on a disk that knows one name for a file
-        monkeypatch.setattr(os, "link", refused)
-    part, file = part_and_file
-    with pytest.raises(FileExistsError):
-        put_new_in_place(part, file)
-    assert file.read_bytes() == b"old"
-    file.unlink()
-    put_new_in_place(part, file)
-    assert file.read_bytes() == b"new"
-    assert not part.exists()

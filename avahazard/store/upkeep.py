@@ -22,7 +22,7 @@ from avahazard.store.session import (
     sqlite_file,
     translated,
 )
-from avahazard.whole_file import put_new_in_place
+from avahazard.whole_file import put_in_place
 
 COUNTED: dict[str, type[tables.Base]] = {
     "paths": tables.PathTable,
@@ -87,22 +87,7 @@ def _migrate(database: str, wanted: set[tables.State], *, make: bool) -> tables.
     return before
 
 
-MOST_COPIES = 99
 TOOLS = {"postgresql": "pg_dump", "mysql": "mysqldump", "mariadb": "mariadb-dump"}
-
-
-def backup_beside(database: str, name: str) -> str:
-    """Copy an SQLite database to the file `name`, or with a number after it, if that is there.
-
-    Raises `AvahazardError` where the copy cannot be made.
-    """
-    with _copied(database, FilePath(name)) as part:
-        for number in range(1, MOST_COPIES + 1):
-            file = name if number == 1 else f"{name}-{number}"
-            with suppress(FileExistsError):
-                put_new_in_place(part, FilePath(file))
-                return file
-    raise AvahazardError(f"There are {MOST_COPIES} copies {name} already.", "Remove old ones.")
 
 
 def backup(database: str, target: str | FilePath) -> None:
@@ -111,16 +96,12 @@ def backup(database: str, target: str | FilePath) -> None:
     Raises `AvahazardError` where it is no SQLite database or missing, or `target` is there already.
     """
     copy = FilePath(target)
-    there = AvahazardError(
-        f"{copy} is there already; nothing was written.", "Name a file that is not there."
-    )
     if copy.exists():
-        raise there
+        raise AvahazardError(
+            f"{copy} is there already; nothing was written.", "Name a file that is not there."
+        )
     with _copied(database, copy) as part:
-        try:
-            put_new_in_place(part, copy)
-        except FileExistsError:
-            raise there from None
+        put_in_place(part, copy)
 
 
 @contextmanager

@@ -36,7 +36,7 @@ from avahazard.store import upkeep
 from avahazard.store.records import load_profiles, load_records, save_records, save_terrain
 from avahazard.store.results import list_models
 from avahazard.store.session import database_name, database_url, reading, sqlite_file, writing
-from avahazard.store.upkeep import backup, backup_beside, check_database
+from avahazard.store.upkeep import backup, check_database
 from avahazard.workflow.requests import ImportRequest
 
 SAMPLE = 3
@@ -61,7 +61,9 @@ def upgrade_database(database: str) -> Upgraded:
     before = upkeep.status(database)
     copy = None
     if before.state == "old" and (file := sqlite_file(database_url(database))) is not None:
-        copy = backup_beside(database, f"{file}.before-{before.head}")
+        copy = f"{file}.before-{before.head}"
+        if not FilePath(copy).exists():
+            backup(database, copy)
     upkeep.upgrade(database)
     after = upkeep.status(database)
     return Upgraded(after.database, before.revision, after.revision, copy)

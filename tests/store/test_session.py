@@ -108,7 +108,7 @@ def test_an_upgrade_copies_the_file_before(database: str) -> None:
     assert found.backup == f"{database}.before-{tables.head()}"
     assert upkeep.status(found.backup).revision == "0005"
     downgraded(database, "0005")
-    assert upgrade_database(database).backup == f"{database}.before-{tables.head()}-2"
+    assert upgrade_database(database).backup == f"{database}.before-{tables.head()}"
     assert upgrade_database(database).backup is None
     assert Path(found.backup).is_file()
 

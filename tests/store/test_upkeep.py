@@ -14,7 +14,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.store import upkeep
 from avahazard.store.records import load_records, save_records
 from avahazard.store.session import make_engine, reading, writing
-from avahazard.store.upkeep import backup, backup_beside, check_database
+from avahazard.store.upkeep import backup, check_database
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
@@ -123,7 +123,7 @@ def test_a_copy_has_its_name_when_it_is_whole(
     database: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     copy = tmp_path / "copy.db"
-    put = upkeep.put_new_in_place
+    put = upkeep.put_in_place
 
     def watched(part: Path, file: Path) -> None:
         assert not copy.exists()  # who kills it until now leaves nothing that looks like a copy
@@ -131,15 +131,10 @@ def test_a_copy_has_its_name_when_it_is_whole(
             assert load_records(session).paths == ()
         put(part, file)
 
-    monkeypatch.setattr(upkeep, "put_new_in_place", watched)
+    monkeypatch.setattr(upkeep, "put_in_place", watched)
     backup(database, copy)
     assert copy.exists()
     assert [file.name for file in tmp_path.iterdir() if ".part" in file.name] == []
-
-
-def test_copies_beside_one_another_are_numbered(database: str, tmp_path: Path) -> None:
-    name = str(tmp_path / "copy.db")
-    assert [backup_beside(database, name) for _ in range(3)] == [name, f"{name}-2", f"{name}-3"]
 
 
 def test_a_missing_folder_is_told_by_the_name_that_was_asked_for(
