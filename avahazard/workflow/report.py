@@ -13,6 +13,7 @@ from avahazard.arrays import Floats
 from avahazard.criticism.scoring.scores import expected_records
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.site import release_place, stop_place
+from avahazard.hazard.future_events import classes_of
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.model.choices import BLOCK
 from avahazard.inference.model.friction_model import LEAST_LOG_SCATTER
@@ -59,7 +60,7 @@ from avahazard.workflow.compare import COORDINATES, RECORD_DRAWS, ladder_rows, l
 from avahazard.workflow.map import map_parts
 from avahazard.workflow.next_step import next_step
 from avahazard.workflow.path import alpha_beta_paths, describe_path, list_paths, run_site
-from avahazard.workflow.report_loop import QUANTILES, loop_view, to_come
+from avahazard.workflow.report_loop import QUANTILES, loop_view
 from avahazard.workflow.requests import MapRequest, ReportRequest
 from avahazard.workflow.stored import (
     limits_speed,
@@ -163,7 +164,7 @@ def gather(
     paths = path_views(stored, records, events, rows, baseline, zones, grounds, flows)
     shown = {view.path.path_id for view in paths}
     report("Writing the report", 0.4, 1.0)
-    loop = loop_view(database, stored, records, models, comparisons, diagnoses)
+    loop = loop_view(database, stored, models, comparisons, diagnoses)
     report("Writing the report", 0.9, 1.0)
     calibration = show_model(database, name)
     model = next(model for model in models if model.name == name)
@@ -299,7 +300,8 @@ def _speeds(
     for path_id in dict.fromkeys(row.path_id for row in rows):
         mine = [row for row in rows if row.path_id == path_id]
         volumes = np.array([row.volume_m3 or ANY_VOLUME_M3 for row in mine])
-        future = to_come(records, path_id, volumes)
+        events = tuple(Event("", path_id=path_id, volume_m3=size) for size in volumes.tolist())
+        future = classes_of(replace(of_path(records, path_id), events=events))
         friction = model.median_friction(volumes, future.columns)
         resistance = model.resistance(future.site, values)
         lines = []

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,16 +11,11 @@ from numpy.typing import NDArray
 from avahazard.arrays import Bools, Floats
 from avahazard.criticism.scoring.scores import crps, expected_records
 from avahazard.criticism.scoring.where_it_fails import event_axes
-from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Effect, MotionEffect, of_kind
-from avahazard.hazard.future_events import FutureEvents, classes_of
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
-from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.cells import Resistance
-from avahazard.physics.runout_curve import MU
-from avahazard.records.collection import Event, Records, of_path
 from avahazard.records.errors import AvahazardError
 from avahazard.report.html.content import LoopView, PlaceView, StateView, SuspectView
 from avahazard.report.model_tables import failing
@@ -39,26 +33,19 @@ QUANTILES = (0.05, 0.5, 0.95)
 def loop_view(
     database: str,
     stored: FittedModel,
-    records: Records,
     models: Sequence[StoredModel],
     comparisons: Mapping[str, Comparison | None],
     diagnoses: Mapping[str, Diagnosis],
 ) -> LoopView:
-    """The model `stored` among those of the ladder that were calibrated on the same records.
-
-    `records` are all of the database.
-    """
+    """The model `stored` among those of the ladder that were calibrated on the same records."""
     known = {name: found for name, found in comparisons.items() if found is not None}
     lineage = _lineage(stored.name, models)
-    volumes = volumes_of(stored.columns)
-    paths = tuple(site.path.path_id for site in stored.observations.sites)
     shown: list[StateView] = []
     left_out: dict[str, Note] = {}
     suspect = None
     if stored.sigma_m is None:
-        future = [to_come(records, path_id, volumes) for path_id in paths]
         for fit in _others(database, stored, lineage, models, known, left_out):
-            shown.append(state_view(fit.name, fit, future, known.get(fit.name)))
+            shown.append(state_view(fit, known.get(fit.name)))
             if fit.name in lineage[-2:-1]:
                 suspect = suspect_view(stored, fit)
     trees = [entry.key for entry in stored.definitions if entry.trees]
@@ -69,8 +56,6 @@ def loop_view(
         comparisons=known,
         diagnoses=diagnoses,
         left_out=left_out,
-        volumes=volumes,
-        mu=FRICTION,
         suspect=suspect,
     )
 
@@ -145,41 +130,15 @@ def _others(
     return sorted(found, key=lambda fit: order[fit.name])
 
 
-FRICTION = MU[(MU > 0.0999) & (MU < 0.9001)][::2]
-"""Frictions of the tables in the page `[n_friction]`."""
-N_VOLUMES = 24
-NOTHING: Floats = np.empty((0, 0))
 LEAST_LENGTH_M = 1.0
 LEAST_EXPLAINED = 1e-3
 
 
-def volumes_of(columns: EventColumns) -> Floats:
-    """Volumes (m3) over the recorded ones `[n_volumes]`; none where none is recorded."""
-    log_volume = columns.log_volume
-    known = log_volume[np.isfinite(log_volume)]
-    if not len(known):
-        return np.empty(0)
-    return np.geomspace(np.exp(known.min()), np.exp(known.max()), N_VOLUMES)
-
-
-def to_come(records: Records, path_id: str, volumes: Floats) -> FutureEvents:
-    """An avalanche of each volume (m3) on a path; of any volume where there is none."""
-    sizes = volumes.tolist() or [1e4]
-    events = tuple(Event("", path_id=path_id, volume_m3=size) for size in sizes)
-    return classes_of(replace(of_path(records, path_id), events=events))
-
-
-def state_view(
-    key: str, model: FittedModel, future: Sequence[FutureEvents], comparison: Comparison | None
-) -> StateView:
-    """What `model` predicts for its records, with the very draws that `compare` scores.
-
-    `future` are the avalanches of `to_come` of each path, on whose sites the block is run.
-    """
+def state_view(model: FittedModel, comparison: Comparison | None) -> StateView:
+    """What `model` predicts for its records, with the very draws that `compare` scores."""
     expected = expected_records(model, RECORD_DRAWS, generator(0, "compare"))
-    paths, stops, friction = _blocks(model, future) if future else ((), NOTHING, NOTHING)
     return StateView(
-        key=key,
+        key=model.name,
         predicted=np.quantile(expected.draws, QUANTILES, axis=1).T,
         x=np.quantile(expected.x, QUANTILES, axis=1).T,
         error=expected.error,
@@ -187,9 +146,6 @@ def state_view(
         crps_m=float(np.mean(crps(expected.draws, expected.observed))),
         held_out_m=None if comparison is None else comparison.held_out.runout.crps_m,
         failed=_failed(model, expected.x, comparison),
-        path_ids=paths,
-        stops=stops,
-        friction=friction,
     )
 
 
@@ -202,29 +158,6 @@ def _failed(model: FittedModel, x: Floats, comparison: Comparison | None) -> Boo
         if row.axis in axes:
             failed |= axes[row.axis] == row.level
     return failed
-
-
-def _blocks(
-    model: FittedModel, future: Sequence[FutureEvents]
-) -> tuple[tuple[str, ...], Floats, Floats]:
-    """Paths, F(μ) `[n_paths, n_friction]` and median friction `[n_paths, n_volumes]`."""
-    u = np.median(model.draws, axis=0)
-    values = model.layout.effect_values(u)
-    paths, stops, friction = [], [], []
-    for there in future:
-        site, path_id = there.site, there.site.path.path_id
-        curve = site.table(site.cells(model.resistance(site, values)))[0]
-        x = np.where(curve.status == LEFT_PROFILE, np.inf, curve.x)
-        paths.append(path_id)
-        stops.append(x[np.searchsorted(MU, FRICTION - 1e-9)])
-        volume = np.exp(there.columns.log_volume)[:, None]
-        events = model.friction.of_events(there.columns)
-        location = model.friction.location_and_scatter(u, volume, events)[0][:, 0]
-        offset = model.offsets.get(path_id)
-        shift = 0.0 if offset is None else float(np.median(offset))
-        in_log = location if model.layout.log_scatter else np.log(location)
-        friction.append(np.exp(in_log + shift))
-    return tuple(paths), np.array(stops), np.array(friction)
 
 
 def places(model: FittedModel, trees: Sequence[str]) -> Iterator[PlaceView]:

@@ -127,9 +127,6 @@ class StateView:
     `[n_events]` (m) is predicted mean less record as `compare` counts it. `rmse_m` and `crps_m`
     are in-sample, `held_out_m` is the held-out CRPS, None where it was never compared; `failed`
     `[n_events]` are the events of levels where the model fails beyond chance.
-    `stops` `[n_paths, n_friction]` is F(μ) as x (m) over `FRICTION`, infinite past the profile,
-    and `friction` `[n_paths, n_volumes]` that of the median avalanche over the report's volumes;
-    their rows are the paths `path_ids`.
     """
 
     key: str
@@ -140,9 +137,6 @@ class StateView:
     crps_m: float
     held_out_m: float | None
     failed: Bools
-    path_ids: tuple[str, ...]
-    stops: Floats
-    friction: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -177,8 +171,7 @@ class LoopView:
 
     `models` are the states of the models, oldest first. `comparisons` and `diagnoses` are those of
     the ladder by model, `lineage` the model and its ancestors, the first one first; `left_out` are
-    models that are not shown, with the reason. `volumes` (m3) and `mu` are those of the states'
-    tables.
+    models that are not shown, with the reason.
     """
 
     models: tuple[StateView, ...]
@@ -187,8 +180,6 @@ class LoopView:
     comparisons: Mapping[str, Comparison]
     diagnoses: Mapping[str, Diagnosis]
     left_out: Mapping[str, Note]
-    volumes: Floats
-    mu: Floats
     suspect: SuspectView | None = None
 
     @property

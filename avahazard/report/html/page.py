@@ -10,13 +10,12 @@ from importlib.resources import files
 from operator import itemgetter
 from typing import Any
 
-import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from avahazard.report import model_tables, tables
 from avahazard.report.html import brief, model_figures, record_figures, score_figures
-from avahazard.report.html.content import PathView, ReportContent, StateView
+from avahazard.report.html.content import PathView, ReportContent
 from avahazard.report.html.figure import Figure, script_json
 from avahazard.report.html.map_figure import map_figure
 from avahazard.report.html.path_figure import path_figure
@@ -28,31 +27,19 @@ DIGITS = 5
 
 
 def switch_json(content: ReportContent) -> Markup:
-    """Errors by model, and for every path the tables F(μ) and μ(V)."""
+    """The models that the page switches between, and the error of each."""
     loop = content.loop
-    shared: list[Any] = []
-    numbers = {state.key: _state_rows(state, shared) for state in loop.models}
     value = {
         "own": loop.lineage[-1],
         "language": _language(),
         "models": [state.key for state in loop.models],
         "states": {
             state.key: {
-                "name": state.key,
                 "held_out_m": state.held_out_m,
                 "crps_m": state.crps_m,
                 "rmse_m": state.rmse_m,
-                "tables": numbers[state.key],
             }
             for state in loop.models
-        },
-        "tables": shared,
-        "mu": loop.mu,
-        "volumes": loop.volumes,
-        "paths": {
-            view.path.path_id: {"number": number, "profile": _profile(view.smooth)}
-            for number, view in enumerate(content.paths, start=1)
-            if view.smooth is not None
         },
     }
     return script_json(value, DIGITS)
@@ -63,15 +50,12 @@ def _language() -> dict[str, Any]:
     return {
         "code": spoken().code,
         "decimal": spoken().decimal,
-        "group": spoken().group,
         "separators": spoken().separators,
         "shown": say("Shown: {model}. In-sample CRPS {crps}, root mean square error {rmse}."),
         "shown_held_out": say(
             "Shown: {model}. In-sample CRPS {crps}, root mean square error {rmse}; held-out "
             "{held_out}."
         ),
-        "stops": say("With μ = {friction} the block stops at x = {x} m, {y} m above sea level."),
-        "leaves": say("With μ = {friction} the block runs past the end of the profile."),
         "toolbar": {
             "Download plot as a PNG": say("Download plot as a PNG"),
             "Download plot": say("Download plot as a PNG"),
@@ -82,24 +66,6 @@ def _language() -> dict[str, Any]:
             "Reset axes": say("Reset axes"),
         },
     }
-
-
-def _state_rows(state: StateView, shared: list[Any]) -> dict[str, list[int]]:
-    """By path the numbers of its tables F(μ) and μ(V) among the shared ones."""
-    found: dict[str, list[int]] = {}
-    for k, path in enumerate(state.path_ids):
-        pair = []
-        for table in (np.round(state.stops[k]).tolist(), np.round(state.friction[k], 4).tolist()):
-            if table not in shared:
-                shared.append(table)
-            pair.append(shared.index(table))
-        found[path] = pair
-    return found
-
-
-def _profile(smooth: Any) -> dict[str, Any]:
-    x = np.linspace(smooth.x_min, smooth.x_max, 160)
-    return {"x": np.round(x, 1), "y": np.round(smooth.height(x), 1)}
 
 
 @dataclass(frozen=True, slots=True)

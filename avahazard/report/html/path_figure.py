@@ -19,7 +19,6 @@ from avahazard.report.html.figure import (
     ORANGE,
     ROW_COLORS,
     TOOLBAR_PX,
-    VERMILION,
     Figure,
     States,
     Trace,
@@ -398,8 +397,7 @@ def path_figure(
 ) -> Figure | None:
     """Panels above one another over the same x; None for a path without a profile.
 
-    The last trace of the profile is the block, which the page's sliders move. The axis
-    of speeds says so where no `drag` limits them.
+    The axis of speeds says so where no `drag` limits them.
     """
     if view.smooth is None or view.release_x is None:
         return None
@@ -407,7 +405,7 @@ def path_figure(
     bands = [float(np.max(state.x[shown, 2])) for state in loop.models if shown]
     end = shown_end(view, bands)
     here = [place for place in loop.places if place.path_id == view.path.path_id]
-    ground = [*profile_traces(view), *place_traces(here, view.smooth, end), block_trace(view)]
+    ground = [*profile_traces(view), *place_traces(here, view.smooth, end)]
     heights = axis(say("elevation (m)"), range=profile_range(view.smooth, len(view.rows)))
     panels: list[tuple[list[Trace], dict[str, Any], int]] = [(ground, heights, PROFILE_PX)]
     words = [say("its profile with the recorded stops and the predicted runouts")]
@@ -467,15 +465,3 @@ def shown_end(view: PathView, more: Sequence[float] = ()) -> float:
         return smooth.x_max
     length = ROOM * (max([*known, *stops]) - smooth.x_min)
     return float(min(smooth.x_min + length, smooth.x_max))
-
-
-def block_trace(view: PathView) -> Trace:
-    """The block, on its release until a slider moves it."""
-    assert view.smooth is not None
-    y = float(view.smooth.height(view.release_x or 0.0))
-    white = {"color": "white", "width": 2}
-    look = {"symbol": "square", "size": 15, "color": VERMILION, "line": white}
-    hover = say("the block stops: x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}")
-    own = {"name": say("the block"), "meta": "block"}
-    hidden = {"showlegend": False, "cliponaxis": False, "visible": False}
-    return marks([view.release_x], [y], look, hover, **own, **hidden)

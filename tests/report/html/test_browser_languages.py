@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from avahazard.report.html.content import ReportContent
 from avahazard.report.html.page import render
 from avahazard.report.language import language_of, speaking
 from tests.report.html.chromium import Seen, chromium
-from tests.report.html.test_browser_loop import MOVE, OVERLAPS
+from tests.report.html.test_browser_loop import OVERLAPS
 
 SLOW = pytest.mark.slow
 # German words are the longest.
@@ -115,12 +116,9 @@ def is_whole(seen: Seen) -> None:
 
 def test_what_the_script_says_is_in_the_language(desk: Seen) -> None:
     """It has the decimal sign of the language, and no place is left open."""
-    slider = desk.page.locator("[data-block=mu]").first
-    slider.evaluate(MOVE, 0.345)
-    words = desk.page.locator(".stop").first.inner_text()
-    assert "0,345" in words
-    assert "{" not in words + desk.page.locator(".shown-error").first.inner_text()
-    assert "0,345" in desk.page.locator("[data-block=mu] + output").first.inner_text()
+    words = desk.page.locator(".shown-error").first.inner_text()
+    assert re.search(r"\d,\d m", words)
+    assert "{" not in words
 
 
 def test_on_paper_nothing_is_cut_and_every_path_fills_a_sheet_after_the_brief(desk: Seen) -> None:

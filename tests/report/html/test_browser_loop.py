@@ -1,4 +1,4 @@
-"""The switch and the sliders of the report in real headless Chromium."""
+"""The switch of the report in real headless Chromium."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ PAGE_PX = (297 - 30) / 25.4 * 96
 """A4 between the margins."""
 WORDS_PX = 80
 """A heading, and the words below a figure."""
-MOVE = "(e, v) => { e.value = v; e.dispatchEvent(new Event('input')); }"
 OVERLAPS = """() => {
   const hit = (a, b) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1
     && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 1;
@@ -104,28 +103,6 @@ def test_the_switch_redraws_and_shows_the_error_of_compare(
         words = seen.page.locator("#check .shown-error").inner_text()
         assert f"held-out {held_out:.1f} m" in words
     assert drawn["base"] != drawn["child"]
-
-
-def test_the_block_moves_with_friction_and_with_volume(
-    seen: Seen, loop_content: ReportContent
-) -> None:
-    loop = loop_content.loop
-    child = next(state for state in loop.models if state.key == "child")
-    first = loop_content.paths[0].path.path_id
-    table = child.stops[child.path_ids.index(first)]
-    box = seen.page.locator(f"[data-path={first}]")
-    k = 60
-    box.locator("[data-block=mu]").evaluate(MOVE, round(float(loop.mu[k]), 6))
-    place = seen.page.evaluate(
-        "() => document.querySelector('[data-figure=path-1]').data"
-        ".find((t) => t.name === 'the block')"
-    )
-    assert place["visible"] is True
-    assert place["x"][0] == pytest.approx(table[k], abs=2.0)
-    before = box.locator(".stop").inner_text()
-    box.locator("[data-block=volume]").evaluate(MOVE, len(loop.volumes) - 1)
-    assert "stops at x" in before
-    assert box.locator(".stop").inner_text() != before
 
 
 def test_on_paper_two_figures_go_on_a_page_and_panels_can_be_read(seen: Seen) -> None:

@@ -33,14 +33,6 @@ def test_the_shown_error_is_that_of_compare(loop_content: ReportContent) -> None
         assert state.held_out_m == loop.comparisons[state.key].held_out.runout.crps_m
 
 
-def test_a_block_of_more_friction_stops_earlier(loop_content: ReportContent) -> None:
-    loop = loop_content.loop
-    for state in loop.models:
-        assert state.stops.shape == (3, len(loop.mu))
-        assert np.all(np.diff(np.where(np.isfinite(state.stops), state.stops, 1e6), axis=1) <= 0.0)
-        assert np.all(np.diff(state.friction, axis=1) < 0.0)
-
-
 def test_the_story_has_failure_evidence_fall_and_what_is_left(loop_content: ReportContent) -> None:
     base, child = chapters(loop_content)
     text = " ".join(base.sentences)

@@ -56,7 +56,7 @@
     if (!state) { return; }
     var held = state.held_out_m;
     var words = said(held === null ? tongue.shown : tongue.shown_held_out, {
-      model: state.name, crps: metres(state.crps_m), rmse: metres(state.rmse_m),
+      model: now, crps: metres(state.crps_m), rmse: metres(state.rmse_m),
       held_out: held === null ? "" : metres(held)
     });
     document.querySelectorAll("[data-switch]").forEach(function (box) {
@@ -71,7 +71,6 @@
     now = key;
     drawn.forEach(restate);
     tell();
-    document.querySelectorAll("[data-path]").forEach(function (box) { if (box.slid) { box.slid(); } });
   }
   document.querySelectorAll("[data-switch]").forEach(function (box) {
     box.querySelectorAll("[type=radio]").forEach(function (radio) {
@@ -80,55 +79,6 @@
   });
   tell();
 
-  // Where the block stops: straight between two frictions, the nearer one where F has no number.
-  function stop(table, mu) {
-    var at = (mu - shared.mu[0]) / (shared.mu[1] - shared.mu[0]);
-    var k = Math.max(0, Math.min(table.length - 2, Math.floor(at))), share = Math.min(1, at - k);
-    if (table[k] === null || table[k + 1] === null) { return table[k + Math.round(share)]; }
-    return table[k] + share * (table[k + 1] - table[k]);
-  }
-  function between(x, y, at) {
-    var k = 0;
-    while (k < x.length - 2 && x[k + 1] < at) { k += 1; }
-    return y[k] + (at - x[k]) / (x[k + 1] - x[k]) * (y[k + 1] - y[k]);
-  }
-  function grouped(value) { return Math.round(value).toString().replace(/\B(?=(\d{3})+$)/g, tongue.group); }
-  document.querySelectorAll("[data-path]").forEach(function (box) {
-    var path = box.dataset.path, known = shared.paths[path];
-    var friction = box.querySelector("[data-block=mu]"), size = box.querySelector("[data-block=volume]");
-    if (!known || !shared.states[shared.own] || !shared.states[shared.own].tables[path]) {
-      box.hidden = true; return;
-    }
-    friction.min = shared.mu[0]; friction.max = shared.mu[shared.mu.length - 1];
-    friction.step = 0.001; friction.value = 0.4;
-    if (size) { size.min = 0; size.max = shared.volumes.length - 1; size.step = 0.25; size.value = 0; }
-    var place = document.querySelector("[data-figure='path-" + known.number + "']");
-    function tables() {
-      return shared.states[now].tables[path].map(function (number) { return shared.tables[number]; });
-    }
-    box.slid = function () {
-      var mu = Number(friction.value), x = stop(tables()[0], mu);
-      friction.nextElementSibling.textContent = number(mu, 3);
-      var end = known.profile.x[known.profile.x.length - 1], at = x === null ? end : x;
-      var y = between(known.profile.x, known.profile.y, at);
-      box.querySelector(".stop").textContent = said(x === null ? tongue.leaves : tongue.stops, {
-        friction: number(mu, 3), x: grouped(at), y: grouped(y)
-      });
-      var trace = place.data ? place.data.findIndex(function (t) { return t.meta === "block"; }) : -1;
-      if (trace >= 0) { Plotly.restyle(place, { x: [[at]], y: [[y]], visible: true }, [trace]); }
-    };
-    friction.addEventListener("input", box.slid);
-    if (size) {
-      size.addEventListener("input", function () {
-        var at = Number(size.value), k = Math.min(Math.floor(at), shared.volumes.length - 2), share = at - k;
-        var curve = tables()[1];
-        var volume = shared.volumes[k] * Math.pow(shared.volumes[k + 1] / shared.volumes[k], share);
-        size.nextElementSibling.textContent = grouped(Number(volume.toPrecision(3))) + " m³";
-        friction.value = curve[k] + share * (curve[k + 1] - curve[k]);
-        box.slid();
-      });
-    }
-  });
   function next() {
     if (!waiting.length) { document.documentElement.dataset.drawn = "all"; return; }
     draw(waiting.shift());
