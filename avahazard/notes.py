@@ -36,9 +36,6 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
     "few_events": ("{model} is based on {n} event only.", "{model} is based on {n} events only."),
     "older_version": "{model} was made with version {version} of this program, which is {now} now: "
     "avahazard rerun {model} shows whether that matters.",
-    "other_speeds": "{model} was calibrated with the error of speeds of an earlier version "
-    "(speed_sigma). Calibrate a new model: until then friction along its tracks scatters as the "
-    "prior of track_sigma says.",
     "weights": "the models have these weights, by which their mixture predicts left-out records "
     "best (stacking): {weights}.",
     "any_volume": "this model's friction is the same for every volume.",

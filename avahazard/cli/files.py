@@ -24,22 +24,13 @@ from avahazard.results.files import (
 )
 from avahazard.workflow.requests import ReportRequest, SynthRequest
 
-OTHER_VERSION = {
-    "old": "it was made by an older version: run `avahazard db upgrade`.",
-    "newer": "it was made by a newer version: update the program.",
-}
-
 
 def _created(console: Console, found: Created) -> None:
     done = "was created" if found.created else "exists"
     console.print(f"The database {found.database} {done}.", soft_wrap=True)
 
 
-@answers(
-    "database.init_database",
-    _created,
-    notes=lambda found: [words for state, words in OTHER_VERSION.items() if state == found.state],
-)
+@answers("database.init_database", _created)
 def init() -> None:
     """Create the database, or say that it exists.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import groupby
 from pathlib import Path
 from statistics import median
@@ -19,7 +19,7 @@ from avahazard.report.tables import alpha_beta_table, cell, paths_table, thinned
 from avahazard.results.base import Rows
 from avahazard.results.files import GuessedColumns, Import
 from avahazard.results.friction import ApparentEvent, Frictions, PerturbationCheck
-from avahazard.results.terrain import PathCheck, PathSummary, Runout, RunoutAt
+from avahazard.results.terrain import PathCheck, PathSummary, Runout
 from avahazard.workflow import requests
 
 
@@ -189,9 +189,7 @@ def _how_it_ended(found: Runout) -> str:
     return f"{start}stops at {found.runout_elevation_m:.1f} m (x = {found.runout_x_m:.1f} m)."
 
 
-MOST_FRICTIONS = 30
-STRIDES = (1, 2, 4, 8, 10, 20, 40)
-"""Every how many frictions of the grid a row may stand: steps of μ that are round."""
+MOST_FRICTIONS = 29
 MOST_JUMPS = 5
 CURVE_COLUMNS = (">μ", ">stop x m", ">elevation m", ">dx/dμ m", ">dy/dμ m", "")
 CURVE_WORDS = {"stopped": "", "left_profile": "leaves the profile", "not_released": "does not move"}
@@ -201,6 +199,9 @@ def show_table(console: Console, found: Runout) -> None:
     """Print F(μ) at some frictions, and its largest jumps; nothing without a table."""
     if found.table is None:
         return
+    stopped = [k for k, row in enumerate(found.table) if row.status == "stopped"]
+    first, last = (stopped[0], stopped[-1]) if stopped else (0, len(found.table))
+    shown = found.table[max(first - 1, 0) : last + 2]
     rows = [
         (
             f"{row.mu:.4g}",
@@ -210,7 +211,7 @@ def show_table(console: Console, found: Runout) -> None:
             _cell_m(row.dy_dmu_m, 0),
             CURVE_WORDS[row.status],
         )
-        for row in shown_frictions(found.table)
+        for row in thinned(shown, MOST_FRICTIONS)
     ]
     by = f", with the effects of {found.model}" if found.model else ""
     console.print(table(f"F(μ) on {found.path_id}{by}", CURVE_COLUMNS, rows))
@@ -223,18 +224,6 @@ def show_table(console: Console, found: Runout) -> None:
         )
     if len(jumps) > MOST_JUMPS:
         console.print(f"{len(jumps) - MOST_JUMPS} smaller jumps: see --json.")
-
-
-def shown_frictions(rows: Sequence[RunoutAt]) -> list[RunoutAt]:
-    """About `MOST_FRICTIONS` of the rows, evenly, from the last that does not stop to the next."""
-    stopped = [j for j, row in enumerate(rows) if row.status == "stopped"]
-    if not stopped:
-        return [rows[0], rows[-1]]
-    first, last = stopped[0], stopped[-1]
-    stride = next((s for s in STRIDES if (last - first) // s < MOST_FRICTIONS - 1), STRIDES[-1])
-    # From a round friction, as the grid begins at one, under which the block does not stop.
-    start = max(first - 1 - (first - 1) % stride, 0)
-    return list(rows[start : last + stride + 1 : stride])
 
 
 def _cell_m(value: float | None, digits: int) -> str | None:

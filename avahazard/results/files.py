@@ -20,7 +20,6 @@ class Created(Result):
 
     database: str
     created: bool
-    state: str
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,7 +36,8 @@ COUNTED: dict[str, type[tables.Base]] = {
 def create(database: str) -> tables.State:
     """Create the tables of an empty or missing `database`; return its state before.
 
-    Raises `AvahazardError` where it holds other tables, or cannot be written.
+    Raises `AvahazardError` where it holds other tables or those of another version, or cannot be
+    written.
     """
     return _migrate(database, {"empty"}, make=True)
 
@@ -80,7 +81,7 @@ def _migrate(database: str, wanted: set[tables.State], *, make: bool) -> tables.
                 before = tables.state(connection)
                 if before in wanted:
                     tables.upgrade(connection)
-                elif before == "foreign" or (before != "current" and not make):
+                elif before != "current":
                     tables.require_current(connection)
         finally:
             engine.dispose()

@@ -456,11 +456,6 @@ def rerun(
     own = stored.definitions
     require_unchanged(stored)
     kept = load_parameter_draws(database, name)
-    if "speed_sigma" in kept:
-        raise AvahazardError(
-            f"{name} was calibrated with the error of speeds of an earlier version (speed_sigma).",
-            "Calibrate a new model: this version knows the scatter of friction along tracks.",
-        )
     observations = build_observations(
         only_paths(records, stored.paths), forward=stored.specification.forward
     )
@@ -488,7 +483,7 @@ def rerun(
             float(np.max(np.abs(kept[key] - again[key]))),
         )
         for key in kept
-        if not np.array_equal(kept[key], again[key])
+        if key in again and not np.array_equal(kept[key], again[key])
     }
     return Rerun(name, not differences, len(kept), differences, _notes(database, name))
 

@@ -46,11 +46,10 @@ SAMPLE = 3
 def init_database(database: str) -> Created:
     """Create the tables of `database`; `created` is false where it exists.
 
-    Raises `AvahazardError` where it holds other tables, or cannot be written.
+    Raises `AvahazardError` where it holds other tables or those of another version, or cannot be
+    written.
     """
-    before = upkeep.create(database)
-    created = before == "empty"
-    return Created(database_name(database), created, "current" if created else before)
+    return Created(database_name(database), upkeep.create(database) == "empty")
 
 
 def upgrade_database(database: str) -> Upgraded:

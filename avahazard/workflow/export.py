@@ -141,7 +141,7 @@ def map_layers(
             "--update; or import the paths as lines with --dem. A .csv needs no coordinates.",
         )
     notes = [f"not on the map are {reason}" for reason in reasons]
-    return hazard_layers(drawn, rows, zones), notes + _notes(drawn, rows, zones)
+    return hazard_layers(drawn, rows, zones), notes + _notes(drawn, zones)
 
 
 def drawn_path(records: Records, path: Path) -> MappedPath | str:
@@ -159,30 +159,13 @@ def drawn_path(records: Records, path: Path) -> MappedPath | str:
     return MappedPath(path, line, release_place(smooth, path.release_elevation_m), tuple(stops))
 
 
-def _notes(drawn: Sequence[MappedPath], rows: Documents, zones: Documents) -> list[str]:
-    """What has no place on the map."""
-    from avahazard.gis.hazard_map import QUANTILES  # noqa: PLC0415 (may be missing)
-
-    shown = {one.path.path_id for one in drawn}
-    beyond = [
-        row["path_id"]
-        for row in rows
-        for found in (row, row.get("design"))
-        if found and row["path_id"] in shown
-        for quantile in QUANTILES
-        if found["runout_x_m"][quantile] is None
-    ]
-    notes = []
-    if beyond:
-        notes.append(
-            f"{len(beyond)} quantiles of runouts lie past the end of the profile and have no "
-            f"point: {', '.join(dict.fromkeys(beyond))}. Longer profiles would tell."
-        )
+def _notes(drawn: Sequence[MappedPath], zones: Documents) -> list[str]:
+    """What has no area on the map."""
     bare = [
         one.path.path_id
         for one in drawn
         if one.width_m is None and any(z["path_id"] == one.path.path_id for z in zones)
     ]
-    if bare:
-        notes.append(f"zones as lines only, for want of a column width_m: {', '.join(bare)}.")
-    return notes
+    return (
+        [f"zones as lines only, for want of a column width_m: {', '.join(bare)}."] if bare else []
+    )

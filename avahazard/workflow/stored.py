@@ -443,8 +443,6 @@ def model_notes(
         notes.append(Note("unconverged", model=name))
     if n < FEW_EVENTS:
         notes.append(Note("few_events", model=name, n=n))
-    if "speed_sigma" in result.parameters:
-        notes.append(Note("other_speeds", model=name))
     if version is not None and version != now:
         notes.append(Note("older_version", model=name, version=version, now=now))
     return tuple(notes)

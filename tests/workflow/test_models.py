@@ -8,7 +8,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 from sqlalchemy import create_engine, text
 from typer.testing import Result
@@ -83,18 +82,6 @@ def test_every_method_gives_the_same_bits(models: str) -> None:
         assert found.identical, name
         assert found.differences == {}
         assert found.notes == ()
-
-
-def test_one_of_the_earlier_error_of_speeds_is_not_done_again(
-    models: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(
-        "avahazard.workflow.calibrate.load_parameter_draws",
-        lambda *_given: {"speed_sigma": np.ones((2, 60))},
-    )
-    with pytest.raises(AvahazardError, match="speed_sigma") as told:
-        rerun(models, "base")
-    assert "Calibrate a new model" in str(told.value.hint)
 
 
 @pytest.mark.slow

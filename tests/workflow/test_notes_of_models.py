@@ -39,7 +39,7 @@ from avahazard.workflow.requests import (
     RunoutRequest,
     ZonesRequest,
 )
-from avahazard.workflow.stored import load_stored, model_notes, record_notes, volume_notes
+from avahazard.workflow.stored import record_notes, volume_notes
 from avahazard.workflow.zones import zones
 from tests.inference import studies
 from tests.workflow.worlds import bowl, height, known_stops
@@ -88,14 +88,6 @@ def poor(snow_database: str) -> str:
 
 def in_words(notes: tuple[str, ...]) -> str:
     return "\n".join(notes)
-
-
-def test_the_error_of_speeds_of_an_earlier_version_is_told(snow_database: str) -> None:
-    result = load_stored(snow_database, "base")[0].calibration
-    (one, *_) = result.parameters.values()
-    old = replace(result, parameters={**result.parameters, "speed_sigma": one})
-    assert "track_sigma" not in in_words(model_notes(result, False, None))
-    assert "base was calibrated with the error of speeds" in in_words(model_notes(old, False, None))
 
 
 @pytest.mark.slow
