@@ -276,7 +276,6 @@ class Definition:
     - `settled(columns, sites)`: the data state already what it would estimate, so that it is no
       candidate.
     - `seen_in(columns, sites)`: where the records have what the effect is about, in a sentence.
-    - `trees`: where it acts on a path it is drawn as trees.
     - `order`: its place in the list; equal ones stand by key.
     """
 
@@ -302,7 +301,6 @@ class Definition:
     reads: str | None = None
     settled: Callable[[EventColumns, Sites], bool] = lambda _columns, _sites: False
     seen_in: Answer = _no_answer
-    trees: bool = False
     order: int = 1000
 
     @property

@@ -165,7 +165,6 @@ FOREST_DRAG = Definition(
     build=lambda _: MotionEffect("forest-drag", (BY_TREES,), _in_forest),
     lacking=_no_forest,
     seen_in=_seen_in,
-    trees=True,
     order=60,
 )
 

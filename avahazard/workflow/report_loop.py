@@ -1,23 +1,20 @@
-"""The loop for the report: the models of the same records, and where their effects act."""
+"""The loop for the report: the models of the same records, and what the last effect explains."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avahazard.arrays import Bools, Floats
 from avahazard.criticism.scoring.scores import crps, expected_records
 from avahazard.criticism.scoring.where_it_fails import event_axes
-from avahazard.effects.effect import Effect, MotionEffect, of_kind
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
-from avahazard.physics.cells import Resistance
 from avahazard.records.errors import AvahazardError
-from avahazard.report.html.content import LoopView, PlaceView, StateView, SuspectView
+from avahazard.report.html.content import LoopView, StateView, SuspectView
 from avahazard.report.model_tables import failing
 from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import Diagnosis
@@ -48,10 +45,8 @@ def loop_view(
             shown.append(state_view(fit, known.get(fit.name)))
             if fit.name in lineage[-2:-1]:
                 suspect = suspect_view(stored, fit)
-    trees = [entry.key for entry in stored.definitions if entry.trees]
     return LoopView(
         models=tuple(shown),
-        places=tuple(places(stored, trees)),
         lineage=lineage,
         comparisons=known,
         diagnoses=diagnoses,
@@ -130,7 +125,6 @@ def _others(
     return sorted(found, key=lambda fit: order[fit.name])
 
 
-LEAST_LENGTH_M = 1.0
 LEAST_EXPLAINED = 1e-3
 
 
@@ -158,43 +152,3 @@ def _failed(model: FittedModel, x: Floats, comparison: Comparison | None) -> Boo
         if row.axis in axes:
             failed |= axes[row.axis] == row.level
     return failed
-
-
-def places(model: FittedModel, trees: Sequence[str]) -> Iterator[PlaceView]:
-    """Where on each path an effect on the motion acts, if not all along it.
-
-    `trees` are the effects that are drawn as trees.
-    """
-    values = model.layout.effect_values(np.median(model.draws, axis=0))
-    for effect in of_kind(model.effects, MotionEffect):
-        for site in model.observations.sites:
-            alone = model.resistance(site, _alone(model.effects, effect, values))
-            none = model.resistance(site, _alone(model.effects, None, values))
-            terrain = site.terrain_for(alone)
-            acts = _differ(alone, none)
-            if acts is None or acts.all() or not acts.any():
-                continue
-            edges = np.flatnonzero(np.diff(np.concatenate([[False], acts, [False]])))
-            stretches = [
-                (float(terrain.x[a]), float(terrain.x[b]))
-                for a, b in edges.reshape(-1, 2)
-                if terrain.x[b] - terrain.x[a] > LEAST_LENGTH_M
-            ]
-            path_id = site.path.path_id
-            yield PlaceView(effect.key, path_id, tuple(stretches), effect.key in trees)
-
-
-def _alone(
-    effects: Sequence[Effect], effect: Effect | None, values: dict[str, Floats]
-) -> dict[str, Floats]:
-    """The values with all effects but one at neutral."""
-    return {e.key: values.get(e.key, e.neutral) if e is effect else e.neutral for e in effects}
-
-
-def _differ(one: Resistance, other: Resistance) -> NDArray[np.bool_] | None:
-    """Cells `[n_cells]` in which two resistances differ; None where it is so everywhere."""
-    if len(one.drag) != len(other.drag) or one.curvature != other.curvature:
-        return None
-    parts = ("factor", "offset", "constant", "drag")
-    unequal = [getattr(one, part) != getattr(other, part) for part in parts]
-    return np.asarray(np.any(unequal, axis=0))

@@ -155,16 +155,6 @@ class SuspectView:
     values: Sequence[float | str] | None
 
 
-@dataclass(frozen=True, slots=True)
-class PlaceView:
-    """Stretches `(from, to)` (m) of a path where an effect acts, and how they are drawn."""
-
-    effect: str
-    path_id: str
-    stretches: tuple[tuple[float, float], ...]
-    trees: bool
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class LoopView:
     """The model among those of the same records.
@@ -175,7 +165,6 @@ class LoopView:
     """
 
     models: tuple[StateView, ...]
-    places: tuple[PlaceView, ...]
     lineage: tuple[str, ...]
     comparisons: Mapping[str, Comparison]
     diagnoses: Mapping[str, Diagnosis]

@@ -9,14 +9,12 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.physics.smooth_profile import SmoothProfile
-from avahazard.report.html.content import EventView, LoopView, PathView, PlaceView, StateView
+from avahazard.report.html.content import EventView, LoopView, PathView, StateView
 from avahazard.report.html.figure import (
     BLACK,
     BLUE,
-    GREEN,
     GROUND,
     INK,
-    ORANGE,
     ROW_COLORS,
     TOOLBAR_PX,
     Figure,
@@ -31,36 +29,9 @@ from avahazard.report.html.figure import (
     line,
     marks,
 )
-from avahazard.report.language import say, spoken
+from avahazard.report.language import say
 from avahazard.report.words import case, integer, interval, metres, volume_words, years
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, ReachChance, Spread, ZonedPath
-
-TREES_EVERY, ABOVE, POINTS = 0.016, 0.012, 30
-"""Distance of the trees as a share of the path, their height over the ground as one of the drop,
-and the points of a band."""
-
-
-def place_traces(places: Sequence[PlaceView], smooth: SmoothProfile, end: float) -> list[Trace]:
-    """A trace for each effect that acts on a part of this path, which is drawn up to `end` (m)."""
-    traces: list[Trace] = []
-    length = end - smooth.x_min
-    for place in places:
-        effect = spoken().effect(place.effect)
-        name = label(say("{effect} acts here", effect=effect))
-        if place.trees:
-            parts = [np.arange(a, b, TREES_EVERY * length) for a, b in place.stretches]
-            x = np.concatenate(parts)
-            drop = float(np.ptp(smooth.height(np.linspace(smooth.x_min, smooth.x_max, 100))))
-            look = {"symbol": "triangle-up", "size": 9, "color": GREEN}
-            hover = label(effect) + ": x %{x:.0f} m"
-            traces.append(marks(x, smooth.height(x) + ABOVE * drop, look, hover, name=name))
-            continue
-        parts = [np.append(np.linspace(a, b, POINTS), np.nan) for a, b in place.stretches]
-        x = np.concatenate(parts)
-        y = np.where(np.isfinite(x), smooth.height(np.nan_to_num(x)), np.nan)
-        traces.append(line(x, y, ORANGE, 7.0, "%{fullData.name}", name=name, opacity=0.55))
-    return traces
-
 
 PLACES = 160
 HUMP = 0.05
@@ -404,8 +375,7 @@ def path_figure(
     shown = stops_of(view, loop, all_events)
     bands = [float(np.max(state.x[shown, 2])) for state in loop.models if shown]
     end = shown_end(view, bands)
-    here = [place for place in loop.places if place.path_id == view.path.path_id]
-    ground = [*profile_traces(view), *place_traces(here, view.smooth, end)]
+    ground = profile_traces(view)
     heights = axis(say("elevation (m)"), range=profile_range(view.smooth, len(view.rows)))
     panels: list[tuple[list[Trace], dict[str, Any], int]] = [(ground, heights, PROFILE_PX)]
     words = [say("its profile with the recorded stops and the predicted runouts")]

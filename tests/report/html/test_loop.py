@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from avahazard.report.html.brief import chapters, path_cards
-from avahazard.report.html.content import Cover, PlaceView, ReportContent
+from avahazard.report.html.content import Cover, ReportContent
 from avahazard.report.html.page import render
-from avahazard.report.html.path_figure import place_traces, stops_of, stops_traces
+from avahazard.report.html.path_figure import stops_of, stops_traces
 from avahazard.report.html.record_figures import (
     failed_figure,
     predicted_figures,
@@ -95,18 +95,6 @@ def test_a_path_shows_every_record_with_both_bands(loop_content: ReportContent) 
     assert records["x"] == [loop_content.events[k].stop_x_m for k in shown]
     volumes = [loop_content.events[k].volume_m3 or 0.0 for k in shown]
     assert volumes == sorted(volumes)
-
-
-def test_forest_is_drawn_as_trees_and_other_places_as_a_band(loop_content: ReportContent) -> None:
-    smooth = loop_content.paths[0].smooth
-    assert smooth is not None
-    stretches = ((500.0, 900.0), (1200.0, 1300.0))
-    for trees, mode in ((True, "markers"), (False, "lines")):
-        (trace,) = place_traces([PlaceView("own", "P01", stretches, trees)], smooth, 4000.0)
-        assert trace["mode"] == mode
-        x = np.array(trace["x"])
-        x = x[np.isfinite(x)]
-        assert all(any(a <= v <= b for a, b in stretches) for v in x)
 
 
 def test_the_budget_is_one_bar_a_model_whose_squares_add_up(loop_content: ReportContent) -> None:
