@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
+from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path as FilePath
 
@@ -269,9 +270,6 @@ def _on_draws(layout: Layout, slots: Sequence[str], u: Floats) -> Layout:
     return with_arms(layout, arms)
 
 
-KDE_DRAWS, KDE_POINTS = 4000, 401
-NARROWEST = 1e-9
-"""Width of the middle half of draws, over their sd, below which it counts as one value."""
 STILL_PRIOR = 0.75
 """Posterior over prior standard deviation where the records tell less than the prior (with
 independent normals they tell as much at 0.71)."""
@@ -378,26 +376,15 @@ def summary(draws: Floats, unit: str) -> results.ParameterSummary:
 
 
 def mode(draws: Floats) -> float:
-    """Where the density of draws `[n]` is highest, by a normal kernel.
-
-    Its width is Silverman's rule, which a long tail does not widen.
-    """
-    from scipy.stats import gaussian_kde  # noqa: PLC0415 (slow)
-
-    draws = draws[:: max(1, len(draws) // KDE_DRAWS)]
+    """The draw of `[n]` at which their density is highest, by ArviZ's kernels."""
+    array_stats = import_module("arviz_stats.base").array_stats  # slow to import, so only here
     middle, width = float(np.median(draws)), float(np.ptp(draws))
-    if not 1e-12 * float(np.max(np.abs(draws))) < width < np.inf:
+    if not 0.0 < width < np.inf:
         return middle
-    z = (draws - middle) / width  # whose squares neither vanish nor overflow
-    sd = float(np.std(z, ddof=1))
-    kernel = min(sd, float(np.ptp(np.quantile(z, [0.25, 0.75]))) / 1.349)
-    # Where half of the draws are all but one value, that is it.
-    if kernel <= NARROWEST * sd:
-        return middle
-    density = gaussian_kde(z / sd, bw_method=0.9 * kernel / sd * len(z) ** -0.2)
-    # Places close together where the draws are dense.
-    x = np.quantile(z, np.linspace(0.005, 0.995, KDE_POINTS))
-    return float(middle + width * x[np.argmax(density(x / sd))])
+    # Whose squares neither vanish nor overflow.
+    z = (draws - middle) / width
+    places, density, _ = array_stats.kde(z)
+    return float(draws[np.argmin(np.abs(z - places[np.argmax(density)]))])
 
 
 OF_THE_RUN = ("events_left_out", "no_speeds", "not_converged")
