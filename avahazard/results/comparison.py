@@ -42,21 +42,29 @@ class SpeedScores(Result):
 
 
 @dataclass(frozen=True, slots=True)
-class Scores(Result):
-    """Scores on the records that the model was calibrated on; `elpd_loo` (nats) leaves each out.
+class PredictedRecords(Result):
+    """Scores of predicted records; `elpd_loo` (nats) is their log density.
 
     `runout` is in the coordinate of each record, `runout_x` in x for the events with a profile.
-    `pareto_k_bad` counts events whose leave-one-out weights are not to be trusted,
-    `pareto_k_refitted` those of them that were refitted.
     """
 
     runout: RunoutScores
     speed: SpeedScores | None
     elpd_loo: float | None
     elpd_loo_se: float | None
+    runout_x: RunoutScores | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scores(PredictedRecords):
+    """Scores on the records that the model was calibrated on; `elpd_loo` leaves each out.
+
+    `pareto_k_bad` counts events whose leave-one-out weights are not to be trusted,
+    `pareto_k_refitted` those of them that were refitted.
+    """
+
     pareto_k_bad: int
     pareto_k_refitted: int
-    runout_x: RunoutScores | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,20 +76,15 @@ class GroupError(Result):
     crps_m: float
 
 
-@dataclass(frozen=True, slots=True)
-class HeldOutScores(Result):
-    """Scores of what was held out `by` path or fold; `elpd_loo` (nats) is given the others.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HeldOutScores(PredictedRecords):
+    """Scores of what was held out `by` path or fold; `elpd_loo` is given the others.
 
-    `runout.crps_m` is the error of the model, `groups` that of each group. `runout_x` as in
-    `Scores`. `n_fits` fits each held out one group, or, of many paths, a part of them.
+    `runout.crps_m` is the error of the model, `groups` that of each group. `n_fits` fits each held
+    out one group, or, of many paths, a part of them.
     """
 
     by: str
-    runout: RunoutScores
-    speed: SpeedScores | None
-    elpd_loo: float | None
-    elpd_loo_se: float | None
-    runout_x: RunoutScores | None = None
     groups: Rows[GroupError] = field(default_factory=Rows)
     n_fits: int | None = None
 
@@ -201,19 +204,11 @@ class PredictedEvent(Result):
     notes: tuple[Note, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class PredictionScores(Result):
-    """Predictions against the runouts of the file; `elpd_loo` is their log density (nats).
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PredictionScores(PredictedRecords):
+    """Predictions against the runouts of the file, in the `coordinate` of the records."""
 
-    `runout` is in the `coordinate` of the records, `runout_x` in x where there are profiles.
-    """
-
-    runout: RunoutScores
-    speed: SpeedScores | None
-    elpd_loo: float | None
-    elpd_loo_se: float | None
     coordinate: str
-    runout_x: RunoutScores | None
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,8 +25,8 @@ FORCE = MeasuredForce("e1", 100.0, 12.0, 4.0, 0.5, 30.0)
 COMPARISON = Comparison(
     model="base",
     coordinate="elevation",
-    scores=Scores(RUNOUT, None, -50.0, 3.0, 0, 0),
-    held_out=HeldOutScores("path", RUNOUT, None, -55.0, 3.0),
+    scores=Scores(RUNOUT, None, -50.0, 3.0, pareto_k_bad=0, pareto_k_refitted=0),
+    held_out=HeldOutScores(RUNOUT, None, -55.0, 3.0, by="path"),
     where_it_fails=Rows([FAILURE]),
     speed_misfit=None,
     measured_force=None,

@@ -173,8 +173,8 @@ def comparison(errors: list[float], sizes: list[int], rmse: float = 10.0) -> Com
     return Comparison(
         model="m",
         coordinate="elevation",
-        scores=Scores(runout, None, None, None, 0, 0),
-        held_out=HeldOutScores("path", runout, None, None, None, groups=groups),
+        scores=Scores(runout, None, None, None, pareto_k_bad=0, pareto_k_refitted=0),
+        held_out=HeldOutScores(runout, None, None, None, by="path", groups=groups),
         where_it_fails=Rows(),
         speed_misfit=None,
         measured_force=None,
