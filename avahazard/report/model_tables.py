@@ -30,11 +30,9 @@ from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import (
     Comparison,
     Failure,
-    HeldOutScores,
     PredictedEvent,
-    PredictionScores,
+    PredictedRecords,
     Rung,
-    Scores,
 )
 from avahazard.results.diagnosis import Diagnosis, FittedLaw
 from avahazard.results.friction import Fits
@@ -74,9 +72,7 @@ def kinds_table(model: Calibration) -> Table | None:
     return made("kinds", title, columns, rows, shown=0, folded=folded)
 
 
-def scores_table(
-    coordinate: str, parts: Sequence[tuple[str, Scores | HeldOutScores | PredictionScores]]
-) -> Table:
+def scores_table(coordinate: str, parts: Sequence[tuple[str, PredictedRecords]]) -> Table:
     """Scores of runouts in each coordinate, and of speeds if any; `parts` are on what they are.
 
     `coordinate` is that of the records.
