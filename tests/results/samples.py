@@ -95,7 +95,6 @@ FRICTIONS = Frictions(
         ]
     ),
     perturbation=PerturbationCheck(0, 0, None, None, None, {}),
-    jumps=Rows(),
 )
 SPREAD = Spread(1900.4, 1200.0, 1800.0, 2600.0)
 NO_SPREAD = Spread(None, None, None, None)
