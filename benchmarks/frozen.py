@@ -32,7 +32,6 @@ HERE = Path(__file__).resolve().parent
 KEPT = HERE / "frozen.json"
 SHARED = HERE.parents[1] / "shared" / "data"
 PERIODS = (30, 100, 300)
-WORLDS = 99
 Outcome = dict[str, Any]
 
 
@@ -103,7 +102,7 @@ def outcome(data: DataSet) -> Outcome:
         for method in data.methods:
             found |= posterior(method, run(f"calibrate {method} --method {method}"))
         if data.diagnose:
-            found |= verdict(run(f"diagnose base --worlds {WORLDS}"))
+            found |= verdict(run("diagnose base"))
         last = "base"
         if data.add:
             last = "child"

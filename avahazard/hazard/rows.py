@@ -60,43 +60,6 @@ STEPS = tuple(k / 20 for k in range(1, 20))
 """Probabilities 5, 10, … 95 %, at which the distribution of the runout is told."""
 
 
-@dataclass(frozen=True, slots=True)
-class RunoutBounds:
-    """What draws of friction make of one volume on one path.
-
-    `n_draws` were drawn. `n_nonpositive` of them had μ ≤ 0, which the normal distribution allows
-    and no block can have: they are in none of the other numbers. `p_left_profile` and
-    `p_not_released` are shares of the rest; a block that was not released counts as stopped at its
-    release. Runs that left the profile are beyond every stop: highest in `x`, lowest in
-    `elevation`. `x_steps` are the quantiles of x at `STEPS`, None beyond the profile.
-    """
-
-    x: Spread
-    elevation: Spread
-    p_left_profile: float
-    p_not_released: float
-    n_draws: int
-    n_nonpositive: int
-    x_steps: tuple[float | None, ...] = ()
-
-
-def bounds_of_stops(x: Floats, y: Floats, n_not_released: int, n_draws: int) -> RunoutBounds:
-    """Sum up stops (m) `[n_positive]` of `n_draws` draws, those as `draw_stops` gives them."""
-    n = len(x)
-    left = int(np.count_nonzero(np.isinf(x)))
-    return RunoutBounds(
-        x=spread(x),
-        elevation=spread(y),
-        p_left_profile=left / n if n else 0.0,
-        p_not_released=n_not_released / n if n else 0.0,
-        n_draws=n_draws,
-        n_nonpositive=n_draws - n,
-        x_steps=tuple(float(q) if np.isfinite(q) else None for q in order_statistics(x, STEPS))
-        if n
-        else (),
-    )
-
-
 def draw_stops(
     curves: Pieces,
     of: NDArray[np.int64],
@@ -119,29 +82,13 @@ def draw_stops(
     """
     ends = np.arange(1, len(location) + 1) * n_draws // len(location)
     x, y = np.empty(n_draws), np.empty(n_draws)
-    kernel = _lognormal_stops if in_log else _normal_stops
     counts = np.zeros(3, dtype=np.int64)
-    n = kernel(rng, *curves, of, location, scatter, ends, x, y, counts)
+    n = _stops(rng, *curves, of, location, scatter, ends, in_log, x, y, counts)
     return x[:n], y[:n], counts
 
 
 @kernel
-def _lognormal_stops(rng, rows, status, grid, of, location, sd, ends, x, y, counts):  # type: ignore[no-untyped-def]
-    i = 0
-    for p in range(len(location)):
-        row, kind = rows[of[p]], status[of[p]]
-        while i < ends[p]:
-            mu = np.exp(location[p] + sd[p] * rng.standard_normal())
-            k, t = piece_at(row, grid, mu)
-            x[i] = row[k, 0] + row[k, 1] * t
-            y[i] = row[k, 2] + row[k, 3] * t
-            counts[kind[k]] += 1
-            i += 1
-    return i
-
-
-@kernel
-def _normal_stops(rng, rows, status, grid, of, location, sd, ends, x, y, counts):  # type: ignore[no-untyped-def]
+def _stops(rng, rows, status, grid, of, location, sd, ends, in_log, x, y, counts):  # type: ignore[no-untyped-def]
     i = 0
     n = 0
     for p in range(len(location)):
@@ -149,6 +96,8 @@ def _normal_stops(rng, rows, status, grid, of, location, sd, ends, x, y, counts)
         while i < ends[p]:
             mu = location[p] + sd[p] * rng.standard_normal()
             i += 1
+            if in_log:
+                mu = np.exp(mu)
             if mu > 0.0:
                 k, t = piece_at(row, grid, mu)
                 x[n] = row[k, 0] + row[k, 1] * t
@@ -162,11 +111,16 @@ def spread(values: Floats) -> Spread:
     """Summary of stops `[n]`, infinite where the profile was left."""
     if not len(values):
         return Spread(None, None, None, None)
-    quantiles = order_statistics(values, QUANTILES)
-    known = np.isfinite(quantiles)
-    mean = float(values[np.isfinite(values)].mean()) if known.all() else None
-    q05, q50, q95 = (float(q) if ok else None for q, ok in zip(quantiles, known, strict=True))
+    q05, q50, q95 = _known(order_statistics(values, QUANTILES))
+    mean = None
+    if None not in (q05, q50, q95):
+        mean = float(values[np.isfinite(values)].mean())
     return Spread(mean, q05, q50, q95)
+
+
+def _known(values: Floats) -> list[float | None]:
+    """Values, None where they are infinite."""
+    return [float(v) if np.isfinite(v) else None for v in values]
 
 
 def order_statistics(values: Floats, probabilities: Sequence[float]) -> Floats:
@@ -237,7 +191,7 @@ def row_notes(path: PathHazard, row: HazardRow) -> tuple[Note, ...]:
     return tuple(notes)
 
 
-def row_interval(path: PathHazard, *, return_period: bool) -> Note:
+def row_interval(path: PathHazard, return_period: bool) -> Note:
     """What varies within the 5 to 95 % of a row."""
     parts = [*natural_parts(path), Note("of_parameters"), *_unknown_path(path)]
     if not path.varying.volume:
@@ -395,10 +349,7 @@ def runout_interval(avalanches: Avalanches, x: Floats, interval: Note) -> Runout
 
     `interval` says what varies among them.
     """
-    smooth = avalanches.site.smooth
-    inside = np.isfinite(x)
-    height = np.where(inside, smooth.height(np.where(inside, x, smooth.x_max)), -np.inf)
-    return RunoutInterval(spread(x), spread(height), interval)
+    return RunoutInterval(spread(x), spread(_heights(avalanches.site.smooth, x)), interval)
 
 
 def annual_reach(models: Sequence[Weighted]) -> ReachChance:
@@ -439,8 +390,7 @@ def design_of(path: PathHazard, x: Floats) -> Design:
 
 def place_quantiles(x: Floats) -> PlaceQuantiles:
     """5, 50 and 95 % of places x (m) `[n]`, inf beyond the profile; each is one of them."""
-    found = order_statistics(x, QUANTILES)
-    return PlaceQuantiles(*(float(q) if np.isfinite(q) else None for q in found))
+    return PlaceQuantiles(*_known(order_statistics(x, QUANTILES)))
 
 
 def elevation_quantiles(smooth: SmoothProfile, x: Floats) -> PlaceQuantiles:
@@ -448,20 +398,27 @@ def elevation_quantiles(smooth: SmoothProfile, x: Floats) -> PlaceQuantiles:
 
     By depth, so that on falling ground each is the elevation at the mirrored quantile of x.
     """
-    inside = np.isfinite(x)
-    depth = np.where(inside, -smooth.height(np.where(inside, x, smooth.x_max)), np.inf)
-    shallow, middle, deep = (
-        -float(q) if np.isfinite(q) else None for q in order_statistics(depth, QUANTILES)
-    )
+    shallow, middle, deep = _known(-order_statistics(-_heights(smooth, x), QUANTILES))
     return PlaceQuantiles(q05=deep, q50=middle, q95=shallow)
 
 
-def hazard_row(scenario: Scenario, bounds: RunoutBounds, interval: Note) -> HazardRow:
-    """The row of a scenario; `interval` says what varies between the draws.
+def _heights(smooth: SmoothProfile, x: Floats) -> Floats:
+    """Elevations (m) at places x (m) `[n]`, -inf beyond the profile."""
+    inside = np.isfinite(x)
+    return np.where(inside, smooth.height(np.where(inside, x, smooth.x_max)), -np.inf)
 
-    Where the volume of a return period comes from is left out for a volume that the user gave.
+
+def hazard_row(
+    scenario: Scenario, x: Floats, y: Floats, n_not_released: int, n_draws: int, interval: Note
+) -> HazardRow:
+    """The row of a scenario, of stops `[n_positive]` and their number held as by `volume_stops`.
+
+    `interval` says what varies between the draws. Draws with μ ≤ 0, which the normal distribution
+    allows and no block can have, are counted and in none of the other numbers; shares are of the
+    rest. Runs that left the profile are beyond every stop. Where the volume of a return period
+    comes from is left out for a volume that the user gave.
     """
-    told: dict[str, Any] = {}
+    n, told = len(x), dict[str, Any]()
     returned, frequency = scenario.returned, scenario.frequency
     if returned is not None and frequency is not None:
         told = {
@@ -484,14 +441,14 @@ def hazard_row(scenario: Scenario, bounds: RunoutBounds, interval: Note) -> Haza
         path_id=scenario.path_id,
         return_period_years=scenario.return_period,
         volume_m3=scenario.volume_m3,
-        runout_x_m=bounds.x,
-        runout_elevation_m=bounds.elevation,
-        runout_x_steps_m=bounds.x_steps,
+        runout_x_m=spread(x),
+        runout_elevation_m=spread(y),
+        runout_x_steps_m=tuple(_known(order_statistics(x, STEPS))) if n else (),
         interval=interval,
-        p_left_profile=bounds.p_left_profile,
-        p_not_released=bounds.p_not_released,
-        n_draws=bounds.n_draws,
-        n_nonpositive_friction=bounds.n_nonpositive,
+        p_left_profile=np.count_nonzero(np.isinf(x)) / max(n, 1),
+        p_not_released=n_not_released / max(n, 1),
+        n_draws=n_draws,
+        n_nonpositive_friction=n_draws - n,
         **told,
     )
 
@@ -546,12 +503,11 @@ def _row(models: Sequence[Weighted], scenario: Scenario, n_draws: int, seed: int
     ]
     x = [stops[0] for stops in drawn]
     y = np.concatenate([stops[1] for stops in drawn])
-    bounds = bounds_of_stops(np.concatenate(x), y, sum(stops[2] for stops in drawn), n_draws)
-    held = bounds.p_not_released > HELD_TOO_MANY
-    if held:
-        bounds = replace(bounds, x=UNKNOWN, elevation=UNKNOWN)
-    row = hazard_row(scenario, bounds, row_interval(path, return_period=period is not None))
-    if not held:
+    n_held, interval = sum(stops[2] for stops in drawn), row_interval(path, period is not None)
+    row = hazard_row(scenario, np.concatenate(x), y, n_held, n_draws, interval)
+    if row.p_not_released > HELD_TOO_MANY:
+        row = replace(row, runout_x_m=UNKNOWN, runout_elevation_m=UNKNOWN)
+    else:
         if period is not None and path.rate_known:
             x = [exceeded_runout(one.path.avalanches, period) for one in models]
             row = replace(row, design=design_of(path, by_weight(models, x)))

@@ -115,7 +115,7 @@ def steps(*, every: bool) -> tuple[Words, ...]:
         for method in ("metropolis", "gibbs"):
             commands.append(("calibrate", f"by-{method}", "--method", method, *draws))
         commands += [("calibrate", law, "--law", law, *SAMPLED) for law in LAWS]
-        commands += [("diagnose", "m", "--worlds", "39"), ("alpha-beta",)]
+        commands += [("diagnose", "m"), ("alpha-beta",)]
         commands += [("friction", "--model", "m")]
     return (*commands, ("compare", "m"), HAZARD, ZONES, ("model", "m"), ("ladder",))
 

@@ -62,7 +62,7 @@ JOBS = (
     Job("calibrate", ("calibrate", "second", *SAMPLED), "model"),
     Job("add", ("add", "base", "snow-type", "--as", "child"), "model"),
     Job("compare", ("compare", "base"), "model"),
-    Job("diagnose", ("diagnose", "base", "--worlds", "39"), "model"),
+    Job("diagnose", ("diagnose", "base"), "model"),
     Job("hazard", HAZARD, "model"),
     Job("zones", ("zones", "base", "--no-drag", "--return-period", "30"), "model"),
     Job("run", ("run", "avahazard.toml"), "empty"),

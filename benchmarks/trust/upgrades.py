@@ -32,7 +32,7 @@ MOVED = {"hazard_results": "hazard", "zone_results": "zones"}
 UPGRADE = ("db", "upgrade")
 ANSWERS = (
     ("compare", "base"),
-    ("diagnose", "base", "--worlds", "39"),
+    ("diagnose", "base"),
     ("zones", "base", "--no-drag", "--return-period", "30"),
 )
 Dump = dict[str, list[dict[str, Any]]]

@@ -14,12 +14,13 @@ from avahazard.hazard.exceedance import Avalanches
 from avahazard.hazard.extremes import EventVolumes
 from avahazard.hazard.future_events import FutureEvents
 from avahazard.hazard.path_hazard import PathHazard, hazard_of_events
-from avahazard.hazard.rows import RunoutBounds, Scenario, Weighted, bounds_of_stops, volume_stops
+from avahazard.hazard.rows import Scenario, Weighted, hazard_row, volume_stops
 from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.choices import MethodName
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
+from avahazard.notes import Note
 from avahazard.physics.block import run
 from avahazard.physics.cells import build_cells, no_resistance
 from avahazard.records.collection import Event, Path, Profile, Records
@@ -97,9 +98,10 @@ def stops(mu: np.ndarray, release_m: float) -> np.ndarray:
 
 def volume_bounds(
     given: PathHazard, volume_m3: float, n_draws: int, rng: np.random.Generator
-) -> RunoutBounds:
-    """The summary of stops that a row of a volume has."""
-    return bounds_of_stops(*volume_stops(given, volume_m3, n_draws, rng), n_draws)
+) -> HazardRow:
+    """The row of a volume, as far as it is a summary of stops."""
+    stops = volume_stops(given, volume_m3, n_draws, rng)
+    return hazard_row(Scenario("p", volume_m3), *stops, n_draws, Note("of_parameters"))
 
 
 def path_rows(

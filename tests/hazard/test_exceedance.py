@@ -63,7 +63,9 @@ def test_one_volume_and_no_scatter_is_the_deterministic_stop_by_both_ways() -> N
         assert mixed == pytest.approx([deterministic] * 4, abs=0.5)
     given = path(coordinates, None, at=[VOLUME])
     bounds = volume_bounds(given, VOLUME, 100, np.random.default_rng(0))
-    assert (bounds.x.q05, bounds.x.q95) == pytest.approx((deterministic,) * 2, abs=0.5)
+    assert (bounds.runout_x_m.q05, bounds.runout_x_m.q95) == pytest.approx(
+        (deterministic,) * 2, abs=0.5
+    )
     assert middle_runout(avalanches) == pytest.approx([deterministic] * 4, abs=0.5)
     assert natural_runouts(avalanches) == pytest.approx(deterministic, abs=0.5)
 
@@ -182,7 +184,7 @@ def test_stops_that_scatter_in_metres_agree_with_the_paper_s_way() -> None:
     bounds = volume_bounds(given, VOLUME, 40_000, np.random.default_rng(0))
     for key in ("q05", "q50", "q95"):
         assert getattr(natural.runout_elevation_m, key) == pytest.approx(
-            getattr(bounds.elevation, key), abs=3.0
+            getattr(bounds.runout_elevation_m, key), abs=3.0
         )
 
 
@@ -542,5 +544,5 @@ def test_two_kinds_pass_as_often_as_each_by_its_share() -> None:
     bounds = volume_bounds(given, VOLUME, 20_000, np.random.default_rng(0))
     alone = avalanches_of(u, one_volume(VOLUME, 3), effects=(kinds,))
     low, middle, high = (passing(alone).exceeded(level)[0] for level in (0.95, 0.5, 0.05))
-    assert [bounds.x.q05, bounds.x.q50] == pytest.approx([low, middle], abs=12.0)
-    assert (bounds.x.q95, high) == (None, np.inf)
+    assert [bounds.runout_x_m.q05, bounds.runout_x_m.q50] == pytest.approx([low, middle], abs=12.0)
+    assert (bounds.runout_x_m.q95, high) == (None, np.inf)

@@ -12,7 +12,6 @@ from avahazard.hazard.extremes import EventVolumes, Gev, GevDraws, one_volume
 from avahazard.hazard.frequency import VolumeFrequency, fit_volume_frequency
 from avahazard.hazard.path_hazard import PathHazard, RecordedStops
 from avahazard.hazard.rows import (
-    RunoutBounds,
     Scenario,
     Weighted,
     annual_reach,
@@ -31,19 +30,15 @@ from avahazard.results.hazard import (
     MapPoint,
     PlaceQuantiles,
     ReturnLevel,
-    Spread,
 )
 from tests.hazard.parabola import draws, path, path_rows, stop
 
-BOUNDS = RunoutBounds(
-    x=Spread(None, 1800.0, 1900.0, None),
-    elevation=Spread(None, None, 700.0, 760.0),
-    p_left_profile=0.1,
-    p_not_released=0.0,
-    n_draws=1000,
-    n_nonpositive=3,
-    x_steps=(1800.0, 1900.0, None),
+N_LEFT, N_FAR, N_NEAR = 100, 797, 100
+STOPS = (
+    np.repeat([1800.0, 1900.0, np.inf], [N_NEAR, N_FAR, N_LEFT]),
+    np.repeat([760.0, 700.0, -np.inf], [N_NEAR, N_FAR, N_LEFT]),
 )
+"""Of 1000 draws, of which three cannot be."""
 VOLUMES = np.linspace(8.0, 11.0, 18)
 RECORD = VolumeRecord(
     *("p", 1950, 1999, "the first to the last record of any path", 20, 18, 0),
@@ -54,16 +49,16 @@ RECORD = VolumeRecord(
 def test_row_of_a_return_period() -> None:
     volume = ReturnLevel(100.0, 5e4, 2e4, 9e4, extrapolated=True)
     frequency = fit_volume_frequency(region_of([RECORD]), "p", np.random.default_rng(0))
-    row = hazard_row(Scenario("p", 5e4, 100.0, volume, frequency), BOUNDS, "friction")
+    row = hazard_row(Scenario("p", 5e4, 100.0, volume, frequency), *STOPS, 0, 1000, "friction")
     assert row.to_dict() == {
         "path_id": "p",
         "return_period_years": 100.0,
         "volume_m3": 5e4,
         "runout_x_m": {"mean": None, "q05": 1800.0, "q50": 1900.0, "q95": None},
         "runout_elevation_m": {"mean": None, "q05": None, "q50": 700.0, "q95": 760.0},
-        "runout_x_steps_m": [1800.0, 1900.0, None],
+        "runout_x_steps_m": [1800.0] * 2 + [1900.0] * 15 + [None] * 2,
         "interval": "friction",
-        "p_left_profile": 0.1,
+        "p_left_profile": N_LEFT / 997,
         "p_not_released": 0.0,
         "n_draws": 1000,
         "n_nonpositive_friction": 3,
@@ -83,7 +78,7 @@ def test_row_of_a_return_period() -> None:
 
 
 def test_row_of_a_given_volume() -> None:
-    row = hazard_row(Scenario("p", 1e4), BOUNDS, "friction")
+    row = hazard_row(Scenario("p", 1e4), *STOPS, 0, 1000, "friction")
     assert row.return_period_years is None
     assert "volume_method" not in row.to_dict()
 

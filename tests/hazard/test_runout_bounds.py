@@ -10,14 +10,16 @@ import numpy as np
 import pytest
 
 from avahazard.hazard.rows import (
-    RunoutBounds,
-    bounds_of_stops,
+    Scenario,
     draw_stops,
+    hazard_row,
     scattered_stops,
 )
+from avahazard.notes import Note
 from avahazard.physics.block import NOT_RELEASED
 from avahazard.physics.runout_curve import RunoutCurve, friction_grid, pieces
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
+from avahazard.results.hazard import HazardRow
 from tests.hazard.conftest import JUMPS
 from tests.hazard.naive import naive_stop
 
@@ -63,9 +65,10 @@ def test_the_generator_is_let_go(curve: RunoutCurve, distribution: Distribution)
     assert sys.getrefcount(rng) == before
 
 
-def runout_bounds(curve, friction, scatter, distribution, n_draws, rng) -> RunoutBounds:  # type: ignore[no-untyped-def]
+def runout_bounds(curve, friction, scatter, distribution, n_draws, rng) -> HazardRow:  # type: ignore[no-untyped-def]
     x, y, counts = draw_runouts(curve, friction, scatter, distribution, n_draws, rng)
-    return bounds_of_stops(x, y, int(counts[NOT_RELEASED]), n_draws)
+    n_held, interval = int(counts[NOT_RELEASED]), Note("of_parameters")
+    return hazard_row(Scenario("p", 1e4), x, y, n_held, n_draws, interval)
 
 
 def bounds(curve: RunoutCurve, friction: float, scatter: float, distribution: Distribution):
@@ -84,14 +87,16 @@ def test_quantiles_are_the_runouts_of_the_quantiles_of_friction(curve: RunoutCur
     assert found.p_left_profile == 0
     z95 = 1.6448536
     slow, middle, fast = (naive_stop(curve, 0.45 * np.exp(0.1 * z), JUMPS) for z in (z95, 0, -z95))
-    assert (found.x.q05, found.x.q50, found.x.q95) == pytest.approx(
+    assert (found.runout_x_m.q05, found.runout_x_m.q50, found.runout_x_m.q95) == pytest.approx(
         (slow[0], middle[0], fast[0]), abs=3
     )
-    assert (found.elevation.q05, found.elevation.q50, found.elevation.q95) == pytest.approx(
-        (fast[1], middle[1], slow[1]), abs=3
-    )
-    assert found.x.mean is not None
-    assert slow[0] < found.x.mean < fast[0]
+    assert (
+        found.runout_elevation_m.q05,
+        found.runout_elevation_m.q50,
+        found.runout_elevation_m.q95,
+    ) == pytest.approx((fast[1], middle[1], slow[1]), abs=3)
+    assert found.runout_x_m.mean is not None
+    assert slow[0] < found.runout_x_m.mean < fast[0]
 
 
 def test_a_quantile_beyond_the_profile_is_unknown_and_so_is_the_mean(curve: RunoutCurve) -> None:
@@ -99,12 +104,12 @@ def test_a_quantile_beyond_the_profile_is_unknown_and_so_is_the_mean(curve: Runo
     # left below 0.195, the middle between the last left node and the first stop
     expected = NormalDist().cdf(np.log(0.195 / 0.25) / 0.2)
     assert found.p_left_profile == pytest.approx(expected, abs=0.003)
-    assert found.x.q95 is None
-    assert found.x.q50 is not None
-    assert found.x.mean is None
-    assert found.elevation.q05 is None
-    assert found.elevation.q95 is not None
-    assert found.elevation.mean is None
+    assert found.runout_x_m.q95 is None
+    assert found.runout_x_m.q50 is not None
+    assert found.runout_x_m.mean is None
+    assert found.runout_elevation_m.q05 is None
+    assert found.runout_elevation_m.q95 is not None
+    assert found.runout_elevation_m.mean is None
 
 
 def test_the_mean_is_over_the_stops_while_few_leave(curve: RunoutCurve) -> None:
@@ -112,7 +117,7 @@ def test_the_mean_is_over_the_stops_while_few_leave(curve: RunoutCurve) -> None:
     x, _, _ = draw_runouts(curve, friction, scatter, "lognormal", 50_000, np.random.default_rng(4))
     found = runout_bounds(curve, friction, scatter, "lognormal", 50_000, np.random.default_rng(4))
     assert 0.01 < found.p_left_profile < 0.04
-    assert found.x.mean == pytest.approx(x[np.isfinite(x)].mean())
+    assert found.runout_x_m.mean == pytest.approx(x[np.isfinite(x)].mean())
 
 
 def test_the_steps_are_quantiles_and_none_beyond_the_profile(curve: RunoutCurve) -> None:
@@ -120,32 +125,32 @@ def test_the_steps_are_quantiles_and_none_beyond_the_profile(curve: RunoutCurve)
     x, _, _ = draw_runouts(curve, friction, scatter, "lognormal", 4000, np.random.default_rng(4))
     found = runout_bounds(curve, friction, scatter, "lognormal", 4000, np.random.default_rng(4))
     expected = np.sort(x)[199::200][:19]
-    assert found.x_steps == tuple(q if np.isfinite(q) else None for q in expected)
-    assert found.x_steps[0] == found.x.q05
-    assert found.x_steps[-1] is None
+    assert found.runout_x_steps_m == tuple(q if np.isfinite(q) else None for q in expected)
+    assert found.runout_x_steps_m[0] == found.runout_x_m.q05
+    assert found.runout_x_steps_m[-1] is None
 
 
 def test_everything_leaves(curve: RunoutCurve) -> None:
     found = bounds(curve, 0.12, 0.01, "lognormal")
     assert found.p_left_profile == 1
-    assert found.x.q05 is None
-    assert found.x.mean is None
+    assert found.runout_x_m.q05 is None
+    assert found.runout_x_m.mean is None
 
 
 def test_normal_friction_counts_the_draws_that_no_block_can_have(curve: RunoutCurve) -> None:
     found = bounds(curve, 0.45, 0.3, "normal")
     assert found.n_draws == 200_000
-    assert found.n_nonpositive / found.n_draws == pytest.approx(0.0668, abs=0.002)
+    assert found.n_nonpositive_friction / found.n_draws == pytest.approx(0.0668, abs=0.002)
     # of N(0.45, 0.3) above zero: below 0.195, and from 0.645
     assert found.p_left_profile == pytest.approx((0.1977 - 0.0668) / 0.9332, abs=0.004)
     assert found.p_not_released == pytest.approx(0.2578 / 0.9332, abs=0.004)
-    assert bounds(curve, 0.45, 0.3, "lognormal").n_nonpositive == 0
+    assert bounds(curve, 0.45, 0.3, "lognormal").n_nonpositive_friction == 0
 
 
 def test_only_impossible_draws_leave_nothing_to_report(curve: RunoutCurve) -> None:
     found = bounds(curve, -5.0, 0.1, "normal")
-    assert found.n_nonpositive == found.n_draws
-    assert found.x.q50 is None
+    assert found.n_nonpositive_friction == found.n_draws
+    assert found.runout_x_m.q50 is None
     assert found.p_left_profile == 0
 
 
@@ -156,7 +161,7 @@ def test_parameter_uncertainty_widens_the_interval(curve: RunoutCurve) -> None:
         curve, posterior, np.full(4000, 0.05), "lognormal", 100_000, np.random.default_rng(1)
     )
     narrow = bounds(curve, 0.45, 0.05, "lognormal")
-    widths = [b.x.q95 - b.x.q05 for b in (wide, narrow)]
+    widths = [b.runout_x_m.q95 - b.runout_x_m.q05 for b in (wide, narrow)]
     assert widths[0] / widths[1] == pytest.approx(2**0.5, rel=0.05)
 
 

@@ -124,7 +124,15 @@ def test_no_draw_stops_within_a_jump(kind: str) -> None:
     else:
         path = path_hazard(fitted, records(), "T", None, [1e4], seed=0)
         found = volume_bounds(path, 1e4, N, rng)
-        x = np.array([found.x.q05, found.x.q50, found.x.q95, *found.x_steps], dtype=float)
+        x = np.array(
+            [
+                found.runout_x_m.q05,
+                found.runout_x_m.q50,
+                found.runout_x_m.q95,
+                *found.runout_x_steps_m,
+            ],
+            dtype=float,
+        )
     # Draws lie on both sides.
     assert np.any(x >= far - 1e-6)
     assert np.any(x <= near + 1e-6)
