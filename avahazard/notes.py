@@ -39,6 +39,9 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
     "weights": "the models have these weights, by which their mixture predicts left-out records "
     "best (stacking): {weights}.",
     "any_volume": "this model's friction is the same for every volume.",
+    "held_out_by_event": "{model} has an effect on single paths, of which other paths say nothing: "
+    "its held-out scores are by folds of events. By the same folds its parent has a held-out CRPS "
+    "of {crps:.1f} m.",
     "largest_volume": "{model} takes no true volume to be larger than {largest:,.0f} m3, as its "
     "records together indicate: a larger record counts as an error.",
     "volume_shape": "{model} does not take true volumes to be lognormal: its records together "

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from datetime import date
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,20 @@ from avahazard.records.collection import Event, Path
 
 RELEASE_SIGMA = "release_sigma_m"
 """A column of events or paths: the error of the release elevation, and so no driver of friction."""
+
+
+class MeasuredTrack(NamedTuple):
+    """Speeds (m/s) `[n]` with their errors at places x (m) along one event, by its index.
+
+    It was released at `release_x` (m) and came to rest at `stop_x`, NaN where it left its profile.
+    """
+
+    event: int
+    release_x: float
+    stop_x: float
+    x: Floats
+    speed: Floats
+    sigma: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,7 +42,7 @@ class EventColumns:
     `volume_error` is the stated error of the log volume. `height_over_length` is the fall of the
     recorded stop over its horizontal distance: the friction of a block on a straight line.
     `numbers` and `texts` hold every covariate of events and of their paths, `made` what is counted
-    from the records themselves (`counted`).
+    from the records themselves (`counted`). `tracks` are the speeds that were measured.
     """
 
     event_id: tuple[str, ...]
@@ -49,12 +63,16 @@ class EventColumns:
     numbers: Mapping[str, Floats]
     texts: Mapping[str, NDArray[np.str_]]
     made: Mapping[str, Floats] = field(default_factory=dict)
+    tracks: tuple[MeasuredTrack, ...] = ()
 
     def __len__(self) -> int:
         return len(self.event_id)
 
     def at(self, events: Ints) -> EventColumns:
-        """The columns of these `events` `[n]`, in this order, some perhaps several times."""
+        """The columns of these `events` `[n]`, in this order, some perhaps several times.
+
+        Without their tracks.
+        """
         every = {f.name: getattr(self, f.name) for f in fields(self)}
         rows: dict[str, Any] = {k: v[events] for k, v in every.items() if isinstance(v, np.ndarray)}
         return replace(
@@ -64,6 +82,7 @@ class EventColumns:
             numbers={name: column[events] for name, column in self.numbers.items()},
             texts={name: column[events] for name, column in self.texts.items()},
             made={name: column[events] for name, column in self.made.items()},
+            tracks=(),
         )
 
 

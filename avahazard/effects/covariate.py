@@ -412,7 +412,8 @@ def _build_change(path: str, facts: Facts) -> FrictionEffect:
         return np.asarray(after & _there(path, columns), np.float64)[:, None]
 
     parameter = Parameter("change", "log friction", 0.0, 0.0, CHANGE_SD)
-    return FrictionEffect(CHANGE + path, (parameter,), design=design)
+    paths = () if path == ALL else (path,)
+    return FrictionEffect(CHANGE + path, (parameter,), design=design, paths=paths)
 
 
 def _needs_volume(columns: EventColumns, _sites: Sites) -> str | None:

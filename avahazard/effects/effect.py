@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
@@ -59,11 +59,13 @@ class Parameter:
 class Effect:
     """An effect ready for use: its parameters; of what kind it is says its class.
 
-    One of no kind has no parameters: what it means is a `Setting` of the model.
+    One of no kind has no parameters: what it means is a `Setting` of the model. `paths` names that
+    of each parameter where each acts on one path alone, so that nothing of it is known elsewhere.
     """
 
     key: str
     parameters: tuple[Parameter, ...]
+    paths: tuple[str, ...] = field(default=(), kw_only=True)
     acts_on: ClassVar[str] = ""
 
     @property

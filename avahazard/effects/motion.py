@@ -28,6 +28,7 @@ from avahazard.effects.effect import (
     needs_profile,
 )
 from avahazard.effects.site import Site
+from avahazard.effects.stretches import all_parts, build_stretches, stretch_curve, stretch_facts
 from avahazard.notes import Note
 from avahazard.physics.cells import GRAVITY, SPEEDS, Resistance
 from avahazard.physics.terrain import Terrain
@@ -343,4 +344,33 @@ BY_SPEED = _force_by(
 BY_SLOPE = _of_ground("slope", 61)
 BY_ELEVATION = _of_ground("elevation", 62)
 BY_CURVATURE = _of_ground("curvature", 63)
-BY_DISTANCE = _of_ground("distance", 64)
+
+
+def _distance_facts(columns: EventColumns, sites: Sites) -> Facts:
+    return stretch_facts(columns, sites) or _facts("distance", columns, sites)
+
+
+def _distance_alternatives(columns: EventColumns, sites: Sites) -> list[Facts]:
+    parts = all_parts(columns, sites)
+    return [_facts("distance", columns, sites), *([] if parts is None else [parts])]
+
+
+def _along_path(facts: Facts) -> MotionEffect:
+    if "stretches" in facts:
+        return build_stretches("force:distance", facts)
+    return _build("distance", facts)
+
+
+BY_DISTANCE = Definition(
+    key="force:distance",
+    meaning="A stretch of a path holds avalanches back, as a bend or rough ground does; measured "
+    "speeds show where. Without them friction varies smoothly with the distance along all paths.",
+    needs="profile; speeds help",
+    build=_along_path,
+    lacking=needs_profile,
+    facts=_distance_facts,
+    alternatives=_distance_alternatives,
+    curve=lambda facts: stretch_curve(facts) if "stretches" in facts else _curve("distance", facts),
+    beyond=1,
+    order=64,
+)

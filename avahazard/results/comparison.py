@@ -81,12 +81,14 @@ class HeldOutScores(PredictedRecords):
     """Scores of what was held out `by` path or fold; `elpd_loo` is given the others.
 
     `runout.crps_m` is the error of the model, `groups` that of each group. `n_fits` fits each held
-    out one group, or, of many paths, a part of them.
+    out one group, or, of many paths, a part of them. `parent_crps_m` is the error of the model's
+    parent on the same groups, where that was compared on others.
     """
 
     by: str
     groups: Rows[GroupError] = field(default_factory=Rows)
     n_fits: int | None = None
+    parent_crps_m: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -330,6 +330,11 @@ def add(
     after = comparison(new_name, found, lambda share: tell[1](f"Comparing {new_name}", share, 1.0))
     if fresh:
         before = comparison(name, parent, lambda share: tell[2](f"Comparing {name}", share, 1.0))
+    alike = before
+    if before is not None and before.held_out.by != after.held_out.by:
+        alike = comparison(name, parent, effects=found.posterior.effects)
+        error = alike.held_out.runout.crps_m
+        after = replace(after, held_out=replace(after.held_out, parent_crps_m=error))
     after = with_explained(after, before, effects)
     # One transaction: a model that stands without its comparison could not be added again.
     with writing(database) as session:
@@ -338,7 +343,7 @@ def add(
         if fresh and before is not None:
             store.save_result(session, store.COMPARISON, name, plain(before, keyed=True))
         store.save_result(session, store.COMPARISON, new_name, plain(after, keyed=True))
-    scores = before_and_after(before, after)
+    scores = before_and_after(alike, after)
     return replace(result, comparison=scores, next=next_step(database, new_name))
 
 

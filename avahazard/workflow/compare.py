@@ -24,6 +24,7 @@ from avahazard.criticism.scoring.held_out import (
 )
 from avahazard.criticism.scoring.loo import leave_one_out
 from avahazard.criticism.scoring.where_it_fails import event_axes, where_it_fails
+from avahazard.effects.effect import Effect
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.model.observations import (
     ELEVATION,
@@ -83,7 +84,7 @@ def compare(
     require_comparable(stored)
     require_unchanged(stored)
     found = comparison(name, stored, lambda share: report(f"Comparing {name}", share, 1.0))
-    found = replace(found, notes=notes_of_fit(stored))
+    found = replace(found, notes=(*notes_of_fit(stored), *_on_held_out(found)))
     with writing(database) as session:
         parent = store.load_model(session, name).parent
         if parent is not None:
@@ -114,9 +115,15 @@ def require_comparable(model: FittedModel) -> None:
 
 
 def comparison(
-    name: str, model: FittedModel, progress: Callable[[float], None] = lambda _share: None
+    name: str,
+    model: FittedModel,
+    progress: Callable[[float], None] = lambda _share: None,
+    effects: Sequence[Effect] | None = None,
 ) -> results.Comparison:
-    """A model against the records that it was fitted to; nothing is stored."""
+    """A model against the records that it was fitted to; nothing is stored.
+
+    Groups are held out as for a model with these `effects`, by default its own.
+    """
     observations = model.observations
     # The budget takes most memory, and leaves little: it comes before the draws that stay.
     budget = budgets.error_budget(model, generator(0, "error budget"))
@@ -129,7 +136,7 @@ def comparison(
     progress(0.15)
     loo = leave_one_out(model)
     progress(0.24)
-    held = choose_groups(observations)
+    held = choose_groups(observations, model.posterior.effects if effects is None else effects)
     others = held_out_predictions(model, held.fits, lambda share: progress(0.24 + 0.71 * share))
     axes = event_axes(observations, np.median(expected.x, axis=1))
     return results.Comparison(
@@ -259,11 +266,19 @@ def ladder_rows(
                 parent=model.parent,
                 added=tuple(key for key in effects[model.name] if key not in before),
                 coordinate=None if found is None else found.coordinate,
-                notes=notes.get(model.name, ()),
+                notes=(*notes.get(model.name, ()), *_on_held_out(found)),
                 **{key: scores.get(key) for key in SCORES},
             )
         )
     return Rows(rows)
+
+
+def _on_held_out(found: results.Comparison | None) -> list[Note]:
+    """That errors were held out otherwise than those of the parent."""
+    if found is None or found.held_out.parent_crps_m is None:
+        return []
+    error = found.held_out.parent_crps_m
+    return [Note("held_out_by_event", model=found.model, crps=error)]
 
 
 def standing(comparison: results.Comparison) -> results.Standing:

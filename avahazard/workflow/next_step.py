@@ -71,6 +71,9 @@ class StoredModels:
         if parent is None or parent.data_fingerprint != child.data_fingerprint:
             return False
         before, after = self.error(parent.model), self.error(name)
+        document = self._latest(COMPARISON, name)
+        if document and document["held_out"].get("parent_crps_m") is not None:
+            before = float(document["held_out"]["parent_crps_m"])
         return before is not None and after is not None and after > before
 
     def best(self) -> str:

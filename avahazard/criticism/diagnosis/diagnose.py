@@ -49,6 +49,7 @@ from avahazard.criticism.diagnosis.record_faults import (
 from avahazard.criticism.diagnosis.refits import (
     Question,
     Refit,
+    held_out_gain,
     likely_values,
     refit_each,
     refit_with,
@@ -166,7 +167,7 @@ def diagnose(
     fits, screening = fitted_in_full(base, screened, alone, expected, known, of_fits)
     survivors = [c for c in screening.candidates if c.key in fits and c.p_family <= LEVEL]
     evidence = {c.key: evidence_gain(c, fits, base, screening) for c in survivors}
-    evidence = with_laws(fits, evidence)
+    evidence, laws = with_laws(base, fits, evidence)
     ranked = sorted(survivors, key=lambda c: -evidence[c.key])
     fits = {c.key: fits[c.key] for c in ranked}
     naming = name_effects(ranked, evidence, fits, base, expected)
@@ -195,7 +196,7 @@ def diagnose(
         suspects=suspects(base),
         together=together,
         impossible_stops=impossible_stops(base),
-        laws=found_laws(base, fits[smooth], smooth) if smooth else (),
+        laws=(laws.get(smooth) or found_laws(base, fits[smooth], smooth)) if smooth else (),
     )
     progress(1.0)
     return found
@@ -204,7 +205,8 @@ def diagnose(
 def leading_smooth(missing: Sequence[str], fits: Mapping[str, Refit]) -> str | None:
     """The first of what is missing, where it is a smooth curve; laws are asked of it alone."""
     for key in missing[:1]:
-        if key in fits and curve_of(fits[key], key):
+        curve = curve_of(fits[key], key) if key in fits else None
+        if curve is not None and curve.form:
             return key
     return None
 
@@ -409,4 +411,4 @@ def _is_needed(fit: Refit, wider: Refit, more: Sequence[str]) -> bool:
     witnesses = [force_witness(wider.posterior, wider.mode, k) for k in more]
     if any(w is not None and w.denies for w in witnesses):
         return False
-    return bool(np.sum(wider.held_out - fit.held_out) > 0.0)
+    return held_out_gain(wider, fit) > 0.0

@@ -16,7 +16,7 @@ from types import MappingProxyType
 
 import numpy as np
 from scipy import stats
-from scipy.special import expit
+from scipy.special import comb, expit
 from scipy.stats import norm, rankdata
 
 from avahazard.arrays import Floats
@@ -24,6 +24,7 @@ from avahazard.criticism.diagnosis.naming import MARGIN
 from avahazard.criticism.diagnosis.refits import (
     Likely,
     Refit,
+    held_out_gain,
     likely_values,
     refit_each,
     refit_without,
@@ -33,7 +34,14 @@ from avahazard.criticism.scoring.where_it_fails import contrast_p, holm
 from avahazard.criticism.screening.screen import EXPECTED_SHARE, LEVEL, Screened, Screening
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.covariate import VOLUME, number_column
-from avahazard.effects.effect import MIN_LEVEL, Definition, FrictionEffect, LimitEffect
+from avahazard.effects.effect import (
+    MIN_LEVEL,
+    Definition,
+    Facts,
+    FrictionEffect,
+    LimitEffect,
+    Sites,
+)
 from avahazard.effects.groups import level_counts
 from avahazard.effects.record import VOLUME_ERROR
 from avahazard.inference.fitted_model import FittedModel
@@ -242,7 +250,7 @@ def explained_otherwise(
     fits = refit_each(without, [c.key for c in worth], likely=likely)
     found = any(
         evidence_gain(c, fits, without, screening) > group.evidence - MARGIN
-        and np.sum(fits[c.key].held_out - without.held_out) > 0.0
+        and held_out_gain(fits[c.key], without) > 0.0
         for c in worth
     )
     return fits if found else {}
@@ -262,16 +270,25 @@ def evidence_gain(
     price = 0.0
     if entry.beyond and entry.names_cause:
         price = np.log(sum(c.definition.family == entry.family for c in screening.candidates))
-        if entry.alternatives is not None:
-            data = base.observations.columns, base.observations.sites
-            price += np.log(len(entry.alternatives(*data)))
     fit = fits[candidate.key]
+    if entry.alternatives is not None:
+        price += np.log(ways_to_choose(fit, entry, entry.alternatives))
     gain = fit.log_likelihood - base.log_likelihood
     if fit.posterior.layout.kinds is not None and base.posterior.layout.kinds is None:
         price += gain_of_wrong_records(base)
     if candidate.definition.says_what_is_seen:
         gain -= candidate.shape
     return float(min(fit.evidence - base.evidence, gain) - price)
+
+
+def ways_to_choose(
+    fit: Refit, entry: Definition, alternatives: Callable[[EventColumns, Sites], Sequence[Facts]]
+) -> float:
+    """In how many ways the data could choose where an effect acts: dates, stretches of paths."""
+    fitted = next(e for e in fit.posterior.effects if e.key == entry.key)
+    tried = map(entry.build, alternatives(fit.observations.columns, fit.observations.sites))
+    places = sum(len(e.parameters) for e in tried if bool(e.paths) == bool(fitted.paths))
+    return float(comb(places, len(fitted.parameters)))
 
 
 CHANCE_GAIN = 1.0

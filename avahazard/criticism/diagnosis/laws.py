@@ -56,6 +56,10 @@ class FoundLaw:
     evidence: float
 
 
+Laws = tuple[FoundLaw, ...]
+"""Laws that a smooth may be, the best first."""
+
+
 def found_shape(fit: Refit, entry: Definition) -> FoundShape | None:
     """The curve of a smooth that was fitted, by the posterior; None for what is no curve."""
     curve = entry.curve(fit.facts.get(entry.key, {}))
@@ -82,7 +86,7 @@ class Match:
     spread_out: float
 
 
-def found_laws(base: Refit, fit: Refit, key: str) -> tuple[FoundLaw, ...]:
+def found_laws(base: Refit, fit: Refit, key: str) -> Laws:
     """The laws that smooth `key` of `fit`, the model `base` with it, may be; the best first.
 
     Those within `MARGIN` of the best.
@@ -126,20 +130,30 @@ def matched(fit: Refit, key: str, curve: Curve) -> tuple[list[Match], float]:
     return [match(f, places, precision, pull) for f in forms_of(curve, spread)], float(smooth)
 
 
-def with_laws(fits: Mapping[str, Refit], evidence: Mapping[str, float]) -> dict[str, float]:
+def with_laws(
+    base: Refit, fits: Mapping[str, Refit], evidence: Mapping[str, float]
+) -> tuple[dict[str, float], dict[str, Laws]]:
     """Evidence (nats) of candidates; where a force by a state of the ground leads, with its law.
 
     Places along a path are alike in several states, and a smooth of each may follow a force by one
     of them as well. A law, such as a band, is sharper: what the best adds to its smooth tells the
-    states apart.
+    states apart. It is taken to second order; of states that are then close, whose laws are
+    returned, from their fits.
     """
     leader = max(evidence, key=lambda key: evidence[key], default=None)
     if leader is None or not _on_ground(fits[leader], leader):
-        return dict(evidence)
-    return {
-        key: before + (_law_gain(fits[key], key) if _on_ground(fits[key], key) else 0.0)
-        for key, before in evidence.items()
-    }
+        return dict(evidence), {}
+    states = [key for key in evidence if _on_ground(fits[key], key)]
+    found = dict(evidence) | {key: evidence[key] + _law_gain(fits[key], key) for key in states}
+    top = max(found[key] for key in states)
+    close = [key for key in states if found[key] > top - max(NEAR, NEAR_SHARE * top)]
+    if len(close) < 2:
+        return found, {}
+    laws = {key: found_laws(base, fits[key], key) for key in close}
+    for key in close:
+        smooth = fits[key].evidence - base.evidence
+        found[key] = evidence[key] + max(0.0, laws[key][0].evidence - smooth)
+    return found, laws
 
 
 def _on_ground(fit: Refit, key: str) -> bool:

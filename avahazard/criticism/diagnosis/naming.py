@@ -9,10 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from avahazard.criticism.diagnosis.force_witness import ForceWitness, force_witness
-from avahazard.criticism.diagnosis.refits import Refit, refit_without
+from avahazard.criticism.diagnosis.refits import Refit, held_out_gain, refit_without
 from avahazard.criticism.scoring.speed_misfit import matched_speeds, speed_misfit
 from avahazard.criticism.screening.screen import Screened
 from avahazard.effects.effect import Definition
@@ -85,7 +83,7 @@ def held_out_gains(
     asked: Sequence[str], fits: Mapping[str, Refit], base: Refit
 ) -> dict[str, float]:
     """What each of these gains on held-out records (nats)."""
-    return {key: float(np.sum(fits[key].held_out - base.held_out)) for key in asked}
+    return {key: held_out_gain(fits[key], base) for key in asked}
 
 
 def worst_speeds(base: Refit) -> str:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.criticism.scoring.held_out import choose_groups, held_out_together
+from avahazard.criticism.scoring.held_out import HeldOut, choose_groups, held_out_together
 from avahazard.criticism.screening.screen import Screened, Screening
 from avahazard.effects.effect import Definition, Facts, shapes_tables
 from avahazard.engine import spread_map
@@ -49,6 +48,7 @@ class Refit:
     evidence: float
     sample: Floats
     own: Sequence[Definition] = ()
+    kept: dict[str, Floats] = field(default_factory=dict)
 
     @property
     def observations(self) -> Observations:
@@ -59,13 +59,13 @@ class Refit:
         """The definition of an effect, the user's own first."""
         return find_definition(key, self.own)
 
-    @cached_property
-    def held_out(self) -> Floats:
+    def held_out(self, groups: HeldOut) -> Floats:
         """Log density of each group of events given the others, `[n_groups]`."""
-        groups = choose_groups(self.observations).fits
-        found = held_out_together(self.posterior, groups, self.mode)
-        self.posterior.nodes.forget_runs()
-        return found
+        if groups.by not in self.kept:
+            found = held_out_together(self.posterior, groups.fits, self.mode)
+            self.kept[groups.by] = found
+            self.posterior.nodes.forget_runs()
+        return self.kept[groups.by]
 
     def parameters(self, key: str) -> dict[str, float]:
         """Readable values of the parameters of one effect (or of all) at the mode."""
@@ -130,6 +130,15 @@ def _wider(
     wider, more = with_effects(observations, specification, effects, own, granted=True)
     facts = {**facts, **more}
     return wider, facts, assemble(observations, wider, facts, own)
+
+
+def held_out_gain(wider: Refit, base: Refit) -> float:
+    """What a model gains over another on held-out records (nats).
+
+    Where it has an effect on single paths, of which other paths say nothing, events are held out.
+    """
+    groups = choose_groups(base.observations, wider.posterior.effects)
+    return float(np.sum(wider.held_out(groups) - base.held_out(groups)))
 
 
 def put(u: Floats, posterior: Posterior, begin: Likely) -> Floats:
@@ -199,7 +208,7 @@ def likely_values(screened: Iterable[Screened], observations: Observations) -> L
         if not len(candidate.likely) or entry.changes is not None:
             continue
         effect = entry.build(entry.facts(observations.columns, observations.sites))
-        if not shapes_tables(effect):
+        if not shapes_tables(effect) or len(candidate.likely) != len(effect.parameters):
             continue
         low, high = (np.array([getattr(p, e) for p in effect.parameters]) for e in ("low", "high"))
         least = LEAST_START * (high - low) * (effect.neutral == low)

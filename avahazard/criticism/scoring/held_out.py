@@ -7,7 +7,7 @@ where draws of the whole posterior are at hand to draw near, its bends.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ from scipy.stats import multivariate_t
 from avahazard.arrays import Bools, Floats, Ints
 from avahazard.criticism.scoring.scores import ExpectedRecords, crps, expected_records
 from avahazard.criticism.scoring.speed_misfit import MatchedSpeeds, matched_speeds
+from avahazard.effects.effect import Effect
 from avahazard.engine import spread_map
 from avahazard.inference.fitted_model import FittedModel, fitted_model
 from avahazard.inference.fitting.mode import Mode, find_mode, units
@@ -250,14 +251,17 @@ class HeldOutPredictions(NamedTuple):
     speeds: MatchedSpeeds | None
 
 
-def choose_groups(observations: Observations) -> HeldOut:
+def choose_groups(observations: Observations, effects: Sequence[Effect] = ()) -> HeldOut:
     """Whole paths where there are three or more, else five folds of events drawn at random.
 
+    Folds as well where some of the `effects` act on single paths: what happens at a place of one
+    path cannot be predicted by others.
     Of more than `MAX_FITS` paths several are held out together, in parts of like many events: each
     path is still predicted by a fit that has seen nothing of it, and hardly less of the others.
     """
     path = observations.columns.path_index
-    if len(np.unique(path[path >= 0])) >= MIN_PATHS:
+    by_path = len(np.unique(path[path >= 0])) >= MIN_PATHS
+    if by_path and not any(effect.paths for effect in effects):
         return HeldOut("path", path, gathered(path))
     order = generator(0, "folds").permutation(observations.n_events)
     groups = np.empty(observations.n_events, dtype=np.int64)

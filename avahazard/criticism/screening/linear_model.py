@@ -157,15 +157,20 @@ class LinearModel:
         steps = STEP * np.array(room)
         high = np.array([p.high for p in parameters])
         steps = np.where(values[: len(steps)] + 2.0 * steps <= high, steps, -steps)
+        # Those that act on one path each are moved together, one of every path.
+        paths = effect.paths[: len(steps)]
+        turns = [paths[:k].count(p) for k, p in enumerate(paths)] or range(len(steps))
+        turn = np.array(turns)
         # Not from the neutral value itself: there blocks run on other cells.
         here = values.copy()
-        here[0] += steps[0]
+        here[: len(steps)] += np.where(turn == 0, steps, 0.0)
         beside = self.beside(effect)
         before = self.moved(beside, effect, here)
-        columns = []
-        for k, step in enumerate(steps):
-            there = here.copy()
-            there[k] += step
+        columns = np.empty((len(self.residual), len(steps)))
+        for k in np.unique(turn):
+            moved = np.flatnonzero(turn == k)
+            there, step = here.copy(), float(steps[moved[0]])
+            there[moved] += step
             after = self.moved(beside, effect, there)
             if isinstance(effect, VolumeErrorEffect | RecordErrorEffect):
                 known = self.variances
@@ -173,8 +178,17 @@ class LinearModel:
                 rows = self.on_scatter((part / known.total)[:, None])[:, 0]
             else:
                 rows = self.by_motion(before, after) / step
-            columns.append(self.with_rest(rows, before, after, step))
-        return np.column_stack(columns)
+            columns[:, moved] = self.with_rest(rows, before, after, step)[:, None]
+        if paths:
+            columns *= self._on_path(paths)
+        return columns
+
+    def _on_path(self, paths: Sequence[str]) -> NDArray[np.bool_]:
+        """Whether each row is of an event on each of these paths, `[n_rows, n]`."""
+        columns, each = self.posterior.observations.columns, np.arange(self.n_events)
+        event = np.concatenate([np.repeat(each, np.diff(self.first)), each, each])
+        index = [columns.paths.index(p) if p in columns.paths else -2 for p in paths]
+        return np.asarray(columns.path_index[event, None] == np.array(index))
 
     def beside(
         self, effect: Effect | None = None, specification: Specification | None = None

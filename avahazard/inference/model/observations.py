@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 from scipy.stats import rankdata
 
 from avahazard.arrays import Floats, Ints
-from avahazard.effects.columns import RELEASE_SIGMA, EventColumns, build_columns, counted
+from avahazard.effects.columns import (
+    RELEASE_SIGMA,
+    EventColumns,
+    MeasuredTrack,
+    build_columns,
+    counted,
+)
 from avahazard.effects.site import (
     SimulatedSite,
     Site,
@@ -501,7 +507,25 @@ def _arranged(
     # Few events that are to be predicted may follow their stops by chance.
     outcomes = outcome_columns(columns, kind, observed) if prior is None else {}
     numbers = {name: values for name, values in columns.numbers.items() if name not in outcomes}
-    columns = replace(columns, numbers=numbers)
+    # Measured speeds are held against those of a block alone.
+    speeds = speed_records(
+        [] if any(isinstance(s, SimulatedSite) for s in sites) else records.speeds,
+        events,
+        {s.path.path_id: s for s in sites},
+        release,
+    )
+    tracks = tuple(
+        MeasuredTrack(
+            t.event,
+            t.release_x,
+            np.nan if kind[t.event] == LEFT else t.stop_x,
+            t.x,
+            t.speed,
+            t.sigma,
+        )
+        for t in speeds
+    )
+    columns = replace(columns, numbers=numbers, tracks=tracks)
     fall_height = np.array([1.0 if in_ratio else e.fall_height_m or np.nan for e in events])
     released = carried_error(
         stated_release_sigma(events, paths),
@@ -529,13 +553,7 @@ def _arranged(
         fall_height=fall_height,
         limit=np.array(limit, np.float64),
         volumes=volume_nodes(events, columns, None if prior is None else prior.volumes),
-        # Measured speeds are held against those of a block alone.
-        speeds=speed_records(
-            [] if any(isinstance(s, SimulatedSite) for s in sites) else records.speeds,
-            events,
-            {s.path.path_id: s for s in sites},
-            release,
-        ),
+        speeds=speeds,
         in_ratio=in_ratio,
         outcomes=outcomes,
     )

@@ -55,7 +55,7 @@ def test_a_alone_gains_by_chance_what_its_law_says() -> None:
 
 
 def fit(gain: float, evidence: float) -> Any:
-    posterior = SimpleNamespace(layout=SimpleNamespace(kinds=None))
+    posterior = SimpleNamespace(layout=SimpleNamespace(kinds=None), effects=())
     return SimpleNamespace(
         log_likelihood=20.0 + gain,
         evidence=10.0 + evidence,
@@ -141,7 +141,7 @@ def test_groups_yield_to_a_candidate_with_their_evidence(
     def each(_base: Any, keys: list[str], **_: Any) -> dict[str, Any]:
         assert keys == ["season"]  # what gains far less is not fitted
         found = fit(30.0, evidence)
-        found.held_out = np.array([held_out])
+        found.held_out = lambda _: np.array([held_out])
         return {"season": found}
 
     monkeypatch.setattr(full_fits, "refit_each", each)
@@ -149,7 +149,7 @@ def test_groups_yield_to_a_candidate_with_their_evidence(
     strong = replace(screened("season", 20.0, 19.0), p_family=0.001)
     weak = replace(screened("snow-type", 12.0, 12.0), p_family=0.001)
     without = fit(0.0, 0.0)
-    without.held_out = np.zeros(1)
+    without.held_out = lambda _: np.zeros(1)
     group = TriedGroup("winter-effect", 24.0, 1e-9, False, 20.0, 0.1)
     screening = Screening((strong, weak), np.zeros(9), None)
     assert bool(explained_otherwise(without, screening, group)) is expected

@@ -123,8 +123,8 @@ def test_the_evidence_of_the_smooth_itself_to_second_order_is_that_of_its_fit() 
     assert best.form.name == "step"
     assert best.evidence > smooth
     # What is no force by a state of the ground stands by itself.
-    assert with_laws({KEY: fit}, {KEY: 12.0}) == {KEY: 12.0}
-    assert with_laws({}, {}) == {}
+    assert with_laws(base, {KEY: fit}, {KEY: 12.0}) == ({KEY: 12.0}, {})
+    assert with_laws(base, {}, {}) == ({}, {})
 
 
 def test_laws_are_asked_of_what_leads_alone() -> None:
