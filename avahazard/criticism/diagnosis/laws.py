@@ -32,6 +32,8 @@ PLACES, POINTS = 10, 25
 FITTED, NEAR, NEAR_SHARE = 4, 6.0, 0.1
 """Forms that are fitted at most, and how near to the best of the screening they must be: nats, or
 a share of what the smooth gains, where the second order is no more exact."""
+RIVAL_SHARE = 0.65
+"""Share of the best evidence that a state of the ground may lack before its laws are fitted."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -133,21 +135,22 @@ def matched(fit: Refit, key: str, curve: Curve) -> tuple[list[Match], float]:
 def with_laws(
     base: Refit, fits: Mapping[str, Refit], evidence: Mapping[str, float]
 ) -> tuple[dict[str, float], dict[str, Laws]]:
-    """Evidence (nats) of candidates; where a force by a state of the ground leads, with its law.
+    """Evidence (nats) of candidates; where a force by the ground leads, that of states with laws.
 
-    Places along a path are alike in several states, and a smooth of each may follow a force by one
-    of them as well. A law, such as a band, is sharper: what the best adds to its smooth tells the
-    states apart. It is taken to second order; of states that are then close, whose laws are
-    returned, from their fits.
+    Places along a path are alike in several states, and a smooth of each, or some stretches of
+    paths, may follow a force by one of them as well. A law, such as a band, is sharper: what the
+    best adds to its smooth tells the states apart. It is taken to second order; of states that may
+    lead, whose laws are returned, from their fits.
     """
     leader = max(evidence, key=lambda key: evidence[key], default=None)
-    if leader is None or not _on_ground(fits[leader], leader):
+    if leader is None or _by_place(fits[leader], leader) is None:
         return dict(evidence), {}
-    states = [key for key in evidence if _on_ground(fits[key], key)]
+    places = [key for key in evidence if _by_place(fits[key], key) is not None]
+    states = [key for key in places if _by_place(fits[key], key)]
     found = dict(evidence) | {key: evidence[key] + _law_gain(fits[key], key) for key in states}
-    top = max(found[key] for key in states)
-    close = [key for key in states if found[key] > top - max(NEAR, NEAR_SHARE * top)]
-    if len(close) < 2:
+    top = max(found[key] for key in places)
+    close = [key for key in states if found[key] > top - max(NEAR, RIVAL_SHARE * top)]
+    if len(places) < 2:
         return found, {}
     laws = {key: found_laws(base, fits[key], key) for key in close}
     for key in close:
@@ -156,9 +159,10 @@ def with_laws(
     return found, laws
 
 
-def _on_ground(fit: Refit, key: str) -> bool:
+def _by_place(fit: Refit, key: str) -> str | None:
+    """The form of a force by the place, empty for stretches of paths; None for all else."""
     curve = curve_of(fit, key)
-    return curve is not None and curve.form == "added_friction"
+    return curve.form if curve is not None and curve.form in ("added_friction", "") else None
 
 
 def _law_gain(fit: Refit, key: str) -> float:

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from functools import cache
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
+from avahazard.criticism.diagnosis import laws
 from avahazard.criticism.diagnosis.diagnose import leading_smooth
 from avahazard.criticism.diagnosis.laws import (
     LEVELS,
@@ -132,3 +135,29 @@ def test_laws_are_asked_of_what_leads_alone() -> None:
     assert leading_smooth((KEY,), {KEY: fit}) == KEY
     assert leading_smooth((), {KEY: fit}) is None
     assert leading_smooth(("path-effect", KEY), {KEY: fit}) is None
+
+
+@pytest.mark.parametrize(
+    ("by_law", "leads"),
+    [(365.0, "force:elevation"), (60.0, "force:distance")],
+    ids=["band", "bend"],
+)
+def test_a_law_of_the_ground_is_held_against_stretches_of_paths(
+    monkeypatch: pytest.MonkeyPatch, by_law: float, leads: str
+) -> None:
+    """Stretches may follow a band of elevation on several paths, which its law has at once."""
+    forms = {"force:distance": "", "force:elevation": "added_friction", "force:slope": None}
+    monkeypatch.setattr(laws, "_by_place", lambda _, key: forms[key])
+    monkeypatch.setattr(laws, "_law_gain", lambda *_: 20.0)
+    fitted = (SimpleNamespace(evidence=by_law),)
+    monkeypatch.setattr(laws, "found_laws", lambda *_: fitted)
+    found = {"force:distance": 138.0, "force:elevation": 55.0, "force:slope": 10.0}
+    fits: Any = {key: SimpleNamespace(evidence=value) for key, value in found.items()}
+    base: Any = SimpleNamespace(evidence=0.0)
+    evidence, fitted_laws = with_laws(base, fits, found)
+    assert max(evidence, key=lambda key: evidence[key]) == leads
+    assert evidence["force:elevation"] == max(by_law, 55.0)
+    assert evidence["force:slope"] == 10.0
+    assert fitted_laws == {"force:elevation": fitted}
+    # What is no force by the place has no rivals there.
+    assert with_laws(base, fits, found | {"force:slope": 200.0})[1] == {}
