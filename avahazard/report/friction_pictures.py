@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from itertools import islice
+from collections.abc import Sequence
 from math import floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,23 +11,17 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.inference.model.laws import law
+from avahazard.report.figure_pictures import draw_figures
 from avahazard.report.html.content import FrictionView
+from avahazard.report.html.figure import Figure, axis, layout, marks
+from avahazard.report.html.model_figures import density_figure, law_traces
 from avahazard.report.path_pictures import BOUNDS, STOPS
 from avahazard.report.picture import figure, panels, picture, shade
-from avahazard.results.friction import Fits, FrictionDensity, Frictions
+from avahazard.results.friction import Fits, Frictions
 from avahazard.results.hazard import PathVolumes, ReturnLevel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-
-def draw_densities(file: Path, densities: Sequence[FrictionDensity]) -> None:
-    """Draw densities to `file`.
-
-    Parts beyond the records are dashed; the density of all events is the thick line.
-    """
-    with picture(file) as axes:
-        _densities(axes, densities)
 
 
 def draw_frictions(
@@ -39,42 +32,35 @@ def draw_frictions(
     `volume` (m3) and `reference`, μ less what effects on friction and the path add, are
     `[n_events]`. Without a volume on record (`view` is None) there is no law to draw.
     """
-    with figure(file, (8.0, 5.0) if view is None else (12.0, 5.0)) as drawn:
-        panels = drawn.subplots(1, 1 if view is None else 2, squeeze=False)[0]
-        _densities(panels[0], found.density)
-        if view is not None:
-            _law(panels[1], view, volume, reference)
-        drawn.suptitle(f"Apparent friction, with the effects of {found.model}", fontsize=11)
+    drawn = [density_figure(found.density, {})]
+    if view is not None:
+        drawn.append(law_figure(found.model or "", view, volume, reference))
+    draw_figures(file, f"Apparent friction, with the effects of {found.model}", drawn)
 
 
-def _law(axes: Axes, view: FrictionView, volume: Floats, reference: Floats) -> None:
-    if view.scatter is not None:
-        for low, high, alpha, words in ((0, 3, 0.18, "5 to 95 %"), (1, 2, 0.3, "25 to 75 %")):
-            band = view.scatter[[low, high]]
-            shade(axes, view.volume, band, (BOUNDS, alpha), f"avalanches, {words}")
-    axes.plot(view.volume, view.law[1], color=BOUNDS, label="law, median")
-    known = np.isfinite(volume) & np.isfinite(reference)
-    words = f"{int(known.sum())} events"
-    axes.plot(volume[known], reference[known], "o", color=STOPS, ms=4, label=words)
-    _over_volume(axes, "μ less effects on friction and of the path")
+def law_figure(model: str, view: FrictionView, volume: Floats, friction: Floats) -> Figure:
+    """The median law of a model, its 90 %, the bands of avalanches, and the events.
+
+    `volume` (m3) and `friction`, apparent and less what effects on friction and the path add, are
+    `[n_events]`.
+    """
+    known = np.isfinite(volume) & np.isfinite(friction)
+    look = {"color": STOPS, "size": 6, "opacity": 0.8}
+    points = marks(volume[known], friction[known], look, name=f"{int(known.sum())} events")
+    upwards = axis("μ less effects on friction and of the path", rangemode="tozero")
+    return Figure(
+        "law",
+        "Friction against volume",
+        f"Friction against volume by {model}, with the events.",
+        "",
+        [*law_traces(view), points],
+        layout(axis("volume (m³)", type="log"), upwards),
+    )
 
 
 def _over_volume(axes: Axes, upwards: str) -> None:
     axes.set(xscale="log", ylim=(0.0, None), xlabel="volume (m³)", ylabel=upwards)
     axes.legend(fontsize="small")
-
-
-def _densities(axes: Axes, densities: Sequence[FrictionDensity]) -> None:
-    for density in densities:
-        width, color = (2.5, "black") if density.path_id == "all" else (1.2, None)
-        inside = np.where(density.extrapolated, np.nan, density.pdf)
-        beyond = np.where(density.extrapolated, density.pdf, np.nan)
-        words = f"{density.path_id} ({density.n})"
-        (line,) = axes.plot(density.mu, inside, color=color, lw=width, label=words)
-        axes.plot(density.mu, beyond, "--", color=line.get_color(), lw=0.8)
-    axes.set(xlim=(0.0, None), ylim=(0.0, None))
-    axes.set(xlabel="apparent friction μ", ylabel="probability density")
-    axes.legend()
 
 
 N_VOLUMES = 200
@@ -134,33 +120,6 @@ def _draw(panel: Axes, entry: PathVolumes, curve: Sequence[ReturnLevel]) -> None
     panel.spines[["top", "right"]].set_visible(False)
 
 
-BINS = 40
-MOST_PANELS = 11
-"""Parameters shown: one more panel is for the first two together, and rows of three are full."""
-JOINT_DRAWS = 1500
-LEVELS = (0.5, 0.9)
-
-
-def draw_posterior(
-    file: Path, model: str, draws: Mapping[str, Floats], units: Mapping[str, str]
-) -> None:
-    """Draw a histogram of each parameter with the normal of its mean and sd, and a joint of two.
-
-    `draws` `[n_draws]` by name in the order to be shown; `units` by the same names. Those that do
-    not move are left out.
-    """
-    moving = {name: v for name, v in draws.items() if np.ptp(v) > 0.0}
-    shown = dict(islice(moving.items(), MOST_PANELS))
-    n_panels = len(shown) + (len(shown) > 1)
-    with panels(file, n_panels, COLUMNS, (4.0, 3.3)) as (drawn, each):
-        for panel, (name, values) in zip(each, shown.items(), strict=False):
-            _marginal(panel, name, values, units.get(name, ""))
-        if len(shown) > 1:
-            _joint(each[-1], *islice(shown.items(), 2))
-        left_out = f" (the first {len(shown)} of {len(moving)})" if len(moving) > len(shown) else ""
-        drawn.suptitle(f"Posterior of {model}{left_out}, with normal approximations", fontsize=11)
-
-
 def normal_density(x: Floats, mean: float, sd: float) -> Floats:
     """The density of a normal at x `[n_points]`."""
     return np.asarray(np.exp(-0.5 * ((x - mean) / sd) ** 2) / (sd * np.sqrt(2.0 * np.pi)))
@@ -176,34 +135,6 @@ def draw_normal(panel: Axes, mean: float, sd: float, words: str) -> None:
 def _to_digits_of(mean: float, sd: float) -> float:
     """The mean to the second digit of its standard deviation."""
     return round(mean, 1 - floor(log10(sd)))
-
-
-def _marginal(panel: Axes, name: str, values: Floats, unit: str) -> None:
-    panel.hist(values, bins=BINS, density=True, color=STOPS, alpha=0.45)
-    draw_normal(panel, float(values.mean()), float(values.std(ddof=1)), "normal")
-    panel.set(xlabel=f"{name} ({unit})" if unit else name, yticks=[])
-    panel.set_ylim(top=1.25 * panel.get_ylim()[1])
-    panel.ticklabel_format(axis="x", style="sci", scilimits=(-3, 4))
-    panel.legend(fontsize="small", loc="upper center", frameon=False)
-
-
-def _joint(panel: Axes, one: tuple[str, Floats], other: tuple[str, Floats]) -> None:
-    """Draws of two parameters, and the ellipses that hold 50 and 90 % of their joint normal."""
-    x, y = one[1], other[1]
-    every = max(1, len(x) // JOINT_DRAWS)
-    panel.plot(x[::every], y[::every], ".", color=STOPS, ms=2, alpha=0.4)
-    root = np.linalg.cholesky(np.cov(x, y) + 1e-12 * np.diag([x.var(), y.var()]))
-    angle = np.linspace(0.0, 2.0 * np.pi, 121)
-    circle = np.stack([np.cos(angle), np.sin(angle)])
-    for level, style in zip(LEVELS, ("-", "--"), strict=True):
-        # χ² with two degrees of freedom is exponential.
-        ring = root @ circle * np.sqrt(-2.0 * np.log1p(-level))
-        words = f"normal, {100 * level:.0f} %"
-        panel.plot(x.mean() + ring[0], y.mean() + ring[1], style, color=BOUNDS, label=words)
-    panel.set(xlabel=one[0], ylabel=other[0])
-    panel.ticklabel_format(style="sci", scilimits=(-3, 4))
-    panel.set_title(f"correlation {np.corrcoef(x, y)[0, 1]:.2f}".replace("-", "−"), fontsize=9)
-    panel.legend(fontsize="small")
 
 
 def draw_residuals(

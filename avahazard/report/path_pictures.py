@@ -1,117 +1,38 @@
-"""Pictures of paths, a panel each: profiles, runs of the block, zones, design and α-β runouts."""
+"""Pictures of paths: profiles, runs of the block, F(μ), and the report's figures of paths."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.effects.site import recorded_stops, release_place
-from avahazard.hazard.alpha_beta import REGRESSIONS, AlphaBeta, alpha_beta
-from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
-from avahazard.records.collection import Path, Profile, Records
-from avahazard.report.picture import figure, panels, picture, shade
-from avahazard.results.hazard import HazardRow, PlaceQuantiles, Spread, ZonedPath
+from avahazard.physics.smooth_profile import SmoothProfile
+from avahazard.records.collection import Path, Profile
+from avahazard.report.figure_pictures import draw_figures
+from avahazard.report.html.content import PathView
+from avahazard.report.html.path_figure import path_figure
+from avahazard.report.picture import figure, picture, shade
 from avahazard.results.terrain import Runout, RunoutAt
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-COLUMNS = 2
-SMALL: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": 8}
 ALONG = "horizontal distance along the path x (m)"
-GROUND, STOPS, BOUNDS, OF_VOLUME = "#d9d4cc", "#33607f", "#c0392b", "#8c8c8c"
-TICK = 0.05
-"""Length of a mark, of the height of the path."""
-
-T = TypeVar("T")
+GROUND, STOPS, BOUNDS = "#d9d4cc", "#33607f", "#c0392b"
 
 
-def draw_panels(
-    file: FilePath,
-    title: str | None,
-    paths: Sequence[T],
-    draw_path: Callable[[Axes, T], Iterable[Axes]],
-    height: float = 3.2,
+def draw_paths(
+    file: FilePath, title: str | None, views: Sequence[PathView], *, drag: bool = True
 ) -> None:
-    """Draw a panel of `height` inches for each path to `file`; the legend stands in the last.
-
-    `draw_path` returns the axes whose marks belong in the legend.
-    """
-    with panels(file, len(paths) + 1, COLUMNS, (5.5, height)) as (drawn, (*each, last)):
-        legend: dict[str, Any] = {}
-        for panel, path in zip(each, paths, strict=True):
-            for axes in draw_path(panel, path):
-                handles, labels = axes.get_legend_handles_labels()
-                legend |= dict(zip(labels, handles, strict=True))
-        last.axis("off")
-        last.legend(legend.values(), legend.keys(), loc="center", frameon=False, fontsize=9)
-        if title is not None:
-            drawn.suptitle(title, fontsize=13)
-        drawn.supxlabel(ALONG, fontsize=10)
-        drawn.supylabel("elevation (m)", fontsize=10)
-
-
-def draw_profile(
-    panel: Axes, name: str, smooth: SmoothProfile, below: float, above: float = 2.0
-) -> float:
-    """Draw the profile, with room for `below` and `above` marks; returns the length of one (m)."""
-    x = np.linspace(smooth.x_min, smooth.x_max, 600)
-    y = smooth.height(x)
-    top, bottom = float(y.max()), float(y.min())
-    tick = TICK * (top - bottom)
-    panel.fill_between(x, y, bottom - (below + 1.0) * tick, color=GROUND, lw=0)
-    panel.plot(x, y, color="0.35", lw=1.2, label="profile, smoothed")
-    panel.set_title(name, fontsize=10, loc="left", parse_math=False)
-    panel.set(xlim=(smooth.x_min, smooth.x_max), ylim=(bottom - below * tick, top + above * tick))
-    return tick
-
-
-def draw_along(
-    panel: Axes,
-    smooth: SmoothProfile,
-    low: float | None,
-    high: float | None,
-    above: float = 0.0,
-    **look: Any,
-) -> None:
-    """Draw a line between two places (m), None the end of the profile, `above` the ground (m)."""
-    low, high = (smooth.x_max if end is None else end for end in (low, high))
-    x = np.linspace(low, high, 200)
-    panel.plot(x, smooth.height(x) + above, solid_capstyle="butt", **look)
-
-
-def mark_stops(panel: Axes, smooth: SmoothProfile, stop_x: Floats, tick: float) -> None:
-    """Mark the recorded stops `stop_x` `[n_stops]` (m)."""
-    y = smooth.height(stop_x)
-    panel.vlines(stop_x, y - tick, y + tick, color=STOPS, lw=1.1, label="recorded stops")
-
-
-def mark_runout(
-    panel: Axes,
-    smooth: SmoothProfile,
-    runout_x: Spread | PlaceQuantiles,
-    above: float,
-    tick: float,
-    color: str,
-    words: str,
-) -> None:
-    """Mark a runout `above` the ground (m): its 5 to 95 % as a bar, its median as a tick.
-
-    What lies beyond the profile ends at its end, and has no median there.
-    """
-    if runout_x.q05 is None:
-        return
-    look = {"color": color, "lw": 4, "alpha": 0.55, "label": f"{words} 5 to 95 %"}
-    draw_along(panel, smooth, runout_x.q05, runout_x.q95, above, **look)
-    if runout_x.q50 is not None:
-        y = float(smooth.height(runout_x.q50)) + above
-        panel.vlines(runout_x.q50, y - tick, y + tick, color=color, lw=2.5, label=f"{words} median")
+    """Draw the report's figure of each path to `file`; `drag`: something limits their speeds."""
+    figures = [(view.name, path_figure(k, view, drag=drag)) for k, view in enumerate(views)]
+    named = [one and replace(one, title=name) for name, one in figures]
+    draw_figures(file, title, named, titles=True, columns=2)
 
 
 SHADES = {"left_profile": ("#eef2f6", "leaves the profile"), "not_released": (GROUND, "held")}
@@ -127,7 +48,11 @@ def draw_run(file: FilePath, smooth: SmoothProfile, found: Runout, *, drag: bool
     speed = np.array([place.speed_m_s for place in found.speeds])
     with figure(file, (8.0, 7.0)) as drawn:
         path, speeds = drawn.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-        draw_profile(path, _title(found), smooth, 1.0)
+        ground = np.linspace(smooth.x_min, smooth.x_max, 600)
+        height = smooth.height(ground)
+        path.fill_between(ground, height, float(height.min()), color=GROUND)
+        path.plot(ground, height, color="0.35", lw=1.2, label="profile, smoothed")
+        path.set_title(_title(found), fontsize=10, loc="left", parse_math=False)
         path.plot(x, smooth.height(x), color=STOPS, lw=2.5, label="way of the block")
         path.plot(x[0], smooth.height(x[0]), "v", color=STOPS, ms=8, label="release")
         if found.status == "stopped":
@@ -204,56 +129,6 @@ def _title(found: Runout) -> str:
     return f"{found.path_id}, μ = {found.mu:.4g}{by}"
 
 
-STYLES = ("-", "--", "-.", ":")
-LEAST_KPA = 1.0
-
-
-@dataclass(frozen=True, slots=True)
-class DrawnZones:
-    """A path with its zones."""
-
-    name: str
-    smooth: SmoothProfile
-    entry: ZonedPath
-
-
-def draw_zones(file: FilePath, title: str, paths: Sequence[DrawnZones]) -> None:
-    """Draw one panel for each path to `file`."""
-    draw_panels(file, title, paths, _draw_zones)
-
-
-def _draw_zones(panel: Axes, path: DrawnZones) -> list[Axes]:
-    """Draw the profile and its zones; returns the axes of these and of the pressures."""
-    smooth = path.smooth
-    tick = draw_profile(panel, path.name, smooth, below=3.5)
-    for k, zone in enumerate(path.entry.zones):
-        look: dict[str, Any] = {"color": zone.color, "lw": 5, "label": f"{zone.zone} zone"}
-        draw_along(panel, smooth, zone.from_x_m, zone.to_x_m, **look)
-        look |= {"lw": 1.6, "label": f"end of {zone.zone}, 5 to 95 %"}
-        below = (1.2 + 0.9 * k) * tick
-        draw_along(panel, smooth, zone.to_x_q05_m, zone.to_x_q95_m, -below, **look)
-    return [panel, _draw_pressures(panel, path.entry)]
-
-
-def _draw_pressures(panel: Axes, entry: ZonedPath) -> Axes:
-    axes = panel.twinx()
-    places = entry.places
-    x = [place.x_m for place in places]
-    for k, found in enumerate(places[0].by_return_period):
-        period = found.return_period_years
-        here = [place.by_return_period[k].pressure_kpa for place in places]
-        low, middle, high = np.array([(p.q05, p.q50, p.q95) for p in here]).T
-        style = STYLES[k % len(STYLES)]
-        axes.fill_between(x, low, high, color="black", alpha=0.07, lw=0)
-        far = ", extrapolated" if found.extrapolated else ""
-        label = f"pressure, T = {period:g} years{far} (median; band 5 to 95 %)"
-        axes.plot(x, middle, color="black", lw=1.0, ls=style, label=label)
-    axes.set(yscale="log", ylim=(LEAST_KPA, 1e4))
-    axes.set_ylabel("pressure (kPa)", fontsize=8)
-    axes.tick_params(labelsize=8)
-    return axes
-
-
 INTERVAL_90 = 1.645
 """Standard deviations from the middle to the 5 and 95 % of a normal distribution."""
 
@@ -285,167 +160,3 @@ def draw_path(
         axes.set(xlabel=ALONG, ylabel="elevation (m)")
         axes.set_title(path.name or path.path_id, parse_math=False)
         axes.legend()
-
-
-@dataclass(frozen=True, slots=True)
-class DrawnPath:
-    """A path with its α-β runouts, drawn under the ground, and a row of `hazard` if there is one.
-
-    `stop_x` (m) of the recorded stops, any number; `n_left` records lie past the profile's end.
-    """
-
-    name: str
-    smooth: SmoothProfile
-    stop_x: Floats
-    row: HazardRow | None
-    baseline: tuple[AlphaBeta, ...] = ()
-    release_x: float = 0.0
-    n_left: int = 0
-
-
-def draw_bounds(file: FilePath, title: str, paths: Sequence[DrawnPath]) -> None:
-    """Draw the rows of `hazard` to `file`, a panel for each path."""
-    draw_panels(file, title, paths, _draw_bounds, height=2.6)
-
-
-def _draw_bounds(panel: Axes, path: DrawnPath) -> list[Axes]:
-    smooth, end, row = path.smooth, path.smooth.x_max, path.row
-    assert row is not None
-    tick = draw_profile(panel, path.name, smooth, below=4.5 if path.baseline else 2.0, above=8.0)
-    release = path.release_x, smooth.height(path.release_x)
-    panel.plot(*release, "v", color="black", label="release", ms=7)
-    mark_stops(panel, smooth, path.stop_x, tick)
-    design = row.design
-    _mark_design(panel, smooth, row, tick)
-    above = 2.2 * tick if design is None else 4.0 * tick
-    words = "avalanches of its volume V:" if design is not None else "avalanches of the volume V:"
-    mark_runout(panel, smooth, row.runout_x_m, above, 0.6 * tick, OF_VOLUME, words)
-    leading = row.runout_x_m if design is None else design.runout_x_m
-    if leading.q95 is None:
-        panel.annotate("beyond", (end, smooth.height(end)), color=BOUNDS, **SMALL)
-    mark_alpha_beta(panel, smooth, path.baseline, tick)
-    panel.text(0.98, 0.93, _words(path, row), transform=panel.transAxes, **SMALL)
-    return [panel]
-
-
-def _mark_design(panel: Axes, smooth: SmoothProfile, row: HazardRow, tick: float) -> None:
-    if row.design is not None:
-        words = f"design runout, exceeded once in {row.return_period_years:g} years:"
-        mark_runout(panel, smooth, row.design.runout_x_m, 2.2 * tick, tick, BOUNDS, words)
-
-
-def _words(path: DrawnPath, row: HazardRow) -> str:
-    lines, design = [], row.design
-    if design is not None:
-        lines.append(f"{row.return_period_years:g}-year runout x = {_x(design.runout_x_m)}")
-    if row.volume_m3 is not None:
-        volume = float(f"{row.volume_m3:.3g}")
-        lines.append(f"V = {volume:,.0f} m³{', extrapolated' if row.extrapolated else ''}")
-    if design is None:
-        lines.append(f"runout x = {_x(row.runout_x_m)}")
-    left = f", {path.n_left} ran past the end" if path.n_left else ""
-    lines.append(f"{len(path.stop_x) + path.n_left} records{left}")
-    if design is not None and design.records_beyond is not None:
-        lines[-1] += f"; {design.records_beyond} past the median"
-    return "\n".join(lines)
-
-
-def _x(found: Spread | PlaceQuantiles) -> str:
-    """The median and its 90 %."""
-    middle, low, high = (
-        "beyond" if v is None else f"{v:.0f}" for v in (found.q50, found.q05, found.q95)
-    )
-    return f"{middle} m ({low} to {high})"
-
-
-COLORS = {
-    "norway": "#009e73",
-    "austria": "#e69f00",
-    "avaframe": "#cc79a7",
-    "avaframe-small": "#56b4e9",
-}
-
-
-def draw_alpha_beta(file: FilePath, paths: Sequence[DrawnPath]) -> None:
-    """Draw the α-β runouts to `file`, a panel for each path."""
-    draw_panels(file, None, paths, _draw_lines)
-
-
-def _draw_lines(panel: Axes, path: DrawnPath) -> list[Axes]:
-    smooth = path.smooth
-    tick = draw_profile(panel, path.name, smooth, below=5.0)
-    mark_stops(panel, smooth, path.stop_x, tick)
-    first = path.baseline[0]
-    if first.beta_x is not None:
-        x = [first.release_x, first.beta_x]
-        y = [first.release_y, float(smooth.height(first.beta_x))]
-        words = "β: from the release to where the path is 10° steep"
-        panel.plot(x, y, ":o", color="black", lw=0.9, ms=4, label=words)
-    else:
-        panel.text(0.97, 0.9, "no β-point", transform=panel.transAxes, ha="right", fontsize=8)
-    for found in path.baseline:
-        _draw_line(panel, found, smooth)
-    mark_alpha_beta(panel, smooth, path.baseline, tick)
-    row = path.row
-    if row is not None:
-        _mark_design(panel, smooth, row, tick)
-        if row.design is None:
-            words = "model, avalanches of the volume V:"
-            mark_runout(panel, smooth, row.runout_x_m, 2.2 * tick, tick, OF_VOLUME, words)
-    return [panel]
-
-
-def _draw_line(panel: Axes, found: AlphaBeta, smooth: SmoothProfile) -> None:
-    """The line at α, to the ground or to the end of the profile."""
-    if found.alpha_deg is None:
-        return
-    end = smooth.x_max if found.runout_x is None else found.runout_x
-    drop = np.tan(np.radians(found.alpha_deg)) * (end - found.release_x)
-    x, y = [found.release_x, end], [found.release_y, found.release_y - drop]
-    panel.plot(x, y, color=COLORS[found.regression.name], lw=1.0)
-
-
-def mark_alpha_beta(
-    panel: Axes, smooth: SmoothProfile, both: Sequence[AlphaBeta], tick: float
-) -> None:
-    """Runouts as marks under the ground, with a bar of one standard deviation of α each way.
-
-    A bar that ends at the profile's end goes on beyond it. `tick` is the distance of the marks.
-    """
-    for k, found in enumerate(both):
-        if found.runout_low_x is None:
-            continue
-        color, name = COLORS[found.regression.name], found.regression.name
-        down = (1.6 + 1.3 * k) * tick
-        look = {"color": color, "lw": 2.5, "alpha": 0.8, "label": f"α-β, {name}: α ± 1 sd"}
-        draw_along(panel, smooth, found.runout_low_x, found.runout_high_x, -down, **look)
-        if found.runout_x is not None:
-            panel.plot(found.runout_x, smooth.height(found.runout_x) - down, "^", color=color, ms=6)
-
-
-def draw_hazard(file: FilePath, title: str, records: Records, rows: Sequence[HazardRow]) -> None:
-    """Draw the rows of `hazard` to `file`, a panel each.
-
-    The recorded stops and the α-β runouts of their paths are shown beside them.
-    """
-    paths = {path.path_id: path for path in records.paths}
-    smooth = {
-        p.path_id: smooth_profile(p.x_m, p.y_m, p.elevation_sigma_m) for p in records.profiles
-    }
-    drawn = []
-    for row in rows:
-        path, ground = paths[row.path_id], smooth[row.path_id]
-        release_x = release_place(ground, path.release_elevation_m)
-        events = [e for e in records.events if e.path_id == path.path_id]
-        drawn.append(
-            DrawnPath(
-                name=path.name or path.path_id,
-                smooth=ground,
-                release_x=release_x,
-                stop_x=recorded_stops(ground, events),
-                n_left=sum(e.left_profile for e in events),
-                row=row,
-                baseline=tuple(alpha_beta(ground, release_x, by) for by in REGRESSIONS),
-            )
-        )
-    draw_bounds(file, title, drawn)

@@ -79,16 +79,17 @@ def require_picture(file: Path | None) -> None:
 
 
 def _draw_result(file: Path, found: Any) -> None:
-    from avahazard.report import friction_pictures, score_pictures  # noqa: PLC0415 (slow)
+    from avahazard.report import figure_pictures  # noqa: PLC0415 (slow)
+    from avahazard.report.html.model_figures import density_figure  # noqa: PLC0415
 
     if isinstance(found, Comparison):
-        score_pictures.draw_comparison(file, found)
+        figure_pictures.draw_comparison(file, found)
     elif isinstance(found, Diagnosis):
-        score_pictures.draw_diagnosis(file, found)
+        figure_pictures.draw_diagnosis(file, found)
     elif isinstance(found, Ladder):
-        score_pictures.draw_ladder(file, found.rows)
+        figure_pictures.draw_ladder(file, found.rows)
     else:
-        friction_pictures.draw_densities(file, found.density)
+        figure_pictures.draw_figures(file, None, [density_figure(found.density, {})])
 
 
 PICTURES.update(dict.fromkeys((Comparison, Diagnosis, Ladder, Frictions), _draw_result))

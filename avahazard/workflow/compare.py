@@ -236,7 +236,7 @@ def ladder(database: str, *, plot: Path | None = None, report: Report = silent) 
                 told[model.name] += (Note("not_comparable", model=model.name, why=error.message),)
     rows = ladder_rows(models, known, told)
     if plot is not None:
-        from avahazard.report.score_pictures import draw_ladder  # noqa: PLC0415 (slow)
+        from avahazard.report.figure_pictures import draw_ladder  # noqa: PLC0415 (slow)
 
         draw_ladder(plot, rows, {k: v for k, v in known.items() if v is not None})
     with reading(database) as session:

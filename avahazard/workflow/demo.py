@@ -8,7 +8,8 @@ from typing import Any, cast
 
 from avahazard.records.errors import AvahazardError
 from avahazard.report.hazard_tables import write_hazard
-from avahazard.report.path_pictures import draw_hazard
+from avahazard.report.html.content import path_view
+from avahazard.report.path_pictures import draw_paths
 from avahazard.results.base import Report, silent, steps
 from avahazard.results.files import Demo, HiddenEffect
 from avahazard.store.records import load_records
@@ -64,7 +65,8 @@ def run_demo(folder: FilePath, report: Report = silent) -> Demo:
     with reading(name) as session:
         records = load_records(session)
     title = f"100-year design runout on the twin of Ancey's (2005) seven paths, model “{MODEL}”"
-    draw_hazard(folder / PICTURE, title, records, bounds.rows)
+    views = [path_view(records, row.path_id, rows=[row]) for row in bounds.rows]
+    draw_paths(folder / PICTURE, title, views, drag=False)
     compare(name, MODEL, report=tell[3])
     write_report(name, MODEL, folder / REPORT, requests.ReportRequest(), tell[4])
     loop = find_hidden(folder, tell[5])

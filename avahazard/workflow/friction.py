@@ -231,7 +231,7 @@ def show_frictions(
         from avahazard.report import friction_pictures  # noqa: PLC0415 (slow)
 
         if fitted is None:
-            friction_pictures.draw_densities(plot, frictions.density)
+            frictions.plot(plot)
         else:
             volume, view = np.exp(observations.columns.log_volume), friction_view(fitted)
             friction_pictures.draw_frictions(plot, frictions, view, volume, reference)
@@ -370,8 +370,15 @@ def plot_residuals(stored: FittedModel, file: Path) -> None:
 
 def plot_posterior(database: str, stored: FittedModel, file: Path) -> None:
     """The posterior of each parameter, with its normal."""
-    from avahazard.report.friction_pictures import draw_posterior  # noqa: PLC0415 (slow)
+    from avahazard.report.figure_pictures import draw_figures  # noqa: PLC0415 (slow)
+    from avahazard.report.html.model_figures import posterior_figures  # noqa: PLC0415 (slow)
 
-    draws = load_parameter_draws(database, stored.name)
-    units = {name: told.unit for name, told in stored.calibration.parameters.items()}
-    draw_posterior(file, stored.name, {k: v.ravel() for k, v in draws.items()}, units)
+    draws = {k: v.ravel() for k, v in load_parameter_draws(database, stored.name).items()}
+    figures = posterior_figures(stored.calibration.parameters, draws)
+    draw_figures(
+        file,
+        f"Posterior of {stored.name}, with normal approximations",
+        figures,
+        columns=3,
+        titles=True,
+    )

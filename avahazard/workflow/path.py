@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.effects.site import Site, path_site, recorded_stops, release_place, stop_place
+from avahazard.effects.site import Site, path_site, release_place, stop_place
 from avahazard.hazard.alpha_beta import REGRESSIONS, AlphaBeta, alpha_beta
 from avahazard.hazard.future_events import FutureEvents, classes_of
 from avahazard.inference.fitted_model import FittedModel
@@ -86,7 +86,7 @@ def view_path(database: str, path_id: str, plot: FilePath | None = None) -> Path
 
 
 def describe_path(
-    path: Path, profile: Profile, smooth: smoothing.SmoothProfile, events: list[Event]
+    path: Path, profile: Profile, smooth: smoothing.SmoothProfile, events: Sequence[Event]
 ) -> PathCheck:
     """Check a path whose profile was regularised as `smooth`; see `view_path`."""
     terrain = build_terrain(smooth)
@@ -189,10 +189,11 @@ def alpha_beta_paths(
             f"No bounds by {model} are stored.", f"Make them first: avahazard hazard {model}"
         )
     paths = _paths(records, path_id)
-    found = [(path, *_runouts(records, path)) for path in paths]
+    each = [(path, *_runouts(records, path)) for path in paths]
+    found = Rows(_row(path, smooth, one) for path, smooth, both in each for one in both)
     if plot is not None:
         _draw(plot, records, found, [HazardRow.from_dict(row) for row in bounds])
-    return Rows(_row(path, smooth, one) for path, smooth, both in found for one in both)
+    return found
 
 
 def _runouts(records: Records, path: Path) -> tuple[smoothing.SmoothProfile, tuple[AlphaBeta, ...]]:
@@ -245,31 +246,23 @@ def _beta_notes(path: Path, found: AlphaBeta) -> tuple[Note, ...]:
 
 
 def _draw(
-    plot: FilePath,
-    records: Records,
-    found: list[tuple[Path, smoothing.SmoothProfile, tuple[AlphaBeta, ...]]],
-    bounds: list[HazardRow],
+    plot: FilePath, records: Records, found: Sequence[TerrainRunout], bounds: list[HazardRow]
 ) -> None:
-    from avahazard.report.path_pictures import DrawnPath, draw_alpha_beta  # noqa: PLC0415 (slow)
+    from avahazard.report.html.content import path_view  # noqa: PLC0415 (slow)
+    from avahazard.report.path_pictures import draw_paths  # noqa: PLC0415 (slow)
 
     # The row of the period that is most like what the regressions are of: about 100 years.
     periods = [row.return_period_years or np.inf for row in bounds]
     nearest_last = np.argsort(-np.abs(np.log(np.divide(periods, 100.0))), kind="stable")
     rows = {bounds[k].path_id: bounds[k] for k in nearest_last}
-    events = {p.path_id: [e for e in records.events if e.path_id == p.path_id] for p, _, _ in found}
-    draw_alpha_beta(
-        plot,
-        [
-            DrawnPath(
-                name=path.name or path.path_id,
-                smooth=smooth,
-                baseline=both,
-                stop_x=recorded_stops(smooth, events[path.path_id]),
-                row=rows.get(path.path_id),
-            )
-            for path, smooth, both in found
-        ],
-    )
+    by_path: dict[str, list[TerrainRunout]] = {}
+    for row in found:
+        by_path.setdefault(row.path_id, []).append(row)
+    views = [
+        path_view(records, path_id, rows=[rows[path_id]] if path_id in rows else [], alpha_beta=of)
+        for path_id, of in by_path.items()
+    ]
+    draw_paths(plot, None, views)
 
 
 SPEED_EVERY_M, MOST_PLACES = 10.0, 100

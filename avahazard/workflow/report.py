@@ -12,7 +12,6 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.criticism.scoring.scores import expected_records
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.site import release_place, stop_place
 from avahazard.hazard.future_events import classes_of
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.model.choices import BLOCK
@@ -22,9 +21,7 @@ from avahazard.inference.paper.calibration import recorded_elevation
 from avahazard.inference.prediction import predict_stops
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
-from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import (
-    H_OVER_L_REL_SIGMA,
     Event,
     Path,
     Profile,
@@ -258,33 +255,27 @@ def path_views(
     speeds = dict(_speeds(stored, records, rows))
     views = []
     for path in shown:
-        own = of_path(records, path.path_id)
-        profile, recorded = next(iter(own.profiles), None), list(own.events)
-        smooth = known.get(path.path_id)
-        if smooth is None and profile is not None:
-            smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
-        mine = [e for e in events if e.path_id == path.path_id]
-        views.append(
-            page.PathView(
-                path=path,
-                profile=profile,
-                smooth=smooth,
-                release_x=None
-                if smooth is None
-                else release_place(smooth, path.release_elevation_m),
-                events=tuple(mine) or tuple(event_view(e, smooth) for e in recorded),
-                rows=_of(path, rows),
-                notes=[]
-                if profile is None or smooth is None
-                else list(describe_path(path, profile, smooth, recorded).notes),
-                speeds=speeds.get(path.path_id, []),
-                alpha_beta=_of(path, alpha_beta),
-                zones=next(iter(_of(path, zones)), None),
-                plan=None
-                if profile is None
-                else _plan(profile, grounds.get(path.path_id), flows.get(path.path_id)),
-            )
+        path_id = path.path_id
+        view = page.path_view(
+            records,
+            path_id,
+            known.get(path_id),
+            rows=_of(path, rows),
+            speeds=speeds.get(path_id, []),
+            alpha_beta=_of(path, alpha_beta),
+            zones=next(iter(_of(path, zones)), None),
         )
+        if mine := tuple(e for e in events if e.path_id == path_id):
+            view = replace(view, events=mine)
+        own = of_path(records, path_id)
+        for profile in own.profiles:
+            assert view.smooth is not None
+            view = replace(
+                view,
+                notes=describe_path(path, profile, view.smooth, own.events).notes,
+                plan=_plan(profile, grounds.get(path_id), flows.get(path_id)),
+            )
+        views.append(view)
     return tuple(views)
 
 
@@ -369,34 +360,14 @@ def event_views(
         kind = ELEVATION if metres and observations.kind[i] == PLACE else int(observations.kind[i])
         views.append(
             replace(
-                event_view(event, smooth.get(event.path_id or "")),
+                page.event_view(event, smooth.get(event.path_id or "")),
                 coordinate=RATIO if observations.in_ratio else COORDINATES[kind],
                 observed_m=None if observations.kind[i] == LEFT else float(observed[i]),
-                mu=finite(mu[i]),
                 mu_reference=finite(reference[i]),
                 predicted=tuple(np.quantile(draws[i], QUANTILES).tolist()) if known else None,
             )
         )
     return tuple(views)
-
-
-def event_view(event: Event, smooth: SmoothProfile | None) -> page.EventView:
-    """One event by itself, with its place on the path's smoothed profile, where it has one."""
-    return page.EventView(
-        event_id=event.event_id,
-        path_id=event.path_id,
-        date=event.date,
-        year=event.year,
-        volume_m3=event.volume_m3,
-        left_profile=event.left_profile,
-        coordinate="elevation",
-        observed_m=None,
-        sigma_m=H_OVER_L_REL_SIGMA * (event.h_over_l or 0.0)
-        if event.in_ratio
-        else event.runout_sigma_m,
-        stop_x_m=None if smooth is None else stop_place(smooth, event),
-        mu=None,
-    )
 
 
 def unknown_columns(columns: EventColumns) -> Mapping[str, int]:

@@ -14,8 +14,6 @@ from avahazard.hazard.zones import PRESETS, ZoneSystem, path_zones, read_limits
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.model.layout import TRACK_SCATTER_NAME
 from avahazard.notes import Note
-from avahazard.physics.smooth_profile import smooth_profile
-from avahazard.records.collection import find_path, find_profile
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
 from avahazard.results.base import Report, Rows, plain, silent
@@ -54,7 +52,8 @@ def zones(database: str, name: str, request: ZonesRequest, report: Report = sile
         notes.insert(0, went_on(run))
     if plot is not None:
         limits = work.settings["limits"]["name"]
-        _draw(plot, database, entries, f"Zones by {name}, limits '{limits}'")
+        drag = all(note.key != "no_drag" for note in of_all)
+        _draw(plot, database, entries, f"Zones by {name}, limits '{limits}'", drag=drag)
     of_paths = [note for entry in entries for note in entry.notes if note not in of_all]
     return Zones(Rows(entries), (*notes, *of_paths, *of_all))
 
@@ -131,18 +130,16 @@ def zones_of_path(
     return PathDocuments([replace(entry, notes=(*of_rate, *entry.notes, *notes))])
 
 
-def _draw(plot: FilePath, database: str, entries: Sequence[ZonedPath], title: str) -> None:
-    from avahazard.report.path_pictures import DrawnZones, draw_zones  # noqa: PLC0415 (slow)
+def _draw(
+    plot: FilePath, database: str, entries: Sequence[ZonedPath], title: str, *, drag: bool
+) -> None:
+    from avahazard.report.html.content import path_view  # noqa: PLC0415 (slow)
+    from avahazard.report.path_pictures import draw_paths  # noqa: PLC0415 (slow)
 
     with reading(database) as session:
         records = load_records(session, [entry.path_id for entry in entries])
-    drawn = []
-    for entry in entries:
-        path = find_path(records, entry.path_id)
-        profile = find_profile(records, path)
-        smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
-        drawn.append(DrawnZones(path.name or path.path_id, smooth, entry))
-    draw_zones(plot, title, drawn)
+    views = [path_view(records, of.path_id, zones=of) for of in entries]
+    draw_paths(plot, title, views, drag=drag)
 
 
 def load_limits(limits: str) -> ZoneSystem:

@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from avahazard.report.figure_pictures import draw_figures
 from avahazard.report.friction_pictures import (
-    draw_densities,
-    draw_posterior,
     draw_residuals,
     normal_density,
 )
+from avahazard.report.html.model_figures import density_figure, posterior_figures
+from avahazard.results.calibration import ParameterSummary
 from avahazard.results.friction import FrictionDensity
 
 RNG = np.random.default_rng(3)
@@ -32,11 +33,16 @@ def test_a_normal_is_one() -> None:
 
 def test_every_parameter_has_the_normal_of_its_draws(tmp_path: Path) -> None:
     draws = {"a": RNG.normal(0.5, 0.01, 900), "n": RNG.normal(3e-7, 8e-8, 900), "fixed": np.ones(9)}
-    draw_posterior(tmp_path / "a.svg", "first", draws, {"n": "1/m3"})
+    known = {
+        name: ParameterSummary(v.mean(), v.std(), v.mean(), *np.quantile(v, (0.05, 0.95)), unit)
+        for (name, v), unit in zip(draws.items(), ("", "1/m3", ""), strict=True)
+    }
+    draw_figures(
+        tmp_path / "a.svg", "first", posterior_figures(known, draws), columns=3, titles=True
+    )
     drawn = text_of(tmp_path / "a.svg")
-    a, n = draws["a"], draws["n"]
-    assert f"normal: {a.mean():.4f} ± {a.std(ddof=1):.2g}".rstrip("0") in drawn
-    assert f"± {n.std(ddof=1):.2g}" in drawn
+    assert f"mean {draws['a'].mean():.4g}; 90 % in" in drawn
+    assert "1/m³" in drawn
     assert "correlation" in drawn
     assert "fixed" not in drawn
 
@@ -54,9 +60,9 @@ def test_residuals_have_their_normal_and_the_models(tmp_path: Path) -> None:
 def test_each_density_is_a_line_dashed_beyond_the_records(tmp_path: Path) -> None:
     mu = np.linspace(0.2, 0.8, 61)
     curve = (tuple(mu), tuple(np.exp(-mu)), tuple(mu > 0.6))
-    draw_densities(
-        tmp_path / "a.svg",
-        [FrictionDensity(name, 9, 5.0, *curve, 0.5, 0.1) for name in ("all", "B")],
-    )
+    both = [FrictionDensity(name, 9, 5.0, *curve, 0.5, 0.0) for name in ("all", "B")]
+    draw_figures(tmp_path / "a.svg", None, [density_figure(both, {})])
     drawn = (tmp_path / "a.svg").read_text(encoding="utf-8")
-    assert drawn.count("stroke-dasharray") == 2
+    assert "<!-- all events (9) -->" in drawn
+    # In the curve of a path, in its legend, and in the tails of both.
+    assert drawn.count("stroke-dasharray") == 4

@@ -58,7 +58,7 @@ DRAWN = [
     (COMPARISON, "base against the records"),
     (DIAGNOSIS, "base is adequate: these data show no missing effect"),
     (Ladder(Rows([RUNG])), "42 m"),
-    (FRICTIONS, "all (3)"),
+    (FRICTIONS, "all events (3)"),
 ]
 
 

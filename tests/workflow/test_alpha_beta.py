@@ -70,7 +70,7 @@ def test_a_picture_with_the_bounds_of_a_model(mine: str, tmp_path: Path) -> None
     with writing(mine) as session:
         save_documents(session, BOUNDS, "m", [row.to_dict()])
     alpha_beta_paths(mine, "bowl", AlphaBetaRequest(model="m", plot=tmp_path / "a.svg"))
-    assert "avalanches of the volume V" in (tmp_path / "a.svg").read_text()
+    assert "avalanches of 10\u202f000 m³" in (tmp_path / "a.svg").read_text()
 
 
 def test_what_is_not_there(mine: str, empty_database: Path, tmp_path: Path) -> None:

@@ -21,7 +21,8 @@ from avahazard.physics.runout_curve import RunoutCurve
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.errors import AvahazardError
 from avahazard.report.hazard_tables import write_hazard
-from avahazard.report.path_pictures import draw_hazard
+from avahazard.report.html.content import path_view
+from avahazard.report.path_pictures import draw_paths
 from avahazard.results.base import Rows, plain
 from avahazard.results.hazard import HazardRow, Spread
 from avahazard.store.results import AVERAGE, BOUNDS, latest_documents
@@ -279,7 +280,8 @@ def test_bounds_as_a_file_and_a_picture(mine: str, tmp_path: Path) -> None:
     assert [line["path_id"] for line in found] == ["saint-clement"] * 2
     assert float(found[0]["runout_x_q50_m"]) == pytest.approx(rows[0].runout_x_m.q50)
     assert found[1]["runout_x_q95_m"] == ""
-    draw_hazard(tmp_path / "bounds.png", "twin", twin_records(), rows)
+    views = [path_view(twin_records(), row.path_id, rows=[row]) for row in rows]
+    draw_paths(tmp_path / "bounds.png", "twin", views)
     assert (tmp_path / "bounds.png").read_bytes()[:4] == b"\x89PNG"
 
 

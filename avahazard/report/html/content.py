@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from avahazard.arrays import Bools, Floats
+from avahazard.effects.site import release_place, stop_place
 from avahazard.notes import Note
-from avahazard.physics.smooth_profile import SmoothProfile
-from avahazard.records.collection import Path, Profile, TerrainCrop
+from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
+from avahazard.records.collection import Event, Path, Records, TerrainCrop, of_path
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison, Rung
 from avahazard.results.diagnosis import Diagnosis
@@ -24,9 +26,8 @@ class EventView:
     `coordinate` is what was recorded: `elevation`, `x` or `length`; `observed_m` is None where
     the event left its profile. `stop_x_m` is its place on the path, None off the profile.
     `predicted` holds the 5, 50 and 95 % quantiles in the same coordinate, None where the model
-    predicts nothing for this event. `mu` is apparent friction under the model, None where no
-    friction stops the block there; `mu_reference` is the same less what the model's effects on
-    friction and its path add to it.
+    predicts nothing for this event. `mu_reference` is apparent friction under the model less what
+    its effects on friction and its path add to it, None where no friction stops the block there.
     """
 
     event_id: str
@@ -35,13 +36,24 @@ class EventView:
     year: int | None
     volume_m3: float | None
     left_profile: bool
-    coordinate: str
-    observed_m: float | None
-    sigma_m: float
     stop_x_m: float | None
-    mu: float | None
+    coordinate: str = "elevation"
+    observed_m: float | None = None
     mu_reference: float | None = None
     predicted: tuple[float, float, float] | None = None
+
+
+def event_view(event: Event, smooth: SmoothProfile | None) -> EventView:
+    """One event by itself, with its place on the path's smoothed profile, where it has one."""
+    return EventView(
+        event_id=event.event_id,
+        path_id=event.path_id,
+        date=event.date,
+        year=event.year,
+        volume_m3=event.volume_m3,
+        left_profile=event.left_profile,
+        stop_x_m=None if smooth is None else stop_place(smooth, event),
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,11 +113,10 @@ class PathView:
     """
 
     path: Path
-    profile: Profile | None
     smooth: SmoothProfile | None
     release_x: float | None
     events: tuple[EventView, ...]
-    rows: Sequence[HazardRow]
+    rows: Sequence[HazardRow] = ()
     notes: Sequence[Note] = ()
     speeds: Sequence[SpeedLine] = ()
     alpha_beta: Sequence[TerrainRunout] = ()
@@ -116,6 +127,24 @@ class PathView:
     def name(self) -> str:
         """How people call it."""
         return self.path.name or self.path.path_id
+
+
+def path_view(
+    records: Records, path_id: str, smooth: SmoothProfile | None = None, **found: Any
+) -> PathView:
+    """A path of the records with its own events; `found` are further fields of `PathView`.
+
+    `smooth` is its smoothed profile where that is known already.
+    """
+    own = of_path(records, path_id)
+    for profile in own.profiles if smooth is None else ():
+        smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
+    path = own.paths[0]
+    values: dict[str, Any] = {
+        "release_x": None if smooth is None else release_place(smooth, path.release_elevation_m),
+        "events": tuple(event_view(event, smooth) for event in own.events),
+    }
+    return PathView(path=path, smooth=smooth, **(values | found))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -36,10 +36,8 @@ from avahazard.results.calibration import ParameterSummary
 from avahazard.results.friction import FrictionDensity
 
 
-def friction_figure(
-    view: FrictionView, events: Sequence[EventView], names: dict[str, str]
-) -> Figure:
-    """Median friction with the bands of the avalanches and of the law, and apparent frictions."""
+def law_traces(view: FrictionView) -> list[Trace]:
+    """The median law with its 90 %, upon the bands that hold 50 and 90 % of avalanches."""
     x = view.volume
     data: list[Trace] = []
     if view.scatter is not None:
@@ -54,6 +52,14 @@ def friction_figure(
     data.append(line(x, middle, BLUE, 2.5, hover, name=name, legendgroup="law"))
     for edge in (low, high):
         data.append(line(x, edge, BLUE, 1.2, dash="dash", legendgroup="law", showlegend=False))
+    return data
+
+
+def friction_figure(
+    view: FrictionView, events: Sequence[EventView], names: dict[str, str]
+) -> Figure:
+    """Median friction with the bands of the avalanches and of the law, and apparent frictions."""
+    data = law_traces(view)
     shown = [e for e in events if e.mu_reference is not None and e.volume_m3]
     hover = say("apparent friction {friction}", friction="%{y:.3f}")
     for name, color, symbol, mine in by_path(shown, names):
@@ -175,6 +181,8 @@ def normal_line(mean: float, sd: float) -> tuple[Floats, Floats]:
 
 
 BINS, JOINT_DRAWS = 36, 800
+HELD = ((0.5, "solid"), (0.9, "dash"))
+"""What the ellipses of two parameters hold."""
 OFFSET = "path:"
 SMALL_PX, SMALL_MARGIN = 246, {"l": 62, "r": 20, "t": 10, "b": 62}
 
@@ -279,6 +287,13 @@ def _joint(one: tuple[str, Floats], other: tuple[str, Floats]) -> Figure:
     (name, x), (named, y) = one, other
     every = max(1, len(x) // JOINT_DRAWS)
     r = spoken().number(f"{np.corrcoef(x, y)[0, 1]:.2f}")
+    data = [marks(x[::every], y[::every], {"color": VERMILION, "size": 3, "opacity": 0.5})]
+    root = np.linalg.cholesky(np.cov(x, y) + 1e-12 * np.diag([x.var(), y.var()]))
+    angle = np.linspace(0.0, 2.0 * np.pi, 61)
+    for share, dash in HELD:
+        # χ² with two degrees of freedom is exponential.
+        ring = root @ [np.cos(angle), np.sin(angle)] * np.sqrt(-2.0 * np.log1p(-share))
+        data.append(line(x.mean() + ring[0], y.mean() + ring[1], BLACK, 1.2, dash=dash))
     return Figure(
         "posterior-joint",
         say("{one} and {other} together", one=name, other=named),
@@ -288,12 +303,13 @@ def _joint(one: tuple[str, Floats], other: tuple[str, Floats]) -> Figure:
             other=named,
             r=r,
         ),
-        say("correlation {r}", r=r),
-        [marks(x[::every], y[::every], {"color": VERMILION, "size": 3, "opacity": 0.5})],
+        say("correlation {r}; the ellipses of a normal hold 50 and 90 %", r=r),
+        data,
         layout(
             _small_axis(label(name)),
             _small_axis(label(named)),
             height=SMALL_PX,
             margin={**SMALL_MARGIN, "l": 88},
+            showlegend=False,
         ),
     )

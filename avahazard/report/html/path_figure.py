@@ -248,9 +248,9 @@ def speed_traces(view: PathView) -> list[Trace]:
     return traces
 
 
-def _speed_of(of: str) -> dict[str, Any]:
+def _speed_of(of: str, *, legend: bool = False) -> dict[str, Any]:
     name = say("speed, {case}", case=of)
-    return {"name": name, "legendgroup": f"row {of}", "showlegend": False}
+    return {"name": name, "legendgroup": f"row {of}", "showlegend": legend}
 
 
 def _quantiles(view: PathView) -> list[Trace]:
@@ -274,7 +274,9 @@ def _quantiles(view: PathView) -> list[Trace]:
                 x="%{x:.0f}",
             )
             speeds = _moving([getattr(entry.speed_m_s, key) for entry in entries])
-            own = {"customdata": [getattr(e.pressure_kpa, key) for e in entries], **_speed_of(of)}
+            # Where no row has its colour in the legend.
+            own = _speed_of(of, legend=key == "q50" and period not in known)
+            own["customdata"] = [getattr(e.pressure_kpa, key) for e in entries]
             traces.append(line(x, speeds, color, width, hover, dash=dash, **own))
     return traces
 
@@ -364,7 +366,12 @@ PROFILE_PX, PANEL_PX, GAP_PX = 340, 140, 32
 
 
 def path_figure(
-    k: int, view: PathView, loop: LoopView, all_events: Sequence[EventView], *, drag: bool = True
+    k: int,
+    view: PathView,
+    loop: LoopView | None = None,
+    all_events: Sequence[EventView] = (),
+    *,
+    drag: bool = True,
 ) -> Figure | None:
     """Panels above one another over the same x; None for a path without a profile.
 
@@ -372,15 +379,16 @@ def path_figure(
     """
     if view.smooth is None or view.release_x is None:
         return None
-    shown = stops_of(view, loop, all_events)
-    bands = [float(np.max(state.x[shown, 2])) for state in loop.models if shown]
+    shown = [] if loop is None else stops_of(view, loop, all_events)
+    models = () if loop is None else loop.models
+    bands = [float(np.max(state.x[shown, 2])) for state in models if shown]
     end = shown_end(view, bands)
     ground = profile_traces(view)
     heights = axis(say("elevation (m)"), range=profile_range(view.smooth, len(view.rows)))
     panels: list[tuple[list[Trace], dict[str, Any], int]] = [(ground, heights, PROFILE_PX)]
     words = [say("its profile with the recorded stops and the predicted runouts")]
     states: States = {}
-    if shown:
+    if loop is not None and shown:
         words.append(say("every record beside where it was expected"))
         traces, changes = stops_traces(view, loop, all_events, shown)
         states = {
@@ -408,14 +416,14 @@ def path_figure(
         top -= px + GAP_PX
     last = "y" if len(panels) == 1 else f"y{len(panels)}"
     x_axis = axis(say("distance along the path x (m)"), anchor=last, range=[view.smooth.x_min, end])
-    places = layout(x_axis, axes.pop("yaxis"), height=total + 130, margin=MARGIN, **axes)
+    whole = layout(x_axis, axes.pop("yaxis"), height=total + 130, margin=MARGIN, **axes)
     return Figure(
         f"path-{k}",
         say("Along the path"),
         say("{path}, along the path: {parts}.", path=view.name, parts=", ".join(words)),
         "",
         data,
-        places,
+        whole,
         states=states,
     )
 

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from avahazard.criticism.scoring.error_budget import SOURCES, UNEXPLAINED
+from avahazard.report.figure_pictures import draw_comparison, draw_diagnosis, draw_ladder
 from avahazard.report.html.score_figures import SOURCE_COLORS, budget_bars, parts_in_order
 from avahazard.report.language import LANGUAGES, language_of, speaking
-from avahazard.report.score_pictures import draw_comparison, draw_diagnosis, draw_ladder
 from avahazard.report.words import part_words
 from avahazard.results.base import Rows
 from avahazard.results.comparison import BudgetPart, Rung
