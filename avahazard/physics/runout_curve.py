@@ -212,24 +212,13 @@ def inverse(values, broken, level):  # type: ignore[no-untyped-def]
     `values` fall, as stops do; they are inf where the profile was left. The friction is 0 where
     none exceeds the level, inf where all do, and the middle of a cell that is broken.
     """
-    return friction_after(values, broken, level, n_over(values, level, 0, len(values)))
-
-
-@kernel(inner=True, forceinline=True)
-def n_over(values, level, least, most):  # type: ignore[no-untyped-def]
-    """How many of the falling `values` exceed a level, which is `least` to `most`."""
-    while least < most:
-        middle = (least + most) // 2
+    n, most = 0, len(values)
+    while n < most:
+        middle = (n + most) // 2
         if values[middle] > level:
-            least = middle + 1
+            n = middle + 1
         else:
             most = middle
-    return least
-
-
-@kernel(inner=True, forceinline=True)
-def friction_after(values, broken, level, n):  # type: ignore[no-untyped-def]
-    """`inverse`, where the first n values exceed the level."""
     if n == 0:
         return 0.0
     if n == len(values):
