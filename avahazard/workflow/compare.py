@@ -312,8 +312,8 @@ def predict(
 
     Numbers are elevations of the stop in m, of the avalanche itself and not of a record with its
     error; that of a release (`release_sigma_m`) is in them. For events without a profile they are
-    runout lengths, or H/L where that alone is known, and `coordinate` says so. A draw that leaves
-    the profile counts as reaching its end. Raises `AvahazardError` where there is no such model, or
+    runout lengths, or H/L where that alone is known, and `coordinate` says so. A draw beyond the
+    profile counts as reaching its end. Raises `AvahazardError` where there is no such model, or
     it cannot predict these events; `RejectedRows` for rows of the file that cannot be taken.
     """
     stored, records = load_stored(database, name, effect_files)
