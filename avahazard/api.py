@@ -220,7 +220,8 @@ class Model:
     def add(self, *effects: str, name: str, effect_files: Files = ()) -> Model:
         """A child of the model with more `effects`, calibrated, compared and stored as `name`.
 
-        Raises `AvahazardError` where a name is taken, or an effect cannot be told from the records.
+        Raises `AvahazardError` where a name is taken, or an effect cannot be estimated from the
+        records.
 
         >>> base.add("season", name="season").result.effects
         ('season',)

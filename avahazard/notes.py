@@ -164,7 +164,7 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
     "up_to": "up to {edge:{form}}{unit}",
     "from_to": "{low:{form}}{unit} to {high:{form}}{unit}",
     "above": "above {edge:{form}}{unit}",
-    "fails_on": "It fails beyond chance on {paths:and}; predicted less recorded.",
+    "fails_on": "It fails beyond chance on {paths:and}; predicted minus recorded.",
     "path_bias": "{path} ({bias:+.0f} m)",
     "level_of_path": "{column} differs by path: {parts:; }.",
     "paths_at_level": "{paths:and}: {level}",
@@ -239,7 +239,7 @@ TERMINAL = {
     "why_compare": "{model} was not compared with its records.",
     "why_diagnose": "{model} was not diagnosed for missing effects.",
     "why_missing": "{model} lacks {effects:and}.",
-    "why_law": "{model} lacks {effects:and}; the leading law of it stands in {file}.",
+    "why_law": "{model} lacks {effects:and}; its leading law is in {file}.",
     "why_unexplained": "{model} fails along {along:and}, which no effect explains: write one.",
     "why_measure": "{model} lacks one of {effects}: these records cannot tell which (expected gain "
     "{nats:.1f} nats).",

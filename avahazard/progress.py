@@ -40,7 +40,7 @@ def show_progress(*, log: bool = True) -> Iterator[Report]:
 class Clock:
     """The share to show, which never falls, and the time that is left.
 
-    Where what is told falls back, another step has begun: it has the rest of the bar, and the time
+    Where the reported share falls, another step has begun: it has the rest of the bar, and the time
     that is left is that of the step.
     """
 

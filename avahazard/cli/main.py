@@ -86,7 +86,7 @@ class Commands(TyperGroup):
             formatter.write_dl([(entry.name, entry.help) for entry in COMMANDS])
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command; an error that the user can mend ends with status 1."""
+        """Run the command; an error that the user can correct ends with status 1."""
         try:
             return super().invoke(ctx)
         except BrokenPipeError:
@@ -99,7 +99,7 @@ class Commands(TyperGroup):
 
 
 def load(entry: Entry) -> Any:
-    """Return the command of `entry`: the function, or the group, that bears its name."""
+    """Return the command of `entry`: the function, or the group, of its name."""
     from avahazard.cli.options import taking_requests, with_engine  # noqa: PLC0415
 
     found = getattr(import_module(f"avahazard.cli.{entry.module}"), entry.function)

@@ -108,7 +108,7 @@ def demo(
 
 
 def show_loop(console: Console, found: HiddenEffect) -> None:
-    """Print the loop as it went, whatever came out."""
+    """Print the steps of the loop and its result."""
     console.print(
         f"\nA synthetic dataset: {found.model.n_events} events on {found.n_paths} paths, with an "
         "effect that its first model lacks."

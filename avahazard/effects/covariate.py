@@ -168,7 +168,7 @@ def spline_columns(values: Floats, knots: Floats, centre: float, scale: float) -
 
 INTERACTION = "interaction:"
 MOST_LEVELS = 4
-"""Levels of a column that are told apart beside another."""
+"""Levels of a column that are distinguished beside another."""
 
 
 def interaction(pair: str) -> Definition:
@@ -203,7 +203,7 @@ def _lacking_pair(one: str, other: str, columns: EventColumns, sites: Sites) -> 
 
 
 def _facts_pair(one: str, other: str, columns: EventColumns, _sites: Sites) -> Facts:
-    """Of each column its levels, or centre and spread; left out where it tells nothing."""
+    """Of each column its levels, or centre and spread; left out where it has no information."""
     found: Facts = {}
     for name in (one, other):
         known = _known(columns, name)

@@ -101,7 +101,7 @@ class ScatterEffect(Effect):
 
 @dataclass(frozen=True, slots=True)
 class KindsEffect(Effect):
-    """Avalanches are of two kinds that no column tells.
+    """Avalanches are of two unrecorded kinds.
 
     Its parameters are the share of the second kind and the shift of its log friction against the
     first; the mean of both is the law's.

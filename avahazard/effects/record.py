@@ -1,4 +1,4 @@
-"""Effects on the record: shifts, fronts, runouts that were not seen, and errors as stated."""
+"""Effects on the record: shifts, fronts, undetected runouts, and stated errors."""
 
 from __future__ import annotations
 

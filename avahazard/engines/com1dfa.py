@@ -94,7 +94,7 @@ def simulate(
     """Run com1DFA once.
 
     Raises:
-        AvahazardError: it failed; the last line that it printed is told.
+        AvahazardError: it failed; with the last line that it printed.
     """
     from avahazard.gis.avaframe_project import (  # noqa: PLC0415 (may be missing)
         read_peak,

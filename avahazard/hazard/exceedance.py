@@ -1,6 +1,6 @@
 """How often avalanches run past a place, and the runout exceeded once in T years.
 
-What varies naturally is kept apart from what is not known. Where stops above a limit are not seen,
+What varies naturally is kept apart from what is not known. Where stops above a limit go undetected,
 the records hold a share P(seen | V) of the avalanches of volume V: λ(V) = λ_seen(V) / P(seen | V)
 came, by the friction of the model.
 """

@@ -213,7 +213,7 @@ LOG_SCALES = np.array([-2.6 + 0.07 * k for k in range(61)])
 """Grid of the log of the scale, `[n_scales]`."""
 SHAPES = np.array([-0.475 + 0.05 * k for k in range(27)])
 """Grid of the shape in the sign of `scipy.stats.genextreme`, `[n_shapes]`: positive has an upper
-bound. Nought is between two of its points."""
+bound. Zero is between two of its points."""
 MEAN_OFFSET = (1.0 - gamma(1.0 + SHAPES)) / SHAPES
 """Mean less location of a GEV, in scales, `[n_shapes]`."""
 STANDARD_DEVIATION = np.sqrt(gamma(1.0 + 2.0 * SHAPES) - gamma(1.0 + SHAPES) ** 2) / np.abs(SHAPES)

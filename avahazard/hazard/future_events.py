@@ -1,8 +1,8 @@
-"""Avalanches to come on a path: where they start, and what they are like.
+"""Future avalanches on a path: where they start, and what they are like.
 
 Releases follow a Beta distribution along the release zone, after Eckert, Parent and others (2007
 on), who draw the release from the records' distribution. What spreads recorded releases is nature
-and the error of the records: avalanches to come have the spread without the error.
+and the error of the records: future avalanches have the spread without the error.
 """
 
 from __future__ import annotations
@@ -152,7 +152,7 @@ def classes_to_come(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FutureEvents:
-    """Classes of avalanches to come on one path, equally frequent, `[n_classes]`.
+    """Classes of future avalanches on one path, equally frequent, `[n_classes]`.
 
     `release` indexes `site.release_x`; `columns` describe them.
     """
@@ -176,14 +176,14 @@ class FutureEvents:
 def future_events(
     records: Records, path_id: str, volume_m3: float, *, event_columns: bool
 ) -> FutureEvents:
-    """The classes of avalanches to come on a path, of this volume (`classes_to_come`)."""
+    """The classes of future avalanches on a path, of this volume (`classes_to_come`)."""
     mine = of_path(records, path_id)
     events = classes_to_come(records, path_id, volume_m3, event_columns=event_columns)
     return classes_of(replace(mine, events=events))
 
 
 def classes_of(there: Records) -> FutureEvents:
-    """The events of one path as classes of avalanches to come."""
+    """The events of one path as classes of future avalanches."""
     ((path,), (profile,)), events = (there.paths, there.profiles), there.events
     smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
     start = [_start(event, path.release_elevation_m) for event in events]

@@ -1,6 +1,6 @@
 """All that the runouts, speeds and zones of one path follow from, built once.
 
-The flow: the classes of avalanches to come (`future_events`), draws of the fit in groups that share
+The flow: the classes of future avalanches (`future_events`), draws of the fit in groups that share
 the runs of the block, the runout curves of each group, and the friction of each draw, class and
 volume by the friction model. With the rate and the volumes of the path they are its `Avalanches`,
 from which `exceedance` reads the runout exceeded once in T years.
@@ -36,7 +36,7 @@ DEGREES = "EPSG:4326"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecordedStops:
-    """Recorded stops `x` (m) `[n_records]` with their dates, inf for what left the profile.
+    """Recorded stops `x` (m) `[n_records]` with their dates, inf for runouts beyond the profile.
 
     The path's line is `east`, `north` at `line_x` (m), all `[n_points]`, in the system `crs`;
     empty where the profile has no coordinates.
@@ -198,7 +198,7 @@ def path_hazard(
     *,
     seed: int,
 ) -> PathHazard:
-    """Apply a calibrated model to avalanches to come on a path.
+    """Apply a calibrated model to future avalanches on a path.
 
     `records` are those of the database, for the releases and columns of such avalanches.
     Otherwise as `hazard_of_events`.
@@ -228,7 +228,7 @@ def hazard_of_events(
     *,
     seed: int,
 ) -> PathHazard:
-    """What a path has by a model on its classes of avalanches to come; the block is run here.
+    """What a path has by a model on its classes of future avalanches; the block is run here.
 
     `volumes` are the rate and volumes of its avalanches, None where nothing is known; `at` the
     volumes (m3) that bounds are wanted of. The posterior of the model is spread over the draws of
@@ -310,7 +310,7 @@ def rising_friction(
 
 
 def limits_of_sight(model: FittedModel, future: FutureEvents, values: Sequence[Values]) -> Floats:
-    """Elevation (m) above which a stop on the path is not seen `[n_groups]`; nan: all are seen.
+    """Elevation (m) above which a stop on the path is undetected `[n_groups]`; nan: none is.
 
     `values` are the effects' parameters of the groups.
     """

@@ -57,7 +57,7 @@ Pieces = tuple[Floats, NDArray[np.int8], FrictionGrid]
 """`pieces` of curves `[n_curves, …]`, and the grid of their frictions."""
 
 STEPS = tuple(k / 20 for k in range(1, 20))
-"""Probabilities 5, 10, … 95 %, at which the distribution of the runout is told."""
+"""Probabilities 5, 10, … 95 %, at which the distribution of the runout is reported."""
 
 
 def draw_stops(
@@ -78,7 +78,7 @@ def draw_stops(
     parameters.
 
     Returns stops x and elevation (m) of the draws with μ > 0 `[n_positive]`, (+inf, -inf) where a
-    run left the profile, and their number by status `[3]`.
+    run went beyond the profile, and their number by status `[3]`.
     """
     ends = np.arange(1, len(location) + 1) * n_draws // len(location)
     x, y = np.empty(n_draws), np.empty(n_draws)
@@ -144,7 +144,7 @@ def scattered_stops(
 ) -> tuple[Floats, Floats, int]:
     """Stops x and elevation (m) at `elevation` + `sigma` z, z ~ N(0, 1), and the number held.
 
-    `elevation` `[n_draws]` of the block's stop is -inf where it left the profile, and stays so;
+    `elevation` `[n_draws]` of the block's stop is -inf beyond the profile, and stays so;
     `sigma` `[n_draws]` in m. x is the first place of the path that is so low. A stop above the
     release is put there and counted as held; one below the end of the path has left it (+inf,
     -inf); one below a valley floor with a counter-slope behind it lies on the floor.
@@ -278,7 +278,7 @@ def volume_stops(
 ) -> tuple[Floats, Floats, int]:
     """Stops of avalanches of one of the volumes of `path`, from `n_draws` over the posterior.
 
-    Every draw takes one of the classes of avalanches to come. Returns x and elevation (m) as
+    Every draw takes one of the classes of future avalanches. Returns x and elevation (m) as
     `draw_stops`, and how many were not released.
     """
     draws, avalanches, here = path.draws, path.avalanches, path.at_volume[volume_m3]
@@ -465,7 +465,7 @@ def path_rows(
 
     By one model, or by several, each with its weight among the draws: intervals then hold too that
     it is not known which is right, and natural variability and uncertainty of parameters are not
-    told apart. The first row has `reach`, the annual chance along the path, where the rate is
+    distinguished. The first row has `reach`, the annual chance along the path, where the rate is
     known. A row hangs on the seed, its path and its scenario, not on the other rows.
     """
     rows = [_row(models, scenario, n_draws, seed) for scenario in scenarios]

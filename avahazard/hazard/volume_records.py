@@ -263,7 +263,7 @@ def without_record_error(records: Sequence[VolumeRecord]) -> list[VolumeRecord]:
 
 
 FEWEST_TELLING = 3
-"""Maxima, or excesses, from which a path tells others of scale and shape."""
+"""Maxima, or excesses, from which a path informs others about scale and shape."""
 IMPOSSIBLE = -1e6
 """Stands for every log likelihood under it, so that sums keep their digits."""
 PATHS_AT_ONCE = 25

@@ -102,7 +102,7 @@ class FittedModel:
 
     Of a calibration: `sampled`, the chains of the parameters that people read, the number of
     events that the method cannot use by reason (`left_out`), and sentences for people (`notes`).
-    Of a stored model: its calibration as it was told (`stored`), the `paths` that it was calibrated
+    Of a stored model: its calibration as reported (`stored`), the `paths` that it was calibrated
     on (none: all), the `version` of the program that made it, and whether the records have changed
     since.
     """
@@ -214,7 +214,7 @@ class FittedModel:
     def group_offsets(self, rng: np.random.Generator) -> Floats | None:
         """Draws of the groups' offsets `[n_draws, n_offsets]`, None where there are no groups.
 
-        A group that the model has not seen gets offsets from the spread between groups.
+        A new group gets offsets from the spread between groups.
         """
         plan = self.posterior.plan
         if not plan:
@@ -232,7 +232,7 @@ class FittedModel:
         """Posterior median `[n_events]` of the median friction of each event.
 
         Of the events of `columns`, by default the model's own; `volume` (m3) `[n_events]` is
-        exact. A group that the model has not seen has no offset.
+        exact. A new group has no offset.
         """
         friction = self.friction
         events = friction.of_events(self.columns if columns is None else columns)

@@ -37,8 +37,8 @@ class PredictedStops:
 
     `record` is in the coordinate of each event's record, `x` and `elevation` in metres; where
     `left`, they are those of the profile's end. `friction` is the draw of μ; `n_nonpositive`
-    counts draws of μ ≤ 0, which leave any profile (normal scatter only). `sigma` (m) is the error
-    that each record would have.
+    counts draws of μ ≤ 0, which run beyond any profile (normal scatter only). `sigma` (m) is the
+    error that each record would have.
     """
 
     record: Floats
@@ -55,7 +55,7 @@ def predict_stops(
 ) -> PredictedStops:
     """Draw stops of every event of the model, of whose draws `n_draws` are used evenly.
 
-    A group that the model has not seen gets an offset from the spread between groups. With
+    A new group gets an offset from the spread between groups. With
     `release_off` releases are off by their stated error where it is whether a block leaves (what
     it does to stops is part of `sigma`).
     """
@@ -119,7 +119,7 @@ def left_by_chance(
 ) -> Bools:
     """Whether blocks leave `[n_events, n_draws]` whose releases are off by their stated errors.
 
-    `left` is what those that start where the record tells do.
+    `left` is for those that start at the recorded place.
     """
     unsure = tables.leaving_sigma > 0.0
     if not np.any(unsure):
@@ -162,7 +162,7 @@ def look_up(
 
 
 Stops = tuple[Floats, NDArray[np.bool_]]
-"""Where events stop (m, or H/L) and whether they left their profile, `[n_events, n_draws]` each."""
+"""Where events stop (m, or H/L), and whether beyond the profile, `[n_events, n_draws]` each."""
 
 N_RELEASES = 25
 AT_ONCE = 20
@@ -240,9 +240,9 @@ def ground_error(model: FittedModel, friction: Floats | None = None) -> Floats:
     its release and of its stop are off, s₀ and s₁: it stops where one with a friction off by
     √(s₀² + s₁²) / L does, L its reach (Ancey 2005, § 2: μ = H / L without curvature). An
     elevation is off by s₁ besides, as the stop lies on other ground. Every event keeps its
-    `friction` `[n_events]`, by default the posterior median for its volume. What left its profile
-    counts as at its end. Nought without a profile, or where the ground is a polynomial of points
-    without error.
+    `friction` `[n_events]`, by default the posterior median for its volume. A runout beyond the
+    profile counts as at its end. Zero without a profile, or where the ground is a polynomial of
+    points without error.
     """
     observations, posterior = model.observations, model.posterior
     if friction is None:

@@ -87,7 +87,7 @@ def walk(
     """Move the chains on by `n_draws` times `keep_every` steps (an even number), and `state`.
 
     Returns the draws that are kept `[n_chains, n_draws, n_slots]` and the shares of the steps that
-    were accepted `[n_chains]`. There is a proposal for each chain. `progress` is told the share
+    were accepted `[n_chains]`. There is a proposal for each chain. `progress` receives the share
     done.
     """
     u, value = state.u, state.value
@@ -175,7 +175,7 @@ def sample(
     run on, twice as long each time, `MAX_ROUNDS` times at most; only the last round is kept. Of
     fewer draws than `ESS_LIMIT` in all, which never pass, there is one round.
     The model that is returned has the posterior that was sampled, on a star fit to it.
-    `start` `[n_slots]` is where the mode is sought from; `progress` is told the share done.
+    `start` `[n_slots]` is where the mode is sought from; `progress` receives the share done.
     Equal seeds give equal draws.
     """
     fine, mode = search_mode(posterior, start)

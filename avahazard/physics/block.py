@@ -153,7 +153,7 @@ STATUS_NAMES = ("stopped", "left_profile", "not_released")
 class Stops(NamedTuple):
     """Ends of runs, each array `[n_starts, n_friction]`.
 
-    `x`, `y` (m) are nan where the block left the profile and the release where it was not
+    `x`, `y` (m) are nan where the block ran beyond the profile and the release where it was not
     released; `status` is one of STOPPED, LEFT_PROFILE, NOT_RELEASED; `lift_off_x` is where the
     block first lost contact with its bed, nan where it never did.
     """

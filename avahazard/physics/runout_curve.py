@@ -4,7 +4,7 @@
 all that looks up a stop: a cell of the grid of frictions is *broken* where its ends differ in
 status, or where x, the place of the stop, moves more than `JUMP_FACTOR` times as far as over the
 wider of the cells beside it (at all, where it rests over these). In a broken cell the nearer end
-counts: nothing stops where no run of the block does, and no stop is mixed with a run that left the
+counts: nothing stops where no run of the block does, and no stop is mixed with a run beyond the
 profile or was held at its release. Everywhere else F is straight between the ends. The steps of a
 smooth F, however steep, change by less than that factor from one cell to the next; a jump stands
 out from both (two of one size side by side do not). The rule goes by x, since elevation hardly
@@ -59,7 +59,7 @@ class RunoutCurve:
     """F(μ) of one run, `[n_friction]`, or of several, `[n_rows, n_friction]`.
 
     `mu` `[n_friction]` are the frictions of the nodes, which rise. `x`, `y` are in m, `status` as
-    in `physics.block`; where the block left the profile they are no stops.
+    in `physics.block`; where the block ran beyond the profile they are no stops.
     """
 
     x: Floats
@@ -73,7 +73,7 @@ class RunoutCurve:
 
     @property
     def left(self) -> Bools:
-        """Whether the block left the profile."""
+        """Whether the block ran beyond the profile."""
         return np.asarray(self.status == LEFT_PROFILE)
 
     @property
@@ -111,7 +111,7 @@ class RunoutCurve:
 def tabulate(cells: Cells, starts: NDArray[np.int64], stride: int = 1) -> RunoutCurve:
     """F(μ) from each start node `[n_starts]`, at every `stride`-th friction of `MU`.
 
-    Where the block left the profile, x and y are nan; where it was not released, the release.
+    Where the block ran beyond the profile, x and y are nan; where it was not released, the release.
     """
     stops = run(cells, starts, MU[::stride])
     return RunoutCurve(stops.x, stops.y, stops.status, MU[::stride])
@@ -317,8 +317,8 @@ WIDTH, SLOW_WIDTH = 32, 16
 class Asked(NamedTuple):
     """Stops asked for from each start, `[n_starts]`.
 
-    Those between the places `low` and `high` (m); where `high` is inf all that leaves the profile
-    is asked for as well. Runs begin about the friction with index `middle`.
+    Those between the places `low` and `high` (m); where `high` is inf all that runs beyond the
+    profile is asked for as well. Runs begin about the friction with index `middle`.
     """
 
     low: Floats

@@ -35,7 +35,7 @@ MADE_A_DATE = "the text that was meant: the spreadsheet holds a date here"
 
 
 def plain_cells(table: FileTable, given: Conventions, problems: list[RowProblem]) -> FileTable:
-    """Return `table` with numbers such as 1234.5 and dates such as 1950-02-13, told in its words.
+    """Return `table` with numbers such as 1234.5 and dates such as 1950-02-13, and its notes.
 
     The decimal sign is one in the whole file. Where the file does not show it and `given` does
     not say it, ambiguous numbers are added to `problems`, as are ambiguous dates. Marks of unknown

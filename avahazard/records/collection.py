@@ -113,7 +113,7 @@ class Event:
 
     @property
     def in_ratio(self) -> bool:
-        """Whether H/L is all that its record tells of where it stopped."""
+        """Whether H/L alone is recorded of its stop."""
         return self.path_id is None and self.fall_height_m is None
 
     @property

@@ -40,7 +40,7 @@ def stop_fault(event: Event, profile: Profile) -> Fault | None:
     """Return what is wrong with the stop of `event`, None when it is one place on `profile`.
 
     Outside the profile is accepted within three standard deviations of the record, and
-    for events that left it.
+    for events beyond it.
     """
     if event.left_profile:
         return None
@@ -360,7 +360,7 @@ def repeated_notes(groups: Iterable[Sequence[str]]) -> list[Note]:
 
 
 def _told_by(event: Event) -> Hashable | None:
-    """What tells an event from others, None where too little is known."""
+    """What distinguishes an event from others, None where too little is known."""
     stop = (
         event.runout_elevation_m,
         event.runout_x_m,

@@ -385,7 +385,7 @@ def read_forms(
     """Yield the tables of one file whose form is known; `faults` are those of reading it.
 
     What is wrong goes to `intake.problems`, where a wrong header stands for the faults of the
-    rows under it. Of a workbook with a known form, sheets of no form are left out and told.
+    rows under it. Of a workbook with a known form, sheets of no form are left out and reported.
     """
     stored = {
         *column_kinds(path.covariates for path in known.paths),

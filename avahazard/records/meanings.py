@@ -15,7 +15,7 @@ Content = Literal["name", "text", "number", "date", "flag"]
 
 
 class Limits(NamedTuple):
-    """Outside `possible` a value is refused, outside `usual` it is told; both ends count."""
+    """Outside `possible` a value is refused, outside `usual` it is noted; both ends count."""
 
     possible: tuple[float, float]
     usual: tuple[float, float]

@@ -526,7 +526,7 @@ def _note_unused(table: FileTable, form: type[Row], intake: Intake) -> None:
 FARTHEST_M = 200.0
 """A stop farther from the line of its path belongs to another path, or is in another system."""
 AS_NEAR_M = 10.0
-"""Two places on the line whose distances to the stop differ by less cannot be told apart."""
+"""Two places on the line whose distances to the stop differ by less cannot be distinguished."""
 
 
 Convert = Callable[[Floats, str, str], Floats]

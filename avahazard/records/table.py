@@ -82,7 +82,7 @@ class FileTable:
             yield from filter(itemgetter(1), enumerate(block, number * AT_ONCE))
 
     def counts(self, column: str) -> Counter[str]:
-        """How often each text stands in the column: few are told apart, of many rows."""
+        """How often each text occurs in the column: few distinct ones, in many rows."""
         found: Counter[str] = Counter()
         for block in self.blocks(column):
             found.update(block)
@@ -145,7 +145,7 @@ def _table(sheet: Sheet, problems: list[RowProblem]) -> FileTable | None:
     for line, n in cells.uneven:
         accepted = f"{len(header)} values, as many as the header has columns"
         if sheet.separator == ",":
-            accepted += " (a number with a decimal comma stands in quotes)"
+            accepted += " (put a number with a decimal comma in quotes)"
         problems.append(RowProblem(sheet.file, line, "", f"{n} values", accepted))
     column = dict(zip(used, header, strict=True))
     return FileTable(

@@ -106,8 +106,8 @@ def scores_table(coordinate: str, parts: Sequence[tuple[str, PredictedRecords]])
             "scatter it is the mean absolute error, and smaller is better."
         ),
         say(
-            "bias: mean of predicted less recorded. in 50 %, in 90 %: share of the records that "
-            "lie in the intervals that should hold 50 and 90 %."
+            "bias: mean of predicted minus recorded. in 50 %, in 90 %: share of the records that "
+            "lie in the 50 and 90 % intervals."
         ),
     ]
     return made("scores", say("Scores against the records"), columns, rows, legend)
@@ -141,12 +141,12 @@ def failures_table(comparison: Comparison, names: Names = NO_NAMES) -> Table:
     )
     legend = [
         say(
-            "bias: mean of predicted less recorded. The p-values are corrected for the number of "
+            "bias: mean of predicted minus recorded. The p-values are corrected for the number of "
             "rows; under 0.05 a row needs an explanation."
         )
     ]
     n = len(failing(comparison))
-    folded = say("{n} that may be chance", n=len(rows) - n)
+    folded = say("{n} not significant", n=len(rows) - n)
     title = say("Where it fails")
     return made("failures", title, columns, rows, legend, shown=n, folded=folded)
 
@@ -219,7 +219,7 @@ def ladder_table(rows: Sequence[Rung]) -> Table:
             "held-out CRPS: the error of a model, on records that it was not calibrated on. CRPS: "
             "mean error that counts the width of the forecast too; smaller is better. elpd: log "
             "predictive density with each record left out in turn; higher is better. in 90 %: "
-            "share of the records in the interval that should hold 90 %."
+            "share of the records in the 90 % interval."
         )
     ]
     floors = [row.noise_floor_crps_m for row in rows if row.noise_floor_crps_m]
@@ -256,10 +256,9 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
     )  # fmt: skip
     legend = [
         say(
-            "gain: log likelihood with the effect less that without (2.3 nats: the records are 10 "
-            "times likelier with it, 4.6 nats: 100 times). p: chance of such a gain among all "
-            "candidates if nothing is missing. CRPS: at the mode of the "
-            "parameters, not over their posterior."
+            "gain: log likelihood with the effect minus that without (2.3 nats: a likelihood "
+            "ratio of 10, 4.6 nats: of 100). p: chance of such a gain among all candidates if "
+            "nothing is missing. CRPS: at the mode of the parameters, not over their posterior."
         )
     ]
     shown = sum(c.effect in named or c.p_value <= LEVEL for c in diagnosis.candidates)
@@ -271,7 +270,7 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
         legend,
         cards=True,
         shown=shown,
-        folded=say("{n} that may be chance", n=len(diagnosis.candidates) - shown),
+        folded=say("{n} not significant", n=len(diagnosis.candidates) - shown),
     )
 
 

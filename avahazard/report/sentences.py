@@ -143,7 +143,7 @@ def error_words(found: Comparison) -> list[str]:
             floor=amount(held.runout.noise_floor_m, coordinate, 0),
         ),
         say(
-            "{share} of the held-out records lie in the interval that should hold 90 %.",
+            "{share} of the held-out records lie in the 90 % interval.",
             share=share(held.runout.coverage_90),
         ),
         held.speed
@@ -174,7 +174,7 @@ def failure_words(found: Comparison) -> str:
         for row in rows
     ]
     few = spoken().few(named, MOST_LEVELS)
-    return say("It fails beyond chance by {levels}; predicted less recorded.", levels=few)
+    return say("It fails beyond chance by {levels}; predicted minus recorded.", levels=few)
 
 
 def change_words(before: float, after: float, coordinate: str, fall: ErrorFall | None) -> str:
@@ -254,15 +254,15 @@ def _verdict(diagnosis: Diagnosis, who: str) -> str:
     if diagnosis.verdict == "missing-effect":
         return say("{who} lacks an effect: {missing}.", **values)
     if diagnosis.verdict == "ambiguous":
-        return say("{who} lacks an effect; these data cannot tell which: {missing}.", **values)
+        return say("{who} lacks an effect; these data cannot determine which: {missing}.", **values)
     if diagnosis.verdict == "unexplained":
         return say(
             "{who} fails along {missing}, and no effect of the catalogue explains it.", **values
         )
     if diagnosis.cannot_tell:
         return say(
-            "{who} shows no missing effect, but these data cannot tell: one behind half of the "
-            "scatter could have been missed. Detectable with 80 % power: an effect that moves "
+            "{who} shows no missing effect, but these data are insufficient: one behind half of "
+            "the scatter could have been missed. Detectable with 80 % power: an effect that moves "
             "runouts by {size} (rms).",
             who=who,
             size=size,

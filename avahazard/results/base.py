@@ -52,7 +52,7 @@ def finite(value: float) -> float | None:
 
 
 def key_of(field: str) -> str:
-    """The key of a field: its name, less the underscore that tells it from a word of Python."""
+    """The key of a field: its name, without the underscore after a word of Python."""
     return field.removesuffix("_")
 
 
@@ -84,13 +84,13 @@ def amount(value: float, coordinate: str | None, digits: int = 1) -> str:
 
 
 def silent(_what: str, _done: float, _total: float) -> None:
-    """A `Report` that tells nobody."""
+    """A `Report` that does nothing."""
 
 
 def steps(report: Report, weights: Sequence[float]) -> list[Report]:
-    """A report for each step that tells `report` of the whole: step k is `weights[k]` of it.
+    """A report for each step that reports to `report` on the whole: step k is `weights[k]` of it.
 
-    The whole goes from 0 to 1 and never back, whatever a step tells of itself.
+    The whole goes from 0 to 1 and never back, whatever a step reports of itself.
     """
     whole = float(sum(weights))
     return [

@@ -193,7 +193,7 @@ class Provenance(Result):
 
 @dataclass(frozen=True, slots=True)
 class Difference(Result):
-    """A parameter that came out differently: its means, and the largest difference of a draw."""
+    """A parameter that differs when repeated: its means, and the largest difference of a draw."""
 
     stored_mean: float
     new_mean: float

@@ -12,7 +12,7 @@ from avahazard.results.base import ABSENT, Result, Rows
 class RunoutScores(Result):
     """Predicted against recorded runouts, in metres of the record's own coordinate.
 
-    `bias_m` is predicted less recorded, `noise_floor_m` and `noise_floor_crps_m` what errors of
+    `bias_m` is predicted minus recorded, `noise_floor_m` and `noise_floor_crps_m` what errors of
     the records, of their volumes and releases alone leave, `pit_histogram` counts ranks of
     records in ten equal bins.
     """
@@ -69,7 +69,7 @@ class Scores(PredictedRecords):
 
 @dataclass(frozen=True, slots=True)
 class GroupError(Result):
-    """The error (mean CRPS, m) of the events of one path or fold, held out."""
+    """The error (mean CRPS, m) of the events of one held-out path or fold."""
 
     group: str
     n: int
@@ -261,7 +261,7 @@ class ErrorFall(Result):
 class BeforeAndAfter(Result):
     """A parent's scores and its child's, beside what errors of the records alone leave.
 
-    `fall` is that of the error, None where the groups held out are too few.
+    `fall` is that of the error, None where the held-out groups are too few.
     """
 
     before: Standing | None

@@ -73,8 +73,8 @@ class Candidate(Result):
     """One effect that could be missing.
 
     Gains are in nats of log likelihood (`gain`), of evidence with its price paid, and of records
-    held out; `p_value` is family-wise, `p_value_alone` by itself; `chance_gain` is exceeded in one
-    of twenty datasets in which nothing is missing. What a full fit tells is None where it was not
+    held-out; `p_value` is family-wise, `p_value_alone` by itself; `chance_gain` is exceeded in one
+    of twenty datasets in which nothing is missing. What a full fit gives is None where it was not
     worth one. `error_after_m` is the mean CRPS with the effect. `force_witness` is what speeds say
     of an effect on the motion, `kinds` which events are of a kind that nobody recorded. A smooth
     that was fitted has its `shape`, the leading one the `laws` that it may be, those within 3 nats
@@ -143,17 +143,17 @@ class Pair(Result):
 class Diagnosis(Result):
     """The verdict (`adequate`, `missing-effect`, `ambiguous`, `unexplained`) with its reasons.
 
-    `missing` holds the effect, the set that cannot be told apart, or the axis. `groups` are those
-    that were let to differ before anything was blamed on physics. `pairs` are effects that are
-    needed together with, or in the place of, the one that is missing.
-    An effect of `detectable_m` (H/L where `coordinate`, that of the records, says so) would have
-    been seen with 80 % power. It would be `detectable_share` of the variance of log friction, that
-    of the records' errors included (None: stored by a version that did not tell it).
-    `still_needed` is the evidence (nats) that the model would lose without each of its effects;
-    `where` says in sentences on which paths the model fails and where the records have what is
-    missing; `suspect_events` are records hard to believe, `impossible_stops` those on ground too
-    steep for any block to stop. `declared` is what was expected beforehand; `notes` is what a
-    reader must know, `next` the step to do now; `effect_file` was written with the leading law.
+    `missing` holds the effect, the set that cannot be distinguished, or the axis. `groups` are
+    those that were let to differ before anything was blamed on physics. `pairs` are effects that
+    are needed together with, or in the place of, the one that is missing. An effect of
+    `detectable_m` (H/L where `coordinate`, that of the records, says so) would have been seen with
+    80 % power. It would be `detectable_share` of the variance of log friction, that of the records'
+    errors included (None: stored by a version that did not tell it). `still_needed` is the evidence
+    (nats) that the model would lose without each of its effects; `where` says in sentences on which
+    paths the model fails and where the records have what is missing; `suspect_events` are records
+    hard to believe, `impossible_stops` those on ground too steep for any block to stop. `declared`
+    is what was expected beforehand; `notes` is what a reader must know, `next` the step to do now;
+    `effect_file` was written with the leading law.
     """
 
     model: str

@@ -155,7 +155,7 @@ class Export(Result):
 
 @dataclass(frozen=True, slots=True)
 class MadeWorld(Result):
-    """A world on disk; `effects` are those at work, with their strength and true parameters."""
+    """A synthetic dataset on disk; `effects` have their strength and true parameters."""
 
     folder: str
     files: tuple[str, ...]
@@ -169,7 +169,7 @@ class MadeWorld(Result):
 
 @dataclass(frozen=True, slots=True)
 class HiddenEffect(Result):
-    """The loop on a world made with an effect (`hidden`, by its key) that no model was told of.
+    """The loop on a synthetic dataset with a hidden effect (`hidden`, by its key).
 
     `model` is without it, `held_out` its scores; `child` has what the `diagnosis` names, None
     where it names no single effect. `report` is that of the last of them, `hazard` its bounds;

@@ -52,7 +52,7 @@ class MapPoint(Result):
 
 @dataclass(frozen=True, slots=True)
 class FarthestRecord(Result):
-    """The recorded stop farthest down; `runout_x_m` is None where it left the profile."""
+    """The recorded stop farthest down; `runout_x_m` is None where it is beyond the profile."""
 
     runout_x_m: float | None
     date: str | None

@@ -88,8 +88,8 @@ class SpeedHere(Result):
 class RunoutAt(Result):
     """F(μ) and F'(μ) at one friction: where the block stops, m, and how that moves with μ.
 
-    None where the block left the profile; no derivative where the block does not stop and within
-    jumps.
+    None where the block ran beyond the profile; no derivative where the block does not stop and
+    within jumps.
     """
 
     mu: float

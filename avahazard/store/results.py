@@ -268,7 +268,7 @@ READ_AHEAD = 50
 class PathResult:
     """The documents of one path, plain, the `position`-th of its run; or why it `failed`.
 
-    `hint`, what would mend that, is not stored.
+    `hint`, the remedy, is not stored.
     """
 
     position: int

@@ -365,7 +365,7 @@ def _revisions() -> dict[str, str | None]:
 def require_current(connection: Connection) -> None:
     """Refuse a database whose schema is not that of this program.
 
-    Raises `AvahazardError` with the command that mends it.
+    Raises `AvahazardError` with the command that corrects it.
     """
     found = state(connection)
     if found == "current":

@@ -1,1 +1,1 @@
-"""Worlds whose truth is known, made by an integrator of their own, not the product's."""
+"""Synthetic datasets with known truth, by an integrator that is independent of the program's."""

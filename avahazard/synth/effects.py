@@ -1,6 +1,6 @@
-"""Every effect as a world shows it, by key.
+"""Every effect in a synthetic dataset, by key.
 
-An effect is a function of the world and a strength. It changes the world in place and
+An effect is a function of the dataset and a strength. It changes the dataset in place and
 returns its true parameters. Strength 0 is no effect; at 1 it is plain to see with 250 events
 on 10 paths.
 """
@@ -24,7 +24,7 @@ def volume_law(world: World, strength: float) -> dict[str, object]:
 
 
 def volume_scatter(world: World, strength: float) -> dict[str, object]:
-    """σ(V) = a' exp(-n' V), the same as in the base world at 60,000 m3."""
+    """σ(V) = a' exp(-n' V), the same as in the base dataset at 60,000 m3."""
     n = 6e-6 * strength
     a = world.settings.scatter * float(np.exp(n * 6e4))
     world.scatter *= np.exp(-n * (world.volume_m3 - 6e4))
@@ -95,7 +95,7 @@ def covariate(column: str) -> Callable[[World, float], dict[str, object]]:
 
 
 def centrifugal(world: World, strength: float) -> dict[str, object]:
-    """Curvature loads the bed: the base world has it at 1, strength 0 takes it away."""
+    """Curvature loads the bed: the base dataset has it at 1, strength 0 removes it."""
     for track in world.tracks:
         track.centrifugal = strength
     return {"loading": strength}
@@ -147,7 +147,7 @@ def forest_drag(world: World, strength: float) -> dict[str, object]:
 
 
 def observation_limit(world: World, strength: float) -> dict[str, object]:
-    """Short runouts were not seen, and no `observed_below_m` tells so."""
+    """Short runouts went undetected, and no `observed_below_m` is given."""
     share = 0.35 * strength
     if share > 0.0:
         world.unseen_share, world.limit_known = share, False

@@ -1,4 +1,4 @@
-"""A world, from a seed to its records and its truth."""
+"""A synthetic dataset, from a seed to its records and its truth."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from avahazard.synth.world import (
 SPACING_M = 15.0
 FIRST_YEAR, LAST_YEAR = 1900, 2020
 RUN_ON_M, RUN_ON_SPACING_M = 5000.0, 50.0
-"""How far the last slope of a made-up path goes on, so that rare avalanches stop on the profile."""
+"""How far the last slope of a simulated path continues: rare avalanches stop there."""
 BEND_M, VALLEY_SLOPE = 300.0, 0.03
 """Over what distance the run-out of a falling path flattens, and to which slope."""
 MOST_RISE = 0.25
-"""How far up a rising run-out climbs at most, of the drop: it stays below the release."""
+"""How far up a counter-slope rises at most, as a share of the drop: it stays below the release."""
 
 
 def concave_profile(
@@ -156,7 +156,7 @@ class Runs:
 
 
 def run_world(world: World) -> Runs:
-    """Run every event; one that nothing sets moving is not seen either."""
+    """Run every event; one that does not start is undetected too."""
     n, rng = len(world.path), world.generator("scatter")
     mu = np.exp(world.log_mu + world.scatter * rng.normal(size=n))
     status, stop = np.zeros(n, np.int64), np.zeros(n)
@@ -325,11 +325,11 @@ def make_world(
     settings: Settings | None = None,
     sites: tuple[SitePlan, ...] | None = None,
 ) -> tuple[Records, dict[str, object]]:
-    """Records of a world with known effects, and its truth (what `truth.json` holds).
+    """Records of a dataset with known effects, and its truth (what `truth.json` holds).
 
     `effects` maps a key of the catalogue to its strength. `sites` gives the paths; without it
     they are made up. Same arguments, same result, bit for bit.
-    Raises AvahazardError for an unknown effect, for too few events, and for a world whose
+    Raises AvahazardError for an unknown effect, for too few events, and for a dataset whose
     avalanches do not start or are never seen.
     """
     settings = settings or Settings()

@@ -1,4 +1,4 @@
-"""The world before its avalanches run: what effects read and change."""
+"""A synthetic dataset before its avalanches run: what effects read and change."""
 
 from __future__ import annotations
 
@@ -65,10 +65,10 @@ class SitePlan:
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """The base world.
+    """The base dataset.
 
     `scatter`: sd of log μ; `wrong_share`: records with a gross error; `censored_share`: events
-    of a path unseen because they stop above its `observed_below_m`; `speeds`: share of events
+    of a path undetected because they stop above its `observed_below_m`; `speeds`: share of events
     with measured speeds (None: none, or 0.3 where an effect needs them); `decoys`: columns of
     pure noise, in turn numeric, categorical, following volume, following release elevation.
     """
@@ -83,7 +83,7 @@ class Settings:
 
 
 def generator(seed: int, key: str) -> np.random.Generator:
-    """Generator of the stream `key` of the world `seed`."""
+    """Generator of the stream `key` of the dataset `seed`."""
     return np.random.default_rng(np.random.SeedSequence([seed, zlib.crc32(key.encode())]))
 
 
@@ -277,12 +277,12 @@ STEEP = 0.8  # the tangent of a slope on which nearly all of these avalanches st
 class World:
     """All arrays `[n_events]` unless said; an effect changes them in place.
 
-    There are more events than will be recorded, since some are not seen. `path` points
+    There are more events than will be recorded, since some go undetected. `path` points
     into `sites` and `tracks`; `day` counts from 1 December; `log_mu` is the median of log
     friction and `scatter` the sd of what is added to it. `lead_m` is how far along the
     path the front is ahead of the centre of mass; `raised_m` how much too high a stop was
     written down; `unseen_share` the share of a path's events that stop too high to be seen,
-    and `limit_known` whether its `observed_below_m` is told.
+    and `limit_known` whether its `observed_below_m` is given.
     """
 
     seed: int
@@ -314,7 +314,7 @@ class World:
 
 
 def draw_world(seed: int, sites: tuple[SitePlan, ...], settings: Settings, spare: float) -> World:
-    """The base world: events by path, their volumes, releases, dates and columns.
+    """The base dataset: events by path, their volumes, releases, dates and columns.
 
     `spare` is how many times the events of each site are drawn.
     """

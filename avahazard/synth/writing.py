@@ -33,7 +33,7 @@ def write_world(
         files = write_records(folder, records)
         target.write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
     except BaseException:
-        # Half a world would stand in the way of the next try; the folder was empty before.
+        # Half a dataset would block the next try; the folder was empty before.
         for file in folder.iterdir():
             file.unlink()
         raise

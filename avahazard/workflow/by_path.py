@@ -35,7 +35,7 @@ from avahazard.store.session import Session, reading, writing
 class Survey:
     """What is held of the records of a database: their fingerprint, and of each path little.
 
-    `digests` has all paths, in the order in which they were imported, with what tells whether
+    `digests` has all paths, in the order in which they were imported, with what shows whether
     their records have changed; `with_profile` those that have one. `others` stand for the events
     of a path without any, where a model takes columns of the event.
     """
@@ -194,7 +194,7 @@ def run_key(work: PathWork) -> str:
 
 
 def _settings(work: PathWork) -> tuple[str, dict[str, Any]]:
-    """The key of all that the results hang on, and what of it is told."""
+    """The key of all that the results depend on, and its readable part."""
     told = {
         **plain(work.settings),
         "data_fingerprint": work.survey.fingerprint,

@@ -64,9 +64,9 @@ def calibrate(
 ) -> Calibration:
     """Calibrate a model on the records and store it as `name`: all at the end, or nothing.
 
-    Raises `AvahazardError` where the name is taken, a path or effect is unknown or cannot be told
-    from the data, the method cannot do it, or a prior is not that of this model's friction, comes
-    from the same events, or cannot be.
+    Raises `AvahazardError` where the name is taken, a path or effect is unknown or cannot be
+    estimated from the data, the method cannot do it, or a prior is not that of this model's
+    friction, comes from the same events, or cannot be.
     """
     method, paths = request.method, request.paths
     left_out = [definition(key) for key in request.without]
@@ -287,8 +287,8 @@ def add(
 
     Chains, draws and seed are the parent's. `effect_files` hold the user's own effects, of the
     parent and new ones. Raises `AvahazardError` where a name is taken or unknown, an effect is
-    unknown, already there or cannot be told from the data, an effect file is missing or changed, or
-    the records have changed since the parent was calibrated.
+    unknown, already there or cannot be estimated from the data, an effect file is missing or
+    changed, or the records have changed since the parent was calibrated.
     """
     with reading(database) as session:
         model = store.load_model(session, name)

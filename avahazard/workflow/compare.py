@@ -209,7 +209,7 @@ def _speed_scores(speeds: speeds_of.MatchedSpeeds | None) -> results.SpeedScores
 SCORES = [
     f.name for f in fields(results.Rung) if f.name in {of.name for of in fields(results.Standing)}
 ]
-"""What a rung of the ladder has of the scores."""
+"""The scores of an entry of the ladder."""
 
 
 def ladder(database: str, *, plot: Path | None = None, report: Report = silent) -> results.Ladder:
@@ -253,7 +253,7 @@ def ladder_rows(
     comparisons: Mapping[str, results.Comparison | None],
     notes: Mapping[str, tuple[Note, ...]],
 ) -> Rows[results.Rung]:
-    """A rung for each model, with its notes; its scores are None where there is no comparison."""
+    """An entry for each model, with its notes; its scores are None where there is no comparison."""
     effects = {model.name: model.effects for model in models}
     rows = []
     for model in models:

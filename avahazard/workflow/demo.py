@@ -94,7 +94,7 @@ LOOP_WEIGHTS = (3.5, 2.5, 8.5, 7.0, 5.0, 4.0)
 
 
 def find_hidden(folder: FilePath, report: Report) -> HiddenEffect:
-    """Make a world with a hidden effect in `folder`, and let the loop find it.
+    """Make a synthetic dataset with a hidden effect in `folder`, and let the loop find it.
 
     What is added is what the diagnosis names, and nothing where it names no single effect. The
     report is that of the last model. Files of an earlier run must be gone, but for the records.

@@ -128,7 +128,7 @@ def _no_law(file: Path, told: results.Diagnosis) -> AvahazardError:
 
 
 def _require_stops(stored: FittedModel) -> None:
-    """Raise `AvahazardError` where all events left: whatever shifts their friction is unseen."""
+    """Raise `AvahazardError` where all events lie beyond the profile: no effect can be found."""
     if (stored.observations.kind == LEFT).all():
         raise AvahazardError(
             f"Every event of {stored.name} ran beyond its profile: no effect could show in them.",

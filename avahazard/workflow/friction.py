@@ -48,7 +48,7 @@ N_POINTS = 201
 TAIL = 2.5
 """The density is given this many lengths 1/κ beyond the records: 99 % of its tails."""
 LAW = "exponential"
-"""The law whose spread under perturbation is told, as in the paper."""
+"""The law whose spread under perturbation is reported, as in the paper."""
 
 
 def friction_densities(

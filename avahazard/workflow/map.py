@@ -1,8 +1,8 @@
 """A map of annual chances: runs of a flow model mixed over friction and volumes, for a GIS.
 
-On the ground of paths that have runs it tells in each cell the chance that an avalanche comes, and
-that its peak pressure exceeds some limits; on other paths the chance along the line, as wide as
-the flow.
+On the ground of paths that have runs it gives in each cell the probability that an avalanche
+arrives, and that its peak pressure exceeds some limits; on other paths the chance along the line,
+as wide as the flow.
 """
 
 from __future__ import annotations

@@ -266,7 +266,7 @@ def _draw(
 
 
 SPEED_EVERY_M, MOST_PLACES = 10.0, 100
-"""Speeds are told about so far apart, at so many places at most."""
+"""Speeds are reported about so far apart, at so many places at most."""
 
 
 def run_block(database: str, path_id: str, request: RunoutRequest) -> Runout:

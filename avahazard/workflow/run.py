@@ -210,7 +210,7 @@ def run_project(
 
 
 def _dry_run(run: RunningProject, file: FilePath) -> ProjectRun:
-    """What is to do; of a database that is not there, an empty one tells."""
+    """What is to do; a missing database counts as an empty one."""
     named = run.database
     with TemporaryDirectory() as folder:
         try:

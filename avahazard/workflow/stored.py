@@ -53,7 +53,7 @@ from avahazard.workflow.by_path import Survey, any_events, fingerprint_of, surve
 from avahazard.workflow.effects import own_effects
 
 COORDINATE, OFFSET = "coordinate:", "offset:"
-"""How the draws of coordinates and path offsets are told from readable ones in the store."""
+"""Prefixes of the draws of coordinates and path offsets in the store."""
 POINTS_ON_DRAWS = 8
 """Points of an arm about the draws of a model that was stored without any."""
 PACKAGES = ("numpy", "scipy", "numba", "plotly")

@@ -1,4 +1,4 @@
-"""Make a world with known effects, on disk."""
+"""Make a synthetic dataset with known effects, on disk."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ AS_USUAL = SynthRequest()
 
 
 def synthesise(folder: FilePath, request: SynthRequest = AS_USUAL) -> MadeWorld:
-    """Write a world into `folder` and return what was made; all effects have one strength.
+    """Write a synthetic dataset into `folder` and return its result; all effects have one strength.
 
     Many paths are made and written in parts. Raises `AvahazardError` where the folder is not empty,
     an effect is unknown, or nothing runs.

@@ -29,6 +29,7 @@ SMALLER = {
     "--events 80 --paths 4": "--events 24 --paths 2",
     "avahazard calibrate base": "avahazard calibrate base --chains 2 --draws 60",
     "local --with turbulent-drag": "local --chains 2 --draws 60",
+    "zones local": "zones local --no-drag",
     'law="exponential"': "chains=2, draws=60",
 }
 # The same commands again, on another model.

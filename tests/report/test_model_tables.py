@@ -86,7 +86,7 @@ def test_what_may_be_chance_is_folded() -> None:
     (seen, first), (folded, rest) = table.parts
     assert (seen, folded) == (False, True)
     assert (len(first), len(rest)) == (1, 40)
-    assert table.folded == "40 that may be chance"
+    assert table.folded == "40 not significant"
 
 
 def test_the_budget_says_that_scatter_may_be_missing_physics() -> None:

@@ -158,6 +158,6 @@ def test_paths_that_fail_beyond_chance_are_named() -> None:
     ]
     (words,) = failing_paths(replace(COMPARISON, where_it_fails=Rows(rows)))
     assert words == (
-        "It fails beyond chance on P01 (+41 m) and P06 (-30 m); predicted less recorded."
+        "It fails beyond chance on P01 (+41 m) and P06 (-30 m); predicted minus recorded."
     )
     assert failing_paths(COMPARISON) == []

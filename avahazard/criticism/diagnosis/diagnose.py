@@ -139,8 +139,8 @@ def diagnose(
     """Ask which effect a model lacks on observations.
 
     Paths may differ for reasons unknown in every fit, winters and storms where the records ask for
-    it, events that left and detection limits are in the likelihood, and where friction scatters
-    with heavy tails it is let to, before anything is blamed on physics.
+    it, events beyond the profile and detection limits are in the likelihood, and where friction
+    scatters with heavy tails it is let to, before anything is blamed on physics.
 
     Candidates `expected` were declared beforehand, and are tested first.
     """
@@ -242,7 +242,7 @@ def verdict_on(
     if missing and missing[0] in fits:
         together = needed_beside(question, missing[0])
         if any(set(missing) <= set(more.effects) for more in together):
-            # Each is needed beside the others: that tells them apart.
+            # Each is needed beside the others: the data distinguish them.
             verdict, missing = verdict_of([definition(missing[0])])
     return verdict, missing, together
 

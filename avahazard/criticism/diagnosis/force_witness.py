@@ -8,7 +8,7 @@ work of what resists,
 
 with N the load of the bed, R₀ the other effects of a model and T the force of one effect. Each
 track has its own energy at its first speed and its own friction; the share β of the fitted effect,
-common to all, is 1 where the force bears the fit out and 0 where it knows nothing of the effect. It
+common to all, is 1 where the force confirms the fit and 0 where the effect is absent from it. It
 is found by least squares of the speeds, whose errors are independent of each other, which those of
 their derivative (Ancey & Meunier 2004) are not. Forces and weights are those on the fitted course:
 on the measured one, the errors of the speeds would be in what explains as well, and bias β.

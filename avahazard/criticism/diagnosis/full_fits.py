@@ -1,6 +1,6 @@
 """Candidates that stand out, fitted in full, and groups of events: what they gain by chance.
 
-The screening tells to first order what each candidate gains. An effect that is strong, or shapes
+The screening gives the gain of each candidate to first order. An effect that is strong, or shapes
 the tables as only a larger amount does, gains more than that once it is fitted, so its p-value is
 that of the larger gain. And which events are of a second kind that nobody recorded, and what these
 have in common.
@@ -145,7 +145,7 @@ def fitted_in_full(
 
 
 def _strong(candidate: Screened, likely: Likely, base: Refit) -> Screened:
-    """The candidate with the gain of a short climb and its values, where it shapes the tables.
+    """The candidate with the gain of a short ascent and its values, where it shapes the tables.
 
     What gains much is far from neutral, where the tables are no longer linear in it: with speeds
     even the sign of its score may mislead there.
@@ -182,9 +182,9 @@ def _alone(entry: Definition, fit: Refit, gain: float) -> Screened:
     """A candidate that has no score at neutral: what it gains by chance is known.
 
     Two kinds of avalanche gain what `CHANCE_GAIN` says. A limit of detection just above the highest
-    stop of a path makes every record there likelier: by -n log U of n stops, where the share U that
-    lies below the highest has the distribution of the largest of n, so by an exponential's one nat
-    a path, whatever n is.
+    stop of a path makes every record there more likely: by -n log U of n stops, where the share U
+    that lies below the highest has the distribution of the largest of n, so by an exponential's one
+    nat a path, whatever n is.
     """
     observations = fit.observations
     effect = next(e for e in fit.posterior.effects if e.key == entry.key)

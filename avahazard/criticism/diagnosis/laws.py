@@ -217,7 +217,7 @@ Shared = tuple[Refit, Refit, str]
 
 
 def _climbed(shared: Shared, found: Match) -> tuple[float, Floats]:
-    """The log density that a form climbs to, and its parameters there."""
+    """The log density at the mode of a form, and its parameters there."""
     base, smooth, meaning = shared
     return peak_with(base, _entry(found, meaning), smooth, _inside(found))
 

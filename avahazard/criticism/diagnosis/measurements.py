@@ -48,7 +48,7 @@ def _residual(fit: Refit) -> Floats:
     mean = np.sum(given * posterior.weight(fit.mode.u), axis=1)
     if not posterior.layout.log_scatter:
         mean = np.log(np.maximum(mean, 1e-3))
-    # An event that left asks for no certain friction.
+    # An event beyond the profile has no apparent friction.
     return np.asarray(np.nan_to_num(asked - mean))
 
 
@@ -72,7 +72,7 @@ def correlation(first: Floats, second: Floats, posterior: Posterior) -> float:
 class FrictionVariance(NamedTuple):
     """Variance of log friction of each event `[n_events]`.
 
-    By its scatter, and by its record's error (0 for events that left their profile, of which no one
+    By its scatter, and by its record's error (0 for events beyond the profile, of which no one
     friction is known).
     """
 
@@ -129,7 +129,7 @@ def detectable(base: Refit, critical_gain: float) -> Detectable:
     price = 0.5 * float(np.log1p(information * TYPICAL_SD**2))
     gain = max(critical_gain, MARGIN + price)
     shift = (np.sqrt(2.0 * gain) + float(stats.norm.ppf(0.8))) / np.sqrt(information)
-    # The record's spread in metres against that in log friction tells metres per unit.
+    # The record's spread in metres against that in log friction gives metres per unit.
     sigma = observations.recorded_sigma(base.posterior.record_sigma(base.mode.u))
     ratio = sigma[stopped] / np.sqrt(np.maximum(variance.record[stopped], 1e-8))
     return Detectable(

@@ -43,10 +43,10 @@ def by_misstated_volumes(question: Question, leader: str) -> str | None:
 
     Errors larger than stated bend the law towards the mean volume and scatter friction most where
     it is steepest: another law, and another scatter, do the same. And a column that goes with the
-    volume (a deposit's length) then tells more of it than the records do, and friction seems to go
-    by the column. So such leaders must earn their evidence where the errors may be misstated too;
-    the smooth of a column that of a cause, as there is a cause that it would stand for.
-    None where it does, or is another kind.
+    volume (a deposit's length) then informs more about it than the records do, and friction seems
+    to go by the column. So such leaders must earn their evidence where the errors may be misstated
+    too; the smooth of a column that of a cause, as there is a cause that it would stand for. None
+    where it does, or is another kind.
     """
     definition = question.base.definition(leader)
     key = _errors_of_volumes(question)
@@ -201,7 +201,7 @@ def impossible_stops(base: Refit) -> tuple[str, ...]:
     """Events recorded within a jump of F(μ), over `MOST_ERRORS` errors from both of its ends.
 
     A block stops where it slows down at rest, that is where tan θ < μ; on steeper ground it is
-    caught or passes, whatever its friction. Such a record tells of something that a block lacks.
+    caught or passes, whatever its friction. Such a record indicates something that a block lacks.
     """
     posterior = base.posterior
     observations = posterior.observations

@@ -114,7 +114,7 @@ def refit(
     log_likelihood = posterior.exact_log_likelihood(mode.u)
     evidence = log_evidence(posterior, mode)
     posterior.nodes.forget_runs()
-    # None where no draw lies within the star: nothing then speaks for the model.
+    # None where no draw lies within the star: the model then has no evidence.
     value = float(np.nan_to_num(evidence.value, nan=-np.inf))
     return Refit(wider, facts, posterior, mode, log_likelihood, value, evidence.sample, own)
 
@@ -151,7 +151,7 @@ def put(u: Floats, posterior: Posterior, begin: Likely) -> Floats:
 
 
 def peak_with(base: Refit, entry: Definition, start: Refit, values: Floats) -> tuple[float, Floats]:
-    """The log density, and the effect's values there, to which `base` with an effect climbs.
+    """The log density, and the effect's values there, at the mode of `base` with an effect.
 
     From these values, and all else as it is in `start`: what a full fit begins with.
     """
@@ -179,7 +179,7 @@ def refit_without(start: Refit, key: str) -> Refit:
 
 
 def short_climb(start: Refit, key: str, likely: Sequence[Floats]) -> tuple[float, Floats]:
-    """The best short climb with an effect that shapes the tables, from `likely` values of it.
+    """The best short ascent with an effect that shapes the tables, from `likely` values of it.
 
     And from plausible ones of an effect of the catalogue. Its gain (nats of log density), and the
     values there.

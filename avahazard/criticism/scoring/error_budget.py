@@ -106,7 +106,7 @@ def _shapley(cost: dict[tuple[int, ...], Floats]) -> Floats:
 def _runouts(model: FittedModel, rng: np.random.Generator) -> Floats:
     """Runouts `[2, 2, 2, n_events, n_draws]` of the parameters, volume, scatter of either draw.
 
-    In the coordinate of each record; what left its profile reached the end.
+    In the coordinate of each record; a runout beyond the profile counts as its end.
     """
     posterior = model.posterior
     n = model.observations.n_events
@@ -171,7 +171,7 @@ def budget_parts(error: Floats, budget: ErrorBudget) -> Rows[BudgetPart]:
 def budget_by_event(
     observations: Observations, error: Floats, budget: ErrorBudget, profile: Floats
 ) -> Rows[EventBudget]:
-    """Standard deviations by source of each event, and its error (predicted less recorded).
+    """Standard deviations by source of each event, and its error (predicted minus recorded).
 
     `profile` `[n_events]` (m) is what the error of the profile's points does.
     """

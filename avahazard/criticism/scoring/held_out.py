@@ -1,8 +1,8 @@
-"""Events held out: the model is fitted to the others and says how likely these were.
+"""Held-out events: the model is fitted to the others and gives the likelihood of these.
 
-Every fit is a true one: the posterior mode without the events held out, and draws of its posterior.
+Every fit is a true one: the posterior mode without the held-out events, and draws of its posterior.
 These are weighted by the posterior density (importance sampling), so that its bounds are kept and,
-where draws of the whole posterior are at hand to draw near, its bends.
+where draws of the whole posterior are known nearby, its second derivatives.
 """
 
 from __future__ import annotations
@@ -221,7 +221,7 @@ def evenly_weighted(draws: FitDraws, n: int) -> FitDraws:
 
 MIN_PATHS = 3
 MAX_FITS = 24
-"""Paths are held out one by one up to this many, then in this many parts."""
+"""Paths are left out one by one up to this many, then in this many parts."""
 N_FOLDS = 5
 DENSITY_DRAWS = 240
 RECORD_DRAWS = 300
@@ -229,9 +229,9 @@ FEWEST_GROUPS = 3
 
 
 class HeldOut(NamedTuple):
-    """What is held out together: a group for each event `[n_events]`, made by path or fold.
+    """What is left out together: a group for each event `[n_events]`, made by path or fold.
 
-    `fits` `[n_events]` gathers groups: those of one fit are held out of it together.
+    `fits` `[n_events]` gathers groups: those of one fit are left out of it together.
     """
 
     by: Literal["path", "fold"]
@@ -366,14 +366,14 @@ def offsets_by_group(posterior: Posterior, offsets: Floats | None) -> dict[str, 
 
 
 def key_of(out: Bools) -> str:
-    """A text for the events held out, to key random numbers by."""
+    """A text for the held-out events, to key random numbers by."""
     return np.packbits(out).tobytes().hex()
 
 
 def held_out_together(posterior: Posterior, groups: Ints, start: Mode) -> Floats:
     """Log density of all records of each group at once, given those of the others, `[n_groups]`.
 
-    `groups` `[n_events]` says which events are held out together; `start` is the mode given all
+    `groups` `[n_events]` says which events are left out together; `start` is the mode given all
     events. Records of one path share its offset: judged one by one, a path that lies off would
     count as often as it has records, and the narrower model, which is the better one within paths,
     would lose for it.
@@ -403,7 +403,7 @@ def _together_given(posterior: Posterior, rest: Posterior, out: Bools, u: Floats
 def group_errors(
     held: HeldOut, others: HeldOutPredictions, observations: Observations
 ) -> Rows[GroupError]:
-    """Mean CRPS (m) of each path or fold, held out."""
+    """Mean CRPS (m) of each held-out path or fold."""
     error = crps(others.records.draws, others.records.observed)
     rows = []
     for group in np.unique(held.groups):

@@ -78,7 +78,7 @@ def stacking_weights(log_density: Floats) -> Floats:
     """Weights of models `[n_models]` whose mixture gives left-out records the highest density.
 
     `log_density` `[n_events, n_models]` of each record given the others (Yao et al. 2018). The sum
-    of log Σ w p is concave in the weights, and expectation-maximisation climbs it.
+    of log Σ w p is concave in the weights, and expectation-maximisation maximises it.
     """
     density = np.exp(log_density - log_density.max(axis=1, keepdims=True))
     weights = np.full(density.shape[1], 1.0 / density.shape[1])
@@ -93,9 +93,9 @@ def stacking_weights(log_density: Floats) -> Floats:
 def smoothed_loo(log_likelihood: Floats) -> tuple[Floats, Floats]:
     """Left-out log density and Pareto k `[n_events]` of draws `[n_draws, n_events]`.
 
-    An event that is as likely by most draws (one that is sure to leave the profile) has weights
-    without a tail that a Pareto distribution could be fitted to: its plain weights serve, and its k
-    is nan, or 0 where they are all equal.
+    An event that is as likely by most draws (one that is certain to run beyond the profile) has
+    weights without a tail that a Pareto distribution could be fitted to: its plain weights serve,
+    and its k is nan, or 0 where they are all equal.
     """
     n_parts = -(-log_likelihood.shape[1] // EVENTS_AT_ONCE)
     parts = [_pareto_loo_each(some) for some in np.array_split(log_likelihood, n_parts, axis=1)]

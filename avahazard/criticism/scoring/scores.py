@@ -32,10 +32,10 @@ class ExpectedRecords:
     """Records `observed` `[n_events]` (m) and `draws` `[n_events, n_draws]` of what they might be.
 
     Both are in the coordinate of each record (elevation, x, runout length, H/L); `sigma`
-    `[n_events]` is its measurement error. What left its profile, in the records or in the draws
-    (`left` `[n_events, n_draws]`), counts as reaching the profile's end. `x` `[n_events, n_draws]`
-    is the place of the stops, nan without a profile. `sign` `[n_events]` is -1 where an x or a
-    length stands among elevations, so that errors of either point the same way.
+    `[n_events]` is its measurement error. A runout beyond the profile, in the records or in the
+    draws (`left` `[n_events, n_draws]`), counts as reaching the profile's end. `x` `[n_events,
+    n_draws]` is the place of the stops, nan without a profile. `sign` `[n_events]` is -1 where an x
+    or a length stands among elevations, so that errors of either point the same way.
     """
 
     observed: Floats
@@ -47,14 +47,14 @@ class ExpectedRecords:
 
     @property
     def error(self) -> Floats:
-        """Predicted mean less record `[n_events]` (m), the other way round where `sign` is -1."""
+        """Predicted mean minus record `[n_events]` (m), the other way round where `sign` is -1."""
         return np.asarray(self.sign * (self.draws.mean(axis=1) - self.observed))
 
 
 def expected_records(model: FittedModel, n_draws: int, rng: np.random.Generator) -> ExpectedRecords:
     """Draw records of every event of the model.
 
-    On paths where stops above an elevation are not seen, only draws that would be
+    On paths with a detection limit, only draws that would be
     seen are kept.
     """
     observations, posterior = model.observations, model.posterior
@@ -103,7 +103,7 @@ def mean_record_sigma(model: FittedModel) -> Floats:
 
 
 def observed_records(observations: Observations) -> Floats:
-    """The records `[n_events]` (m); an event that left its profile reached its end."""
+    """The records `[n_events]` (m); a runout beyond the profile counts as its end."""
     observed = observations.as_recorded(observations.observed)
     return np.where(observations.kind == LEFT, profile_end(observations), observed)
 
@@ -126,7 +126,7 @@ def profile_end(observations: Observations) -> Floats:
 
 
 def _limits(posterior: Posterior, coordinates: Floats) -> Floats:
-    """Elevation above which a stop is not seen, `[n_events, n_posterior]`; nan where all are."""
+    """Elevation above which a stop is undetected, `[n_events, n_posterior]`; nan where all are."""
     observations = posterior.observations
     effects = of_kind(posterior.effects, LimitEffect)
     if not effects:
@@ -165,7 +165,7 @@ N_PLACES = 4001
 def runout_scores(expected: ExpectedRecords, pit: Floats, floor: Floats) -> RunoutScores:
     """Scores of runouts, in metres of each record.
 
-    `bias_m` is predicted mean less record; where elevations are mixed with others, it counts as
+    `bias_m` is predicted mean minus record; where elevations are mixed with others, it counts as
     elevations do (> 0: recorded farther down than predicted). The noise floor is what errors of
     the records alone leave: root mean square of their standard deviations `floor`
     `[n_events]`, and as CRPS. Besides: the histogram of the PIT `[n_events]` in ten equal bins.
@@ -252,7 +252,7 @@ def in_x(expected: ExpectedRecords, observations: Observations) -> ExpectedRecor
         smooth = observations.sites[observations.columns.path_index[i]].smooth
         y, s = expected.observed[i], expected.sigma[i]
         higher, record, lower = _places(smooth, np.array([y + s, y, y - s]))
-        # What left the profile reached its end, on a counter-slope too.
+        # A runout beyond the profile counts as its end, on a counter-slope too.
         observed[i] = smooth.x_max if observations.kind[i] == LEFT else record
         sigma[i] = 0.5 * (lower - higher)
         draws[i] = np.where(expected.left[i], smooth.x_max, _places(smooth, expected.draws[i]))

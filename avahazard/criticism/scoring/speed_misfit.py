@@ -212,7 +212,7 @@ def friction_given_record(
     in_log = posterior.layout.log_scatter
     place, weight = nodes.place[event], nodes.weight[event]
     if nodes.is_probability[event]:
-        # It left the profile: any friction, by its chance to let it.
+        # Beyond the profile: any friction, by its probability of that.
         edges, drops = place, weight
         place = np.log(MU) if in_log else MU
         chance = nodes.floor[event] + (edges > place[:, None]) @ drops

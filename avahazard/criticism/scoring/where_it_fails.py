@@ -37,7 +37,7 @@ def where_it_fails(
 ) -> Rows[Failure]:
     """The bias of each level of each axis, the least likely first.
 
-    `error` `[n_events]` is predicted mean less record (m), `pit` the rank of the record in its
+    `error` `[n_events]` is predicted mean minus record (m), `pit` the rank of the record in its
     predictive distribution, `path` the index of each event's path. The p-value is that of the
     mean of Φ⁻¹(PIT) in a level (two-sided). Events of one path are not independent: with five
     paths or more, axes other than the path allow for a spread between paths, and a level is held
@@ -92,7 +92,7 @@ def contrast_p_values(z: Floats, levels: Levels, path: NDArray[np.int64]) -> dic
 
     z = a + d x + b(path) + e, with x = 1 in the level: d is found from the events within paths and
     from the means of paths, each weighted by what it knows. A level that is the same on a whole
-    path is told by the means alone, one that varies within paths hardly needs them.
+    path is informed by the means alone, one that varies within paths hardly needs them.
 
     Empty where each lies on one path only: then nothing can be said beyond the paths. Arguments are
     `[n_events]`, z of unit variance.

@@ -49,12 +49,12 @@ from avahazard.physics.terrain import node_of
 LOG_MU, NOTHING = np.log(MU), np.empty(0)
 LEAST_VARIANCE, LEAST_BEND, LEAST_SHARE = 1e-8, 1e-6, 1e-6
 MOST_VARIANCE = 1.0
-"""Of the log friction that a record asks for: of a vaguer one, and of one that left its profile."""
+"""Of the log friction that a record asks for: of a vaguer one, and of one beyond the profile."""
 STEP = 1e-3
 """Step of an effect's parameter, in prior standard deviations. An effect shifts all friction as
 well, which the law takes up: over a longer step that alone would bend the score."""
 NO_SPEED = 1e5
-"""Error of a square of speed (m²/s²) that tells nothing."""
+"""Error of a square of speed (m²/s²) without information."""
 NEAR = 0.02
 """Log friction over which F(μ) of an event with speeds is taken as straight."""
 
@@ -306,7 +306,7 @@ def linear_model(posterior: Posterior, u: Floats) -> LinearModel:
     widen = float(np.sqrt(STUDENT_INFORMATION if student else 2.0))
     share = np.maximum(variances.scatter / variances.total, LEAST_SHARE)
     if layout.kinds is not None and not gone.all():
-        # A record that tells of which kind it is says more than one that scatters as all do.
+        # A record that indicates its kind has more information than one with the common scatter.
         stopped = ~gone
         root[stopped] *= np.sqrt(np.mean((score / root)[stopped] ** 2))
         widen = float(np.sqrt(np.mean((np.sum(terms.by_scatter, axis=1) / share)[stopped] ** 2)))
@@ -356,7 +356,7 @@ def linear_model(posterior: Posterior, u: Floats) -> LinearModel:
 def _moments(nodes: Nodes, in_log: bool) -> tuple[Floats, Floats]:
     """Log friction that each record asks for `[n_events]`, and its variance by the record's error.
 
-    Of the likelihood over friction alone; of an event that left its profile they mean nothing.
+    Of the likelihood over friction alone; of an event beyond the profile they mean nothing.
     """
     place = nodes.place if in_log else np.log(np.maximum(nodes.place, MU[0]))
     total = np.maximum(np.sum(nodes.weight, axis=1), 1e-300)
@@ -395,7 +395,7 @@ def _track(
     shift = np.append(1.0, slope)
     covariance = natural * np.outer(shift, shift)
     covariance[0, 0] += error
-    # A place that the block only just comes to tells nothing that is linear.
+    # A place that the block only just reaches has no linear response.
     first, last = np.searchsorted(LOG_MU, [at - NEAR, at + 2.0 * NEAR])
     arrives = np.all(squares[max(first - 1, 0) : last + 1] > 0.0, axis=0)
     of_speed = np.where(arrives, of_speed, NO_SPEED)

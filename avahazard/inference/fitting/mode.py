@@ -56,7 +56,7 @@ APART = 0.01
 FALL = 0.5
 """Fall of the log density (nats) over which curvature is taken along the arms of a star."""
 STEEPEST = 1e100
-"""Slope (nats a unit) whose square a climb can bear: volumes off any scale have steeper ones."""
+"""Slope (nats a unit) whose square an ascent tolerates: volumes off any scale have steeper ones."""
 ITERATIONS = 200
 LEAST_CURVATURE = 0.05
 """Curvature that is taken where the density hardly bends down."""
@@ -88,7 +88,7 @@ def start_coordinates(posterior: Posterior) -> Floats:
     middle = posterior.observations.volumes.log_volume.shape[1] // 2
     volume = np.exp(posterior.observations.volumes.log_volume[:, middle])
     n = len(layout.law.coordinates)
-    # Two starts, and the likelier: least squares can be led astray by one wild record.
+    # Two starts, and the more likely mode: one outlier can mislead least squares.
     rough = u.copy()
     rough[:n] = layout.law.start(volume, friction)
     tried = [rough, u]
@@ -97,7 +97,7 @@ def start_coordinates(posterior: Posterior) -> Floats:
 
 
 def likely_friction(nodes: Nodes, in_log: bool) -> Floats:
-    """Mean friction of each event's nodes `[n_events]`, nan for events that left the profile."""
+    """Mean friction of each event's nodes `[n_events]`, nan for events beyond the profile."""
     mean = np.sum(nodes.place * nodes.weight, axis=1)
     friction = np.exp(mean) if in_log else mean
     return np.where(nodes.is_probability, np.nan, friction)

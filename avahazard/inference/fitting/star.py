@@ -2,9 +2,9 @@
 
 The mode is sought by Gauss-Newton steps on tables made on the spot. A star about it then reaches
 `REACH` standard deviations, and has points enough to agree with tables made on the spot. Where
-effects shape the tables there may be more than one mode: a climb can stop where such an effect is
+effects shape the tables there may be more than one mode: an ascent can stop where such an effect is
 not there at all, since friction has taken its part, and a little of the effect is worse than none.
-So climbs also begin at the best of some plausible values of each effect's parameters.
+So ascents also begin at the best of some plausible values of each effect's parameters.
 """
 
 from __future__ import annotations
@@ -209,7 +209,7 @@ def search_mode(
     """The highest mode found from `start` (or the data) and from plausible values of effects.
 
     With it, the posterior on the star about it (`starred`). `likely` names the effects that are
-    tried, if not all, with values for those that have likelier ones.
+    tried, if not all, with values for those that have more likely ones.
     """
     layout = posterior.layout
     u = start_coordinates(posterior) if start is None else np.clip(start, layout.low, layout.high)
@@ -236,9 +236,9 @@ def mode_from(posterior: Posterior, u: Floats) -> tuple[Posterior, Mode]:
 def short_climbs(
     posterior: Posterior, u: Floats, effect: Effect, values: Sequence[Floats] | None = None
 ) -> list[tuple[float, Floats]]:
-    """Log density and coordinates of short climbs from u with the effect kept at these values.
+    """Log density and coordinates of short ascents from u with the effect kept at these values.
 
-    At plausible ones where none are given. No climbs for an effect that shapes no tables.
+    At plausible ones where none are given. No ascents for an effect that shapes no tables.
     """
     layout = posterior.layout
     place = layout.places.get(effect.key, slice(0, 0))
@@ -291,7 +291,7 @@ def _tried(effect: Effect) -> list[Floats]:
 def held_climb(
     posterior: Posterior, u: Floats, held: Sequence[int], values: Sequence[float] | Floats
 ) -> tuple[float, Floats]:
-    """Log density and coordinates of a short climb from u with slots `held` kept at `values`.
+    """Log density and coordinates of a short ascent from u with slots `held` kept at `values`.
 
     All that shapes the tables is held as well, where it is.
     """

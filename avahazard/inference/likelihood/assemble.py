@@ -30,7 +30,7 @@ def with_effects(
 
     `own` are definitions from the user's file. An effect that is a setting of the model
     becomes its value, or the most likely of the other ones. Raises `AvahazardError` where an
-    effect is unknown, already there, or cannot be told from the data.
+    effect is unknown, already there, or cannot be estimated from the data.
     """
     facts: dict[str, Facts] = {}
     for key in keys:

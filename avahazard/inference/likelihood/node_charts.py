@@ -265,7 +265,7 @@ class NodeCharts:
         return place[: len(self.layout.tables)], self.layout.effect_values(u)
 
     def _track_key(self, values: Values) -> tuple[bytes, ...]:
-        """What tells apart what speeds say: no detection limit does."""
+        """What distinguishes frictions by speeds: a detection limit does not."""
         limits = {effect.key for effect in of_kind(self.effects, LimitEffect)}
         return tuple(v.tobytes() for name, v in values.items() if name not in limits)
 

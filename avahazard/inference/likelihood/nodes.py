@@ -7,12 +7,11 @@ Gauss quadrature that has it as weight (Golub and Welsch 1969), so that
 
 costs a few evaluations of the scatter density. No inverse of F is needed: where F jumps, the
 likelihood has two parts. Without a profile no table is needed (`record_nodes`). Events that
-left the profile give a probability instead, w₀ + Σ_k w_k P(ν < ν_k), with several edges where the
-error of their release blurs one, and so does the chance that a stop was seen. A record
-so vague that frictions beyond the tables might have left it adds w P(ν < lowest) and
-w P(ν > highest).
+ran beyond the profile give a probability instead, w₀ + Σ_k w_k P(ν < ν_k), with several edges where
+the error of their release blurs one, and so does the chance that a stop was seen. A record so vague
+that frictions beyond the tables might have left it adds w P(ν < lowest) and w P(ν > highest).
 
-Heavy tails of friction alone cannot bear grossly wrong records: one may lie where no friction stops
+Heavy tails of friction alone are not robust to gross errors: one may lie where no friction stops
 a block, on a steep slope. It then costs as many nats as its distance in record errors asks for, and
 any effect that moves it a little gains most of them. With Student's tails a record is therefore a
 mixture (Box and Tiao 1968, Biometrika 55, 119): some lie anywhere on their path, a share of all
@@ -41,7 +40,7 @@ class Nodes(NamedTuple):
 
     `used` `[n_events]` counts those of each event; others have weight 0. `tail` `[n_events, 2]`
     are weights of P(ν < place) and P(ν > place) at `tail_place` `[n_events, 2]`.
-    `is_probability` `[n_events]`: the event left its profile, and its nodes are edges of
+    `is_probability` `[n_events]`: the event ran beyond its profile, and its nodes are edges of
     probabilities. `log_scale` `[n_events]` is the log of what all weights are multiplied by,
     `floor` `[n_events]` is w₀, `log_wrong` `[n_events]` that of a wrong record (or -inf).
     `seen_place`, `seen_weight`, `seen_floor` give the chance to be seen, where `has_limit`.
@@ -155,7 +154,7 @@ LONGEST_LENGTH = 10.0
 def wrong_ranges(observations: Observations) -> tuple[Floats, Floats]:
     """Lowest and highest record (m) that each event could have had `[n_events]`.
 
-    NaN for those that left, and for those with speeds, whose record the speeds bear out.
+    NaN for those beyond the profile, and for those with speeds, which confirm the record.
     """
     low, high = np.full(observations.n_events, np.nan), np.full(observations.n_events, np.nan)
     has_speed = {m.event for m in observations.speeds}

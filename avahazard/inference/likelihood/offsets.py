@@ -221,7 +221,7 @@ def newton_offsets(  # type: ignore[no-untyped-def]
 def _as_if_normal(nodes, location, scatter, in_log, keep):  # type: ignore[no-untyped-def]
     """Score and curvature in the shift of each event, as if every likelihood were normal.
 
-    0 for events that left their profile.
+    0 for events beyond the profile.
     """
     n = len(location)
     g, h = np.zeros(n), np.zeros(n)

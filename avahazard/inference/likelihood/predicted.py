@@ -308,7 +308,7 @@ def front_ahead(columns: EventColumns, effects: tuple[Effect, ...], values: Valu
 def fronts(site: Site, block: RunoutCurve, advance: Floats) -> RunoutCurve:
     """Where fronts stop that are `advance` `[n_rows]` (m) ahead of the block `[n_rows, …]`.
 
-    What left the profile passed its end at least, and is there.
+    A runout beyond the profile passed at least its end, and counts there.
     """
     x = np.where(block.left, site.smooth.x_max, block.x)
     y = np.where(block.left, site.end_y, block.y)
@@ -376,7 +376,7 @@ def stops_asked(
         mine = np.flatnonzero(observations.columns.path_index == k)
         low = ground.x[0, np.maximum(first[mine] - 1, 0)]
         high = ground.x[0, np.minimum(last[mine] + 1, len(MU) - 1)]
-        # Speeds tell apart the frictions that left.
+        # Speeds distinguish the frictions beyond the profile.
         high[left[mine] & with_speeds[mine]] = np.inf
         release, n = observations.release[mine], len(site.release_x)
         lowest, highest = np.full(n, np.inf), np.full(n, -np.inf)

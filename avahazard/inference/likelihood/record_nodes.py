@@ -4,7 +4,7 @@ Across a jump of F, or to the end of the profile, records are taken as spread ev
 and real avalanches have no such gaps. A stop that is looked up (`physics.runout_curve`) never lies
 within a jump. Without a profile L = H/μ exactly, from H/L = 0.001 of a slide on the sea floor on.
 
-A declared detection limit is of places: what stops above it is not seen, wherever its record would
+A declared detection limit is of places: a stop above it is undetected, wherever its record would
 have put it. So it is an edge of friction: of the record's likelihood the part below the edge
 counts, over the chance to be below it (`hidden_from`). Were the chance taken of records instead,
 records above the limit would be impossible in part, and friction be driven up without end. A limit
@@ -90,7 +90,7 @@ def record_density_nodes(  # type: ignore[no-untyped-def]
 
 @kernel(inner=True)
 def _leaving_points(left, log_speed, grid, points, logs):  # type: ignore[no-untyped-def]
-    """Points of the frictions that leave the profile, and their log masses; returns how many."""
+    """Points of the frictions beyond the profile's end, and their log masses; returns how many."""
     count = 0
     for j in range(len(grid) - 1):
         if left[j] or left[j + 1]:
@@ -167,7 +167,7 @@ def _nearest(  # type: ignore[no-untyped-def]
 
 
 STEEPEST = 3.0
-"""Friction up to which a record that tells next to nothing is followed."""
+"""Friction up to which a record with almost no information is followed."""
 STEP, FEWEST, N_POINTS = 0.02, 128, 512
 """Step in log μ, and the fewest and most points."""
 SUM_STEP, FEWEST_OF_SUM = 0.04, 32
@@ -187,7 +187,7 @@ def straight_points(height, observed, sigma, in_log, for_sums, points, logs):  #
         shortest = min(shortest, 0.5 * observed)
     low = max(observed - REACH * sigma, shortest)
     high = observed + REACH * sigma
-    if high <= low:  # a made record below zero tells no more than that it is short
+    if high <= low:  # a simulated record below zero only indicates a short runout
         high = 2.0 * low
     span = np.log(high) - np.log(low)
     count = int(min(max(np.ceil(span / STEP), FEWEST), N_POINTS))

@@ -1,6 +1,6 @@
 """What measured speeds say about friction, between the frictions of the tables.
 
-Errors are told of squares of speed, since work adds up to these: u² is that of the block plus r
+Errors are those of squares of speed, since work adds up to these: u² is that of the block plus r
 (`SpeedRecord`) with standard deviations in proportion to `scatter`, that of friction along the
 track. A measured speed u + e of error σ gives u² by (u + e)² - σ², with variance 4 u² σ² + 2 σ⁴.
 The u in it is the mean of the measured speed and those beside it: by its own error alone, what was
@@ -225,7 +225,7 @@ class TrackTables(NamedTuple):
     Rows of frictions of track k begin at row `begin[k]`, friction `first[k]` of the tables, and end
     before row `begin[k + 1]`; `record`, `left` `[n_rows]`, `speeds` `[n_rows, n_places]` (m/s).
     `observed_left`, `observed`, `error` `[n_tracks]` are those of the record; `unseen_from` is the
-    friction from which on stops are not seen.
+    friction above which stops are undetected.
     """
 
     at: NDArray[np.int64]

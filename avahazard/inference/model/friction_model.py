@@ -247,7 +247,7 @@ class FrictionModel:
         if layout.scatter_slope is not None:
             share = volume_share(volume, layout.reference_volume)
             log_scatter = log_scatter - u[..., layout.scatter_slope, None, None] * share
-            # Where it falls with volume it stops at the least that the nodes can bear.
+            # Where it falls with volume it stops at the least that the nodes resolve.
             least = layout.slots[layout.scatter].low
         for place, design in widens:
             log_scatter = log_scatter + (u[..., place] @ design.T)[..., None]

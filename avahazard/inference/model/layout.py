@@ -26,7 +26,7 @@ WRONG_SHARE_NAME, TRACK_SCATTER_NAME = "wrong_share", "track_sigma"
 """As people read them."""
 WRONG_SHARE, LEAST_WRONG, MOST_WRONG = 0.02, 1e-3, 0.4
 """Share of grossly wrong records that is thought of before (its log has standard deviation 1), and
-its bounds: where half of the records are wrong, nothing tells which half."""
+its bounds: where half of the records are wrong, nothing shows which half."""
 TRACK_SLOT = "log track sigma"
 TRACK_SCATTER = 0.5 * SCATTER_CENTRE
 """Prior centre of the scatter of friction along a track, that of friction between events (of

@@ -50,7 +50,7 @@ from avahazard.records.errors import AvahazardError
 class CarriedError(NamedTuple):
     """Errors of releases `[n_events]` carried to the record (m), and to log friction.
 
-    `leaving` is the error of the log of the friction under which the block leaves its profile.
+    `leaving` is the error of the log of the friction under which the block runs beyond its profile.
     """
 
     record: Floats
@@ -93,7 +93,7 @@ def carried_error(
     """The errors `stated` of the releases (m), carried to what they move, `[n_events]` each.
 
     On the energy line L = H/μ where `straight`; else in x where `in_x`, in elevation where not.
-    For an event that left its profile, whose `observed` is nan, at the profile's end.
+    For an event beyond its profile, whose `observed` is nan, at the profile's end.
     """
     result = CarriedError(np.zeros(len(stated)), np.zeros(len(stated)))
     line = straight & (stated > 0.0)
@@ -115,7 +115,7 @@ def on_site(
 
     `release_x` and `sigma` (m of elevation), `[n]` each, are where the blocks start. Half the
     difference between F from one σ higher and from one σ lower; where one of them does not start
-    or leaves the profile, the difference to the other.
+    or runs beyond the profile, the difference to the other.
     """
     heights = site.smooth.height(release_x)
     places = np.array(
@@ -306,8 +306,8 @@ class Observations:
     the friction under which the block leaves. `release` indexes `site.release_x` of the event's
     site; `fall_height` (m) is set for events without a profile. Where H/L is all that is known
     (`in_ratio`) the fall is 1, and `observed` is L/H. `limit` (m) is the elevation above which a
-    stop is not seen, nan where all are. `outcomes` are columns that are the stop in another form,
-    with their rank correlation; `columns` has none of them.
+    stop is undetected, nan without a limit. `outcomes` are columns that are the stop in another
+    form, with their rank correlation; `columns` has none of them.
     """
 
     sites: tuple[Site, ...]
@@ -431,8 +431,9 @@ LIKE_THE_STOP, FEWEST_LIKE_IT = 0.98, 10
 def outcome_columns(columns: EventColumns, kind: Ints, observed: Floats) -> dict[str, float]:
     """Columns that order events as their stops do, given the path, with their rank correlation.
 
-    Such a column (H/L, angle of reach, distance travelled) explains every runout and tells nothing.
-    What is `observed` `[n_events]` is compared, and H/L, each among events of one path and `kind`.
+    Such a column (H/L, angle of reach, distance travelled) explains every runout without
+    information. What is `observed` `[n_events]` is compared, and H/L, each among events of one path
+    and `kind`.
     """
     group = 10 * columns.path_index + kind
     found = {}

@@ -56,7 +56,7 @@ class LawPrior:
 
 
 def law_prior(source: str, law: Law, mean: Floats, covariance: Floats) -> LawPrior:
-    """The prior of these coordinates. Raises `AvahazardError` where they are not all told."""
+    """The prior of these coordinates. Raises `AvahazardError` where some are missing."""
     prior = LawPrior(source, law.name, tuple(mean.tolist()), tuple(map(tuple, covariance.tolist())))
     known = np.isfinite(mean).all() and np.isfinite(covariance).all() and (prior.sd > 0.0).all()
     if not known or np.linalg.eigvalsh(prior.correlation)[0] < LEAST_RECIPROCAL_CONDITION:

@@ -208,7 +208,7 @@ def _curvature(eta: Floats, chance: Floats, count: Floats, penalty: Floats) -> F
 
 
 def _standardised(away: Floats, log_density: Floats) -> VolumeShape:
-    """With mean 0 and standard deviation 1: these are told by the records' own moments."""
+    """With mean 0 and standard deviation 1: these are estimated by the records' own moments."""
     share = np.exp(log_softmax(log_density))
     mean = float(share @ away)
     spread = float(np.sqrt(share @ (away - mean) ** 2))
@@ -216,7 +216,7 @@ def _standardised(away: Floats, log_density: Floats) -> VolumeShape:
 
 
 def told_by_stand_in(log_volume: Floats, stand_in: Floats, path: Ints) -> Floats:
-    """Log true volume over its path's mean, as `stand_in` tells it, all `[n_events]`; nan if not.
+    """Log true volume over its path's mean, from `stand_in`, all `[n_events]`; nan if unknown.
 
     `path` `[n_events]` is a number for each.
 
@@ -246,9 +246,9 @@ def within_paths(pair: Floats, path: Ints) -> Floats:
 
 
 NEEDED = 5.0
-"""Nats by which another population must be likelier than a lognormal."""
+"""Nats by which another population must exceed a lognormal."""
 LEAST_SPREAD = 0.5
-"""Root mean square errors that true volumes must spread over for anything but that to be told."""
+"""Root mean square errors that true volumes must spread over for anything else to be estimated."""
 EVENTS_AT_ONCE = 2000
 """Events whose true volumes are looked for together."""
 
@@ -258,7 +258,7 @@ class VolumeRecords:
     """What is written of volumes, each `[n_events]`: `log_volume` (log m3, or nan).
 
     `sigma` is its stated error, `path` the place of its path among the `paths`, of which the first,
-    '', is none. `told` is what something else that goes with the volume tells of it
+    '', is none. `told` is what a column that is correlated with the volume indicates of it
     (`told_by_stand_in`), where that is asked.
     """
 
@@ -281,8 +281,8 @@ class Population:
     """True volumes of a path lie about its `centre` (log m3) with standard deviation `spread`.
 
     `shape` is how, in spreads; None: they are lognormal, cut at the `largest` (log m3) that there
-    is. `known` is False where no event has a volume. All are told by `records`, with `factor` times
-    their stated errors. `overall` is the mean of the centres.
+    is. `known` is False where no event has a volume. All are estimated from `records`, with
+    `factor` times their stated errors. `overall` is the mean of the centres.
     """
 
     records: VolumeRecords
@@ -310,7 +310,7 @@ class Population:
         if records.told is not None:
             some = np.isfinite(records.told)
             centre[some] += records.told[some]
-            # What is told is no spread any more, and of what is left no shape is known.
+            # The indicated part is no spread, and the shape of the rest is unknown.
             explained = float(np.mean(records.told[some] ** 2)) if np.any(some) else 0.0
             spread2[some] = max(self.spread**2 - explained, MIN_SPREAD**2)
             by_shape = by_shape & ~some
@@ -409,8 +409,9 @@ def even_nodes(n: int, apart: float) -> tuple[Floats, Floats]:
 
     A law can be so steep that friction changes between two nodes by more than it scatters: the
     likelihood is then a comb, not the normal it stands for. The few nodes of Gauss and Hermite
-    lie 1.4 apart. Even ones bear one as wide as half of `apart` (the trapezoidal rule, Trefethen
-    and Weideman 2014, SIAM Review 56, 385); a factor of 1 or nearly that makes up for cut tails.
+    lie 1.4 apart. Equidistant ones resolve one as wide as half of `apart` (the trapezoidal rule,
+    Trefethen and Weideman 2014, SIAM Review 56, 385); a factor of 1 or nearly that makes up for cut
+    tails.
     """
     z = apart * (np.arange(n) - (n - 1) / 2)
     density = np.exp(-0.5 * z**2)
@@ -484,7 +485,7 @@ def bounded(volumes: VolumeNodes, largest: float) -> VolumeNodes:
 
 
 def told_by(volumes: VolumeNodes, stand_in: Floats) -> VolumeNodes:
-    """The same where `stand_in` `[n_events]` tells of the true volumes too."""
+    """The same where `stand_in` `[n_events]` informs about the true volumes too."""
     recorded = volumes.records
     told = told_by_stand_in(recorded.log_volume, stand_in, recorded.path)
     return _nodes(replace(recorded, told=told), volumes.population, volumes.largest)

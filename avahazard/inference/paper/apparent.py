@@ -141,7 +141,7 @@ def apparent_friction(
 
     `stop_y` [n_tables, n_mu] is where they stop, in the coordinate of the records and rising, and
     `table` [n_events] the row of each event. Only stops bracket a record; jumps are those of
-    `runout_curve`. The record of an event that left the profile is -inf.
+    `runout_curve`. The record of an event beyond the profile is -inf.
     """
     runout = np.asarray(runout, np.float64)
     rows = runout.reshape(-1, runout.shape[-1])

@@ -75,7 +75,7 @@ def fit_law(law: Law, volume: Floats, mu: Floats) -> LawFit:
 
 
 def fit_every_law(volume: Floats, mu: Floats) -> tuple[list[LawFit], list[str]]:
-    """Fits of all laws that the points (V, μ) `[n_events]` can bear, and why others are not there.
+    """Fits of all laws that the points (V, μ) `[n_events]` support, and why others are absent.
 
     A law that fails is no reason to lose the others.
     """

@@ -7,7 +7,7 @@ accepted if u < r, r the posterior at the candidate over the posterior at the pr
 
 The whole cost is the sum of squares. Friction tables lie on a uniform grid, so F(μ) is one
 multiplication and one interpolation, and nothing in the loop branches. It is straight across a jump
-as elsewhere: as in `likelihood.record_nodes`, what a record tells of friction has no gaps.
+as elsewhere: as in `likelihood.record_nodes`, the frictions of a record have no gaps.
 """
 
 from __future__ import annotations

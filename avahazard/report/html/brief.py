@@ -89,12 +89,12 @@ def _how_sure(content: ReportContent) -> str:
     if found.coordinate == "mixed":
         return say(
             "On held-out records the mean error of the model (CRPS) is {crps}; {share} of them lie "
-            "in the interval that should hold 90 %.",
+            "in the 90 % interval.",
             **values,
         )
     return say(
         "On held-out records the mean error of the model (CRPS) is {crps} of {coordinate}; {share} "
-        "of them lie in the interval that should hold 90 %.",
+        "of them lie in the 90 % interval.",
         coordinate=coordinate_words(found.coordinate),
         **values,
     )
@@ -269,7 +269,7 @@ def _mind(content: ReportContent, view: PathView, shown: Design | None) -> Itera
         on_it = failure.axis == "path" and failure.level == view.path.path_id
         if on_it and failure.p_value < SIGNIFICANT and content.comparison:
             bias = amount(failure.bias_m, content.comparison.coordinate, 0)
-            yield say("The model fails here: bias {bias} (predicted less recorded).", bias=bias)
+            yield say("The model fails here: bias {bias} (predicted minus recorded).", bias=bias)
     sides: dict[int, list[str]] = {}
     for row in view.alpha_beta:
         side = _side(row.runout_x_low_m, row.runout_x_high_m, shown.runout_x_m)

@@ -24,7 +24,7 @@ class EventView:
     """One record beside what the model says of it.
 
     `coordinate` is what was recorded: `elevation`, `x` or `length`; `observed_m` is None where
-    the event left its profile. `stop_x_m` is its place on the path, None off the profile.
+    the event ran beyond its profile. `stop_x_m` is its place on the path, None off the profile.
     `predicted` holds the 5, 50 and 95 % quantiles in the same coordinate, None where the model
     predicts nothing for this event. `mu_reference` is apparent friction under the model less what
     its effects on friction and its path add to it, None where no friction stops the block there.
@@ -153,7 +153,7 @@ class StateView:
 
     `key` is its name in the page. `predicted` and `x` `[n_events, 3]` are the 5, 50 and 95 % of
     each record in its own coordinate and of its place (m), nan where nothing is predicted; `error`
-    `[n_events]` (m) is predicted mean less record as `compare` counts it. `rmse_m` and `crps_m`
+    `[n_events]` (m) is predicted mean minus record as `compare` counts it. `rmse_m` and `crps_m`
     are in-sample, `held_out_m` is the held-out CRPS, None where it was never compared; `failed`
     `[n_events]` are the events of levels where the model fails beyond chance.
     """

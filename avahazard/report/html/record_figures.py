@@ -172,7 +172,7 @@ def residuals_figure(events: Sequence[EventView], names: Names, loop: LoopView) 
         return None
     place = {e.event_id: k for k, e in enumerate(events)}
     ratio = {e.coordinate for e in events} == {RATIO}
-    hover = say("predicted less recorded: {error}", error="%{y:.4f}" if ratio else "%{y:.0f} m")
+    hover = say("predicted minus recorded: {error}", error="%{y:.4f}" if ratio else "%{y:.0f} m")
     data: list[Trace] = []
     changes: dict[str, dict[int, Trace]] = {state.key: {} for state in states}
     for name, color, symbol, mine in by_path(with_volume, names):
@@ -184,16 +184,16 @@ def residuals_figure(events: Sequence[EventView], names: Names, loop: LoopView) 
         data.append({**shown, "name": label(name), "opacity": 0.8})
     most = ROOM * max(float(np.nanmax(np.abs(state.error))) for state in states)
     lost = len(events) - len(with_volume)
-    upwards = say("predicted less recorded ({unit})", unit="H/L" if ratio else "m")
+    upwards = say("predicted minus recorded ({unit})", unit="H/L" if ratio else "m")
     volumes = axis(say("volume (m³)"), type="log", dtick=1)
     zero = {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": 0, "y1": 0, "line": DASHED}
     return Figure(
         "residuals",
         say("What the model misses"),
-        say("Predicted mean less record of {n} events over their volume.", n=len(with_volume)),
+        say("Predicted mean minus record of {n} events over their volume.", n=len(with_volume)),
         joined(
             say(
-                "Each mark is an event: the predicted mean less the record, in the unit of the "
+                "Each mark is an event: the predicted mean minus the record, in the unit of the "
                 "record. A model that lacks nothing scatters evenly about the dashed line."
             ),
             lost

@@ -182,7 +182,7 @@ MOST_ROWS = 16
 
 
 def effects_figure(diagnosis: Diagnosis) -> Figure | None:
-    """The gain of every candidate, and the gain that chance alone reaches 19 times in 20."""
+    """The gain of every candidate, and the 95 % quantile of the gain by chance."""
     rows = diagnosis.candidates[:MOST_ROWS]
     if not rows:
         return None
@@ -199,7 +199,7 @@ def effects_figure(diagnosis: Diagnosis) -> Figure | None:
         "effects",
         say("Candidate effects"),
         say(
-            "Gain in log likelihood of {n} candidate effects, beside what chance alone reaches.",
+            "Gain in log likelihood of {n} candidate effects, with what chance alone reaches.",
             n=len(rows),
         ),
         joined(
@@ -244,13 +244,16 @@ def bias_figure(found: Comparison) -> Figure | None:
         return None
     names = [label(f"{axis_words(r.axis)}: {level_words(r.level)} ({r.n})") for r in rows]
     data = []
-    for name, color, fails in (("beyond chance", VERMILION, True), ("may be chance", PALE, False)):
+    for name, color, fails in (
+        ("beyond chance", VERMILION, True),
+        ("not significant", PALE, False),
+    ):
         mine = [k for k, row in enumerate(rows) if (row.p_value < SIGNIFICANT) is fails]
         if mine:
             x, y = [rows[k].bias_m for k in mine], [names[k] for k in mine]
             data.append(bars(x, y, color, f"%{{y}}: %{{x:+.4g}} {unit}", name=name))
     places = layout(
-        axis(f"predicted less recorded ({unit})", zeroline=True),
+        axis(f"predicted minus recorded ({unit})", zeroline=True),
         rows_axis(names, categoryorder="array"),
         height=130 + 24 * len(rows),
         barmode="overlay",
