@@ -5,7 +5,7 @@ make advisories DATABASE=FOLDER    hold the locks against a clone of it (git, no
 
 Kept in advisories.json is what came of it: the state of the database (commit, date), the versions
 that were held, the advisories that affect one, and why such a one is borne, if it is. The
-advisories themselves are not kept: a clone that is new when a version is locked tells more.
+advisories themselves are not kept: a clone of the day on which a version is locked has more.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ def affects(advisory: Advisory, pin: str) -> bool:
 
 
 def fixed_in(advisory: Advisory, pin: str) -> list[str]:
-    """The versions that an advisory names as mended."""
+    """The versions that an advisory names as corrected."""
     parts = _parts(advisory, pin.partition("==")[0])
     ends = [
         e["fixed"] for part in parts for events in _events(part) for e in events if "fixed" in e

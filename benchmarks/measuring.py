@@ -21,7 +21,7 @@ Row = tuple[float, float, float, str]
 def alternate(
     ours: Callable[[], float], theirs: Callable[[], float], rounds: int
 ) -> tuple[float, float, float]:
-    """Median of theirs / ours round by round, and of what each gives, after one round unseen."""
+    """Median of theirs / ours round by round, and of what each gives, after a first round."""
     ours(), theirs()
     pairs = [(ours(), theirs()) for _ in range(rounds)]
     a, b = zip(*pairs, strict=True)

@@ -1,7 +1,7 @@
 """The loop on real records beside a plain regression; writes the tables of docs/real-data.md.
 
 make real-data, or … -m benchmarks.real_data NAME… for some of the sets. The records are not part
-of the project; what came out is kept in real_data.jsonl.
+of the project; the results are kept in real_data.jsonl.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from benchmarks.study import DOCS, HERE, SHARED, Line, keep, lines, table, write
 
 FOUND = HERE / "real_data.jsonl"
 SPLIT_SEED = 13
-"""Of the third that is held out; tried with no other."""
+"""Of the held-out third; no other was tried."""
 MOST_ROUNDS, N_DRAWS = 2, 2000
 
 
@@ -55,7 +55,7 @@ DATA_SETS = (
 
 
 def run(data: DataSet) -> Line:
-    """Calibrate, ask what is missing, add it; score every model on what was held out."""
+    """Calibrate, ask what is missing, add it; score every model on the held-out records."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         database = str(folder / "real.db")
@@ -96,7 +96,7 @@ def addable(verdict: Line) -> bool:
 
 
 def scored(database: str, model: str, kept: Path | None) -> Line:
-    """Scores by folds or paths held out, and on the held-out third."""
+    """Scores held-out by fold or path, and on the held-out third."""
     compared = compare(database, model).to_dict()
     slim = {"n": compared["scores"]["runout"]["n"], "held_out": compared["held_out"]}
     third = None if kept is None else predict(database, model, kept).scores

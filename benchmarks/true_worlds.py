@@ -53,7 +53,7 @@ class TrueWorld:
 
 
 def true_world(seed: int, tau: float = 0.0, unseen: float = 0.0) -> TrueWorld:
-    """World number `seed`: friction law, scatter, rates, volumes and terrain are all drawn.
+    """Dataset number `seed`: friction law, scatter, rates, volumes and terrain are all drawn.
 
     Paths differ by `tau` (sd on log friction), and a share `unseen` of the avalanches of each
     stops above what is seen; the model then has the path effect.

@@ -1,4 +1,4 @@
-"""The loop on synthetic datasets whose truth is known, and docs/worlds.md from its results.
+"""The loop on synthetic datasets with known truth, and its page from the results.
 
 … benchmarks/worlds.py arms                        names of the arms, one a line
 … benchmarks/worlds.py make ARM SEED FOLDER        a dataset beyond the catalogue, as CSV

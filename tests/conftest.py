@@ -182,7 +182,7 @@ def my_twin(twin_database: str, tmp_path: Path) -> str:
 
 @pytest.fixture(scope="session")
 def snow_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Give a folder with a world in which snow type rules, `world`, and `base.db` with a model
+    """Give a folder with a dataset in which snow type rules, `world`, and `base.db` with a model
     `base` that does not know it; do not write to it."""
     from avahazard.synth.making import make_world  # noqa: PLC0415
     from avahazard.synth.writing import write_world  # noqa: PLC0415
@@ -210,7 +210,7 @@ def snow_database(snow_world: Path, tmp_path: Path) -> str:
 def diagnosed_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Give a folder with `base.db`, whose model `base` does not know that column_1 matters, and its
     diagnosis: `diagnosis.json`, stored in `diagnosed.db`, `candidates.png` and the shares of
-    the work that were told, `told.json`; do not write to it."""
+    the work that were reported, `told.json`; do not write to it."""
     from avahazard.workflow.calibrate import calibrate  # noqa: PLC0415
     from avahazard.workflow.database import import_files  # noqa: PLC0415
     from avahazard.workflow.diagnose import diagnose_model  # noqa: PLC0415

@@ -1,4 +1,4 @@
-"""Little drawn, for tests that ask what is told, not how exact it is."""
+"""Few draws, for tests of what is reported, not of how exact it is."""
 
 from __future__ import annotations
 

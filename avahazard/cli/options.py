@@ -43,7 +43,7 @@ def picture(what: str = "Write a picture") -> Any:
 
 
 def output_file(words: str) -> Any:
-    """The option of the file to write: what it may be."""
+    """The option of the file to write, with its help."""
     return typer.Option("-o", "--output", metavar="FILE", help=words, show_default=False)
 
 

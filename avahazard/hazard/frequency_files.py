@@ -1,4 +1,4 @@
-"""The file of the user that tells the frequency of volumes."""
+"""The file of the user with the frequency of volumes."""
 
 from __future__ import annotations
 

@@ -231,7 +231,7 @@ def is_number(text: str) -> bool:
 class Conventions:
     """The decimal sign, and whether day or month comes first; None: the file shows it.
 
-    `unusual`: numbers beyond those of snow avalanches are meant so, and need no note. Cells that
+    `unusual`: numbers beyond those of snow avalanches are intended, and need no note. Cells that
     hold one of the marks `unknown` are empty.
     """
 

@@ -118,7 +118,7 @@ def held_out_words(by: str) -> str:
 
 
 def error_words(found: Comparison) -> list[str]:
-    """The held-out error of a model, beside what errors of the records alone account for."""
+    """The held-out error of a model, and the measurement-error floor."""
     coordinate, held = found.coordinate, found.held_out
     values = {
         "by": held_out_words(held.by),

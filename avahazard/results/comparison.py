@@ -259,7 +259,7 @@ class ErrorFall(Result):
 
 @dataclass(frozen=True, slots=True)
 class BeforeAndAfter(Result):
-    """A parent's scores and its child's, beside what errors of the records alone leave.
+    """A parent's scores and its child's, with the measurement-error floor.
 
     `fall` is that of the error, None where the held-out groups are too few.
     """

@@ -32,7 +32,7 @@ def volume_scatter(world: World, strength: float) -> dict[str, object]:
 
 
 def snow_type(world: World, strength: float) -> dict[str, object]:
-    """Dry snow runs further, wet snow less far."""
+    """Dry snow runs farther than wet snow."""
     offsets = {"dry": -0.10 * strength, "mixed": 0.0, "wet": 0.13 * strength}
     world.log_mu += np.array([offsets[str(kind)] for kind in world.columns["snow_type"]])
     return {"log_mu": offsets}

@@ -31,7 +31,7 @@ def evidence() -> Row:
     observations = build_observations(records)
     base = refit(observations, Specification(), {}, ("path-effect",))
     fit = _refit(observations, base)
-    # What both sum over: on our grids as they are once the mode has settled.
+    # What both sum over: on our grids as they are once the mode has converged.
     posterior = fit.posterior
     exact = posterior.exact_log_likelihood(fit.mode.u) - posterior.log_likelihood(fit.mode.u)
     found: dict[str, list[float]] = {"ours": [], "theirs": [], "calls": []}

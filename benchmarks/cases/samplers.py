@@ -45,7 +45,7 @@ class Twin(NamedTuple):
 
 
 def twin() -> Twin:
-    """Read the twin; blocks start from their path's release, an event that left is at the end."""
+    """Read the twin; blocks start from their path's release, those beyond it at its end."""
     paths, profiles, events = (
         pd.read_csv(ROOT / "data" / f"{name}.csv") for name in ("paths", "profiles", "events")
     )

@@ -83,7 +83,7 @@ def _no_number(text: str) -> NoReturn:
 
 
 def _volumes(rows: pd.DataFrame, **given: str) -> pd.DataFrame:
-    """The rows with no column that tells of volumes, or with this one."""
+    """The rows without columns of volumes, or with this one."""
     kept = [c for c in rows if c != "volume_m3" and not c.startswith("deposit_")]
     return rows[kept].assign(**given)
 

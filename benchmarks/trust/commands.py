@@ -194,12 +194,12 @@ class Forked:
         os.close(self.told)
 
     def await_statements(self, n: int) -> None:
-        """Return when `n` statements have been told of, or it has ended."""
+        """Return when `n` statements have been reported, or it has ended."""
         while n > 0 and (read := os.read(self.told, n)):
             n -= len(read)
 
     def count_statements(self) -> int:
-        """Wait for its end, and return how many statements it told of."""
+        """Wait for its end, and return how many statements it reported."""
         n = 0
         while read := os.read(self.told, 65536):
             n += len(read)

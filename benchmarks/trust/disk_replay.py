@@ -124,7 +124,7 @@ class Disk:
         old, new = step.data.decode().split("\0")
         file = self.names_now().get(old)
         if file is None:
-            return  # made by the C library itself, whose calls are not seen: no data are
+            return  # made by the C library itself, whose calls are not intercepted: no data are
         self.unnamed.append((self.taken, ("name", new, file)))
         if step.kind == "R":
             self.unnamed.append((self.taken, ("remove", old, 0)))

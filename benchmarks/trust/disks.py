@@ -184,7 +184,7 @@ def _jumping(job: Job, alone: Undisturbed, folder: Path, jump: int) -> Disturbed
     process = start(str(given / "avahazard.db"), job.words, given, env=environment)
     ran = ended(process, job.words)
     found = _judged("clock that jumps", job, alone, given, ran)
-    # Ten years back the last records of the world are to come, and that is said.
+    # Ten years back the last records of the dataset are in the future, with a message.
     if ran.status != 0 and "date" not in ran.errors:
         found.faults.append(f"refused: {ran.errors}")
     return found

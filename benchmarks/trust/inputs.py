@@ -93,7 +93,7 @@ def _read(form: str, n: int, seed: int, database: str, folder: Path, n_kept: int
 
 
 def _chained(source: Source, k: int, mutant: bytes, empty: str, folder: Path) -> Chained:
-    """The whole chain on the mutant with the other files of its world."""
+    """The whole chain on the mutant with the other files of its dataset."""
     inside = folder / "chain"
     shutil.rmtree(inside, ignore_errors=True)
     inside.mkdir()

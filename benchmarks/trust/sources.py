@@ -55,7 +55,7 @@ class Source:
 
 
 def sources(folder: Path) -> list[Source]:
-    """All forms; `folder` holds the world whose files are mutated, and takes the terrain."""
+    """All forms; `folder` holds the dataset whose files are mutated, and takes the terrain."""
     world = {name: (folder / "world" / f"{name}.csv").read_text() for name in FORMS}
     found = [
         Source(name, f"{name}.csv", world[name].encode(), _table(","), _import, chain=True)

@@ -1,1 +1,1 @@
-"""The benchmark of worlds: what `diagnose` finds where the truth is known."""
+"""The benchmark on synthetic datasets: what `diagnose` finds where the truth is known."""

@@ -99,7 +99,7 @@ class World:
 
 @dataclass(frozen=True, slots=True)
 class Arm:
-    """`change` puts what is hidden into a world and returns its parameters.
+    """`change` hides something in a dataset and returns its parameters.
 
     `right` are keys that count as right, `right_with_speeds` those where speeds are measured
     (where they differ), `neutral` those that are part of the truth: neither right nor wrong.
@@ -289,7 +289,7 @@ def gross_errors(world: World) -> dict[str, Any]:
 
 
 def declared_limits(world: World) -> dict[str, Any]:
-    """Short runouts are not seen, and the limits are stated."""
+    """Short runouts go undetected, and the limits are stated."""
     world.unseen_share = 0.3
     return {"share": 0.3}
 
@@ -418,7 +418,7 @@ def run(
 
 
 def draw_world(rng: np.random.Generator, n_paths: int) -> World:
-    """The base world."""
+    """The base dataset."""
     drawn = [draw_terrain(rng) for _ in range(n_paths)]
     n = N_EVENTS
     path = np.sort(rng.choice(n_paths, n, p=rng.dirichlet(np.full(n_paths, 12.0))))
@@ -500,7 +500,7 @@ def run_all(world: World, rows: Ints, mu: Floats) -> tuple[Floats, list[Floats]]
 
 
 def drawn(arm: str, seed: int) -> tuple[World, dict[str, Any], Floats]:
-    """The world of an arm before its avalanches run, what is hidden in it, and the shift of log
+    """The dataset of an arm before its avalanches run, what is hidden in it, and the shift of log
     friction `[n_events]` that this is."""
     name = arm.removesuffix(SPEEDS)
     rng = np.random.default_rng(np.random.SeedSequence([seed, zlib.crc32(name.encode())]))
@@ -517,7 +517,7 @@ def make(arm: str, seed: int, folder: Path) -> dict[str, Any]:
     mu, stop = np.empty(n), np.full(n, np.nan)
     limit = np.full(entry.n_paths, np.inf)
     again = np.arange(n)
-    for _ in range(100):  # what does not start, or is not seen, is drawn again
+    for _ in range(100):  # what does not start, or is undetected, is drawn again
         unit = (
             rng.normal(size=len(again))
             if world.student_df is None

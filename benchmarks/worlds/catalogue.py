@@ -1,4 +1,4 @@
-"""Synthetic datasets of effects of the catalogue, with a quarter of the winters held out.
+"""Synthetic datasets of effects of the catalogue, with a held-out quarter of the winters.
 
 They are those of `avahazard synth`, whose integrator is not the product's. Datasets of an even seed
 have an effect of full strength, those of an odd seed of half.

@@ -25,11 +25,11 @@ from benchmarks.worlds.knowing import knowing
 
 ROUNDS = 3
 STEPS = ("compare", "diagnose", "add")
-"""What the loop does when told to; another step (`hazard`, `measure`, …) ends it."""
+"""The steps that the loop takes; another one (`hazard`, `measure`, …) ends it."""
 
 
 def judge(name: str) -> Line:
-    """What came out on the dataset `ARM #SEED`.
+    """The result on the dataset `ARM #SEED`.
 
     `rounds` are verdict, names and CPU-s of each diagnosis; `crps` (m along the path) is that of
     the base model, of each model added, and of the one that the last step names if that is another;

@@ -54,7 +54,7 @@ def option(flag: str, value: object) -> list[str]:
 
 
 def progress_of(line: str) -> tuple[str, int] | None:
-    """What a line of standard error tells of the work, and its share in per cent; else None."""
+    """The progress in a line of standard error, and its share in per cent; else None."""
     found = PROGRESS.match(line.strip())
     return None if found is None else (found["what"], int(found["share"]))
 

@@ -29,7 +29,7 @@ EXAMPLES = [
 
 @pytest.fixture(scope="module")
 def names(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """Give what the examples may name: a small world in `folder`, its region, and a model."""
+    """Give what the examples may name: a small dataset in `folder`, its region, and a model."""
     top = tmp_path_factory.mktemp("api")
     write_world(top / "world", *make_world(1, 60, 3, {}))
     region = av.Region.from_files(top / "world", database=top / "region.db")

@@ -17,7 +17,7 @@ from avahazard.workflow.requests import HazardRequest
 from tests.cli.test_help import ALL
 
 OF_THEIR_OWN = {
-    "--seed": {"diagnose", "synth"},  # of made worlds
+    "--seed": {"diagnose", "synth"},  # of synthetic datasets
     "--path": {"calibrate", "fit"},  # events, not bounds
     "--volume": {"runout"},  # one, not several
     "--draws": {"calibrate"},  # of each chain

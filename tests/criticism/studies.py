@@ -60,7 +60,7 @@ def slopes(n_paths: int = 3, n_each: int = 6, kind: str = "elevation", seed: int
 
 
 def with_left(records: Records, n: int = 1) -> Records:
-    """The records, the first `n` events of which left their profile."""
+    """The records, the first `n` events of which ran beyond their profile."""
     left = [
         replace(e, left_profile=True, runout_elevation_m=None, runout_x_m=None)
         for e in records.events[:n]

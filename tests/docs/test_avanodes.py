@@ -1,4 +1,4 @@
-"""The page on measured speeds says what comes out."""
+"""The page on measured speeds has the results."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The tutorials: their commands run, and what the pages say is what comes out."""
+"""The tutorials: their commands run, and their texts agree with the outputs."""
 
 from __future__ import annotations
 

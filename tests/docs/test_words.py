@@ -1,9 +1,11 @@
-"""What people read has the field's words: no term of our own in help, catalogue, docs, README."""
+"""What people read has the field's words: no term of our own in help, messages, pages, comments."""
 
 from __future__ import annotations
 
 import ast
+import io
 import re
+import tokenize
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,25 +18,33 @@ from avahazard.report.language import LANGUAGES, read_catalogue
 from tests.cli.test_help import commands
 
 ROOT = Path(__file__).resolve().parents[2]
-STUDIES = {"worlds.md", "benchmarks.md", "trust.md"}
-"""Pages that benchmarks write anew: what they say stands in `benchmarks/`."""
 PAGES = [
-    page
-    for page in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
-    if page.name not in STUDIES
+    *sorted(ROOT.glob("*.md")),
+    ROOT / "data/README.md",
+    *sorted((ROOT / "docs").rglob("*.md")),
 ]
-CODE = re.compile(r"^```.*?^```$|`[^`\n]*`|\]\([^)]*\)|<[^>]+>", re.MULTILINE | re.DOTALL)
+FOLDERS = ("avahazard", "benchmarks", "docs/_tools", "migrations", "qgis", "tests")
+CODE = re.compile(
+    r"^```.*?^```$|`[^`\n]*`|\]\([^)]*\)|<[^>]+>|[\w/]+\.(py|md|jsonl)\b", re.MULTILINE | re.DOTALL
+)
+"""Blocks and words of code, addresses, tags, names of files."""
+
+BLANK = {tokenize.NL, tokenize.ENCODING}
+EDGES = {tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.COMMENT, tokenize.ENDMARKER}
 
 NOT_BUT = {
     r"\bworlds?\b|made-up": "synthetic dataset",
     r"\bheld out\b|kept back|\bunseen\b|ha[sd] not seen|not seen by": "held-out",
+    r"(is|are|was|were) not seen": "undetected",
     r"on its own records|on all records of the calibration": "in-sample",
-    r"\bleft (the|its|their|any) profile": "beyond the profile",
+    r"\b(left|leaves?|leaving) (the|its|their|any) profile": "beyond the profile",
     r"\btold\b|\btells\b": "reported, indicates",
     r"limit of sight": "detection limit",
     r"alone would leave|errors? of the records? alone": "measurement-error floor",
     r"% sure|what it may be": "90 % credible interval",
     r"bears? wrong": "robust to outliers (Student t)",
+    r"\bcom(e|es|ing) out\b|\bcame out\b": "result",
+    r"\blikelier\b": "more likely, log evidence in nats",
     r"knows the errors": "accounts for measurement error",
     r"prior speaks": "prior-dominated",
     r"times in 5\b": "80 % power",
@@ -120,3 +130,22 @@ def test_translations_have_none_of_our_own_terms(code: str) -> None:
     words = {"de": german, "fr": r"mis de côté", "it": r"messi da parte"}[code]
     texts = (str(message.string) for message in read_catalogue(code))
     assert [text for text in texts if re.search(words, text)] == []
+
+
+def prose(file: Path) -> Iterator[tuple[str, str]]:
+    """Docstrings of a file and of what it defines, and its comments, without code in them."""
+    text = file.read_text(encoding="utf-8")
+    tokens = [
+        t for t in tokenize.generate_tokens(io.StringIO(text).readline) if t.type not in BLANK
+    ]
+    for before, token, after in zip([None, *tokens], tokens, [*tokens[1:], None], strict=False):
+        alone = (before is None or before.type in EDGES) and (after is None or after.type in EDGES)
+        if token.type == tokenize.COMMENT or (token.type == tokenize.STRING and alone):
+            yield f"{file.relative_to(ROOT)}, line {token.start[0]}", CODE.sub(" ", token.string)
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_docstrings_and_comments_have_none_of_our_own_terms(folder: str) -> None:
+    files = [file for file in sorted((ROOT / folder).rglob("*.py")) if file != Path(__file__)]
+    assert files
+    assert found_in(hit for file in files for hit in prose(file)) == []

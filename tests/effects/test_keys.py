@@ -13,7 +13,7 @@ from avahazard.inference.model.specification import Specification
 
 PACKAGE = Path(__file__).resolve().parents[2] / "avahazard"
 OWN_NAMES = ("effects", "synth")
-"""Folders that name effects: the catalogue's, and the made worlds with a catalogue of theirs."""
+"""Folders that name effects: the catalogue's, and that of the synthetic datasets."""
 SETTINGS = {field.name for field in fields(Specification)}
 
 

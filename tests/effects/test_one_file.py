@@ -108,7 +108,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 @pytest.fixture(scope="module")
 def world(written: Path) -> str:
-    """A database of a small world with a model `base`, and `new` with the four effects."""
+    """A database of a small dataset with a model `base`, and `new` with the four effects."""
     write_world(written / "world", *make_world(5, 24, 2))
     database = str(written / "world.db")
     upkeep.create(database)

@@ -34,7 +34,7 @@ DAY = np.datetime64("2024-05-06T07:08:09.000")
 
 @pytest.fixture(scope="module")
 def layers() -> list[MapLayer]:
-    """Give the layers of a made-up model."""
+    """Give the layers of a model."""
     return hazard_layers([drawn()], [bounds(), bounds(period=None)], [zones()])
 
 

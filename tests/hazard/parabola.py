@@ -43,7 +43,7 @@ def observations(releases: tuple[float, ...] = (TOP_M,)) -> Observations:
 
 
 def future(releases: Sequence[float] = (TOP_M,)) -> FutureEvents:
-    """The same events as classes of avalanches to come."""
+    """The same events as classes of future avalanches."""
     given = observations(tuple(releases))
     return FutureEvents(given.sites[0], given.release, given.columns)
 

@@ -75,7 +75,7 @@ def test_volumes_come_back_on_average(period: float, family: Family) -> None:
         found.append(np.log(return_volume(fit, period).volume_m3))
     error = np.std(found) / len(found) ** 0.5
     assert error < 0.15
-    # These worlds have one event a year at most, which the Pareto takes for a Poisson process.
+    # These datasets have one event a year at most, which the Pareto takes for a Poisson process.
     slack = 0.03 if family == "gev" else 0.1
     assert np.mean(found) == pytest.approx(true_log_volume(period), abs=3 * error + slack)
 

@@ -1,4 +1,4 @@
-"""The classes of avalanches to come, and the release zone."""
+"""The classes of future avalanches, and the release zone."""
 
 from __future__ import annotations
 

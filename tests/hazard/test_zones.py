@@ -284,7 +284,7 @@ PLACES_X = np.linspace(100.0, 1100.0, 41)
 
 
 def flow(stop_x: float, top_kpa: float, n: int = 1) -> Exceeded:
-    """Full pressure at the release, nought at the stop, straight between them."""
+    """Full pressure at the release, zero at the stop, straight between them."""
     pressure = np.maximum(top_kpa * (1.0 - (PLACES_X - 100.0) / (stop_x - 100.0)), 0.0)
     return Exceeded(
         np.full(n, stop_x if stop_x <= PLACES_X[-1] else np.inf), np.tile(pressure, (n, 1))

@@ -1,4 +1,4 @@
-"""Avalanches to come on a parabola, and runs of the block on it."""
+"""Future avalanches on a parabola, and runs of the block on it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ RATES = np.array([0.5, 2.0])
 
 @cache
 def observations(*releases: float, length: float | None = None) -> Observations:
-    """One class of avalanches to come for each elevation of release, on a parabola."""
+    """One class of future avalanches for each elevation of release, on a parabola."""
     x = np.arange(0.0, 3601.0, 30.0)
     events = tuple(
         Event(f"e{k}", path_id="p", volume_m3=1e5, release_elevation_m=z, deposit_length_m=length)

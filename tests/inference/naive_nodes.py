@@ -46,7 +46,7 @@ def likelihood(
 
 
 def leaving(left, grid, scatter_density, log_speed=None):
-    """∫ over the frictions that leave the profile; it changes midway between frictions."""
+    """∫ over the frictions that run beyond the profile; it changes midway between frictions."""
     nu, width = fine(grid)
     nearest = np.clip(np.searchsorted(0.5 * (grid[1:] + grid[:-1]), nu), 0, len(grid) - 1)
     density = left[nearest] * scatter_density(nu)
@@ -64,7 +64,7 @@ def seen(elevation, left, limit, grid, scatter_density):
 
 
 def recorded(elevation, left, limit, sigma, grid, scatter_density):
-    """Chance that a record below `limit` is made, all that left among them."""
+    """Chance that a record below `limit` is made, with all beyond the profile."""
     nu, width = fine(grid)
     chance = np.where(left, 1.0, stats.norm.cdf((limit - elevation) / sigma))
     return float(np.sum(width * np.interp(nu, grid, chance) * scatter_density(nu)))

@@ -1,4 +1,4 @@
-"""Records of the worlds of `sbc_worlds`, all of them but what is drawn from a model."""
+"""Records of the datasets of `sbc_worlds`, all of them but what is drawn from a model."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ SPEED_ERROR = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A model and the records of its worlds.
+    """A model and the records of its datasets.
 
     `a` is the friction about which they lie, `volume` (m3) the median of the recorded volumes,
     `volume_error` their relative error. With `dropped` releases lie up to so many metres below the
     top. With `seen_below` stops above so many metres (on the first path; the others lie higher)
-    are not seen; with the effect `observation-limit` no record lies above them, and it tells from
-    how far above none would be seen. Along every other event speeds are measured at the places
+    are undetected; with the effect `observation-limit` no record lies above them, and it is known
+    from how far above none would be seen. Along every other event speeds are measured at the places
     `speeds` (m). Errors of records (m) lie between the two of `record_error`. `n_worlds` are made.
     """
 

@@ -1,4 +1,4 @@
-"""Worlds drawn from prior and model, for simulation-based calibration of the marginal method."""
+"""Datasets drawn from prior and model, for simulation-based calibration of the marginal method."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ LEVELS = {"log a": 0.0, "log alpha": 0.05 * 10.5}
 
 
 def narrowed(observations: Observations, case: Case) -> Posterior:
-    """The model with the priors of these worlds."""
+    """The model with the priors of these datasets."""
     base = Specification(law=case.law, centrifugal=case.centrifugal)
-    # Before there are any stops, no effect can be told from them.
+    # Before there are any stops, no effect can be estimated from them.
     specification, facts = with_effects(observations, base, case.effects, granted=True)
     if "observation-limit" in case.effects:
         # Fixed before the records are; the product takes the highest of these.
@@ -73,7 +73,7 @@ def from_prior(model: Posterior, rng: np.random.Generator) -> np.ndarray:
 
 
 def world(case: Case, rng: np.random.Generator, fault: float = 0.0) -> tuple[Posterior, np.ndarray]:
-    """The model on records of a world drawn from it and its prior, and the true coordinates.
+    """The model on records of a dataset drawn from it and its prior, and the true coordinates.
 
     With a deliberate `fault` the effects' parameters were larger by so many of their priors' sds.
     """
@@ -82,7 +82,7 @@ def world(case: Case, rng: np.random.Generator, fault: float = 0.0) -> tuple[Pos
     while True:
         u = from_prior(model, rng)
         found = _recorded(model, case, u, fault, rng)
-        # A world whose records are not possible under any margin of sight is none of these.
+        # A dataset whose records are not possible under any detection margin is none of these.
         if not np.any(found.observed > _highest_seen(case, found)):
             return narrowed(found, case), u
 
@@ -112,7 +112,7 @@ def _recorded(
             kind[i] = ELEVATION
             stop = np.interp(nu[i], np.log(MU), tables.elevation[i])
             observed[i] = stop + error[i]
-            # What is not seen is not recorded: another avalanche is. A declared limit is of
+            # What is undetected is not recorded: another avalanche is. A declared limit is of
             # places, an estimated one of records.
             declared = np.isfinite(given.limit[i])
             if (stop if declared else observed[i]) > limit[i]:
@@ -161,7 +161,7 @@ def _highest_seen(case: Case, observations: Observations) -> np.ndarray:
 
 
 def _limit(model: Posterior, u: np.ndarray) -> np.ndarray:
-    """Elevations (m) above which stops are not seen `[n_events]`, declared or by an effect."""
+    """Elevations (m) above which stops are undetected `[n_events]`, declared or by an effect."""
     values = model.layout.effect_values(u)
     for effect in model.effects:
         if isinstance(effect, LimitEffect):

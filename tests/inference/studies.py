@@ -118,7 +118,7 @@ def effect_of(model: Posterior, key: str) -> Effect:
 def one_path(n_events: int, seed: int, sigma: float = 10.0, cut_m: float = 1900.0) -> Records:
     """Events on one bowl that follow the exponential law; volumes are exactly known.
 
-    Those that pass `cut_m` have left the profile, which ends there.
+    Those that pass `cut_m` are beyond the profile, which ends there.
     """
     rng = np.random.default_rng(seed)
     whole = profile(0)

@@ -46,7 +46,7 @@ CASES = {
 
 
 def _ranks(name: str, n_worlds: int, fault: float = 0.0) -> tuple[list[str], np.ndarray, float]:
-    """Ranks `[n_worlds, n_slots]` of the truth among draws, and the share that left."""
+    """Ranks `[n_worlds, n_slots]` of the truth among draws, and the share beyond the profile."""
     ranks, left, names = [], [], []
     for w in range(n_worlds):
         model, u = world(CASES[name], generator(20050, name, w), fault)
@@ -68,7 +68,7 @@ def test_the_judge_tells_uniform_ranks_from_others() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("w", [1, 3, 4, 6, 7, 11])
 def test_draws_keep_to_what_tables_made_on_the_spot_give(w: int) -> None:
-    """Worlds whose posteriors reach past the grids about their modes.
+    """Datasets whose posteriors reach past the grids about their modes.
 
     Between coarse grid points the interpolated likelihood peaked, 10 to 46 nats too high.
     """

@@ -22,13 +22,13 @@ from tests.workflow.twin import TRUTH, twin_study
 
 @cache
 def _law() -> Posterior:
-    """Constant law on one path: log a and log sigma; some events left the profile."""
+    """Constant law on one path: log a and log sigma; some events ran beyond the profile."""
     return posterior(build_observations(one_path(40, seed=1, cut_m=1600.0)), law="constant")
 
 
 @cache
 def _drag() -> Posterior:
-    """The same with drag, which these worlds do not have: it piles up at nought."""
+    """The same with drag, which these datasets do not have: it piles up at zero."""
     return posterior(
         build_observations(one_path(40, seed=1, cut_m=1600.0)), "turbulent-drag", law="constant"
     )

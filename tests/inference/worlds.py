@@ -1,4 +1,4 @@
-"""Small simulated worlds: tables of stops, and events drawn from a law."""
+"""Small simulated datasets: tables of stops, and events drawn from a law."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def compare(profile: SmoothProfile, release: float, n_frictions: int = 50) -> No
         near = run(cells, np.array([start]), mu[k] + np.array([-1e-6, 1e-6])).x[0]
         if np.isnan(near).all() and k % 10 == 0:
             assert np.isnan(witness(path, release, mu[k])[0])
-        if not abs(near[1] - near[0]) < 0.1:  # a jump, or the block leaves the profile
+        if not abs(near[1] - near[0]) < 0.1:  # a jump, or the block runs beyond the profile
             continue
         stop, x, u = witness(path, release, mu[k])
         compared += 1

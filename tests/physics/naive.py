@@ -41,7 +41,7 @@ def small_steps(
     resistance: Resistance | None = None,
     step: float = 0.1,
 ):
-    """x of the stop (nan: left the profile; the release: not released) and w at every step.
+    """x of the stop (nan: ran beyond the profile; the release: not released) and w at every step.
 
     The midpoint rule in x in steps of `step` m, resistance looked up where the block is.
     """

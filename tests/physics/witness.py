@@ -64,7 +64,7 @@ _at_end.terminal = True
 
 
 def witness(path: Pieces, release, mu, curvature=1.0, constant=0.0, drag=0.0):
-    """x of the stop (nan: left the profile), and the x and speed of the integrator's steps."""
+    """x of the stop (nan: ran beyond the profile), and x and speed of the integrator's steps."""
     run = solve_ivp(
         motion,
         (0.0, 1e5),

@@ -1,4 +1,4 @@
-"""Every way of writing the same events: read right and told, or refused with a remedy."""
+"""Every way of writing the same events: read right and reported, or refused with a remedy."""
 
 from __future__ import annotations
 

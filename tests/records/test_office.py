@@ -69,7 +69,7 @@ def test_none_is_read_wrong_in_silence(tmp_path: Path, language: str, format: st
         if not found.problems and values(found) == RIGHT:
             outcomes["guessed"] += 1
     n = len(MATRIX) // len(NAMES) // len(FORMATS)
-    # A merged cell cannot be told from an empty one in an .ods and in a text.
+    # A merged cell cannot be distinguished from an empty one in an .ods and in a text.
     lost = n // 2 if format in ("ods", "csv") else 0
     assert outcomes["mapped"] == n - lost, outcomes
     assert outcomes["guessed"] >= (n - lost) // 4 * 3, outcomes
@@ -83,7 +83,7 @@ def _judge(
         assert found.records.events
         read = values(found)
         if office.mark == "-9999" and not office_knows(found):
-            # A number may be meant so: it is read, and said.
+            # A number may be intended: it is read, with a note.
             assert any("-9999" in str(note) for note in found.notes), office
             return
         assert read == RIGHT, office

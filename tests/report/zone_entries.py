@@ -1,4 +1,4 @@
-"""A made-up entry of `zones`."""
+"""A sample entry of `zones`."""
 
 from __future__ import annotations
 

@@ -109,7 +109,7 @@ class _Fit:
             by_path = [
                 logsumexp(each[self.path == k].sum(axis=0), b=WEIGHTS) for k in set(self.path)
             ]
-            # A weak prior keeps the sd of the paths off nought.
+            # A weak prior keeps the sd of the paths off zero.
             return -float(np.sum(by_path)) + 0.5 * (log_tau - np.log(0.1)) ** 2
 
         start = [np.log(0.5), 0.7, np.log(0.17), np.log(0.05)]

@@ -1,4 +1,4 @@
-"""Every effect, in the world's records."""
+"""Every effect, in the dataset's records."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Worlds have the statistics that they say they have."""
+"""Synthetic datasets have the stated statistics."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def test_power_law() -> None:
     _, truth = world(3, n_events=2000, n_paths=6, settings=Settings(law=Power()))
     assert truth["law"] == {"name": "power", "alpha": 1.83, "beta": 0.12}
     logs = np.log(truth_column(truth, "volume_m3")), np.log(truth_column(truth, "mu"))
-    # What is too rough to start is not seen: with this law some of the smallest.
+    # What is too rough to start is undetected: with this law some of the smallest.
     assert np.polyfit(*logs, 1)[0] == pytest.approx(-0.12, abs=0.015)
 
 

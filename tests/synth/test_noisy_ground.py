@@ -90,7 +90,7 @@ def benched_ground() -> list[Profile]:
 def misses(true: Profile, points: Profile) -> tuple[np.ndarray, np.ndarray, int]:
     """How far stops on the points lie off the true ones, m in x and elevation, and how many left.
 
-    Of those blocks that leave the path on neither; counted are those that leave on the points only.
+    Of blocks that stop on both; those that run beyond the path on the points only are counted.
     """
     track = make_track(true.x_m, true.y_m)
     release = float(track.place(true.y_m[0] - 0.1 * np.ptp(true.y_m)))

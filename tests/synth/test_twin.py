@@ -1,4 +1,4 @@
-"""The twin in `data/` is what its script makes, and what the paper tells."""
+"""The twin in `data/` is what its script makes, and what the paper states."""
 
 from __future__ import annotations
 

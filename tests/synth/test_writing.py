@@ -1,4 +1,4 @@
-"""A world on disk is the world."""
+"""A dataset on disk equals the dataset in memory."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Worlds as arrays, for tests."""
+"""Datasets as arrays, for tests."""
 
 from __future__ import annotations
 
@@ -22,5 +22,5 @@ def residuals(truth: dict[str, Any]) -> Any:
 
 
 def world(seed: int, **options: Any) -> tuple[Records, dict[str, Any]]:
-    """A world, with a truth that tests may look into."""
+    """A dataset, with a truth that tests may look into."""
     return make_world(seed, **options)

@@ -1,4 +1,4 @@
-"""A command that is forked off tells of what it writes, and can be killed there."""
+"""A forked command reports what it writes, and can be killed there."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What `friction` tells of the records."""
+"""What `friction` reports of the records."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def rows(ratio: np.ndarray, volume: np.ndarray, release: np.ndarray) -> str:
 
 
 def refused(call: Callable[[], object], accepted: str) -> None:
-    """One row is refused, and told what would be accepted."""
+    """One row is refused, with what would be accepted."""
     with pytest.raises(RejectedRows) as caught:
         call()
     (problem,) = caught.value.problems

@@ -71,7 +71,7 @@ def test_every_engine_gives_the_same_bits(
 def broken_at(
     monkeypatch: pytest.MonkeyPatch, path_id: str, error: BaseException
 ) -> Callable[[], None]:
-    """Let the rows of one path fail; call to mend it."""
+    """Let the rows of one path fail; call to correct it."""
     whole = hazard_module.path_rows
 
     def rows(models: Any, *more: Any) -> Any:

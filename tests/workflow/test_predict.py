@@ -112,7 +112,7 @@ def test_each_event_has_the_notes_on_its_volume_and_on_the_model(
     assert not any("extrapolation" in note for note in small.notes)
     assert set(vast.notes) > set(small.notes)
     assert any(note.startswith("P01: a volume of 900,000,000 m3 is") for note in vast.notes)
-    # Records that have changed since are told of with every event, as on the terminal.
+    # Records that have changed since are noted with every event, as on the terminal.
     import_files(snow_database, [write("events.csv", "event_id,path_id,left_profile\nz,P01,1\n")])
     stale = predict(snow_database, "base", write("new.csv", text))
     (note,) = (note for note in stale.notes if "records have changed" in note)

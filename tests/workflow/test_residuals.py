@@ -1,4 +1,4 @@
-"""What the residuals of the paper's figure 6d are, in a world that is known."""
+"""What the residuals of the paper's figure 6d are, in a synthetic dataset."""
 
 from __future__ import annotations
 

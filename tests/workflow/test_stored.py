@@ -53,7 +53,7 @@ ARMS = {"turbulent-drag.drag": ARM}
 
 
 def _found(arms: Arms | None = None, *own: Definition) -> FittedModel:
-    """A calibration with made-up draws on the twin, with effects and facts."""
+    """A calibration with arbitrary draws on the twin, with effects and facts."""
     specification, facts = with_effects(
         twin_study(),
         SPECIFICATION,

@@ -1,4 +1,4 @@
-"""Making a world on disk."""
+"""Making a dataset on disk."""
 
 from __future__ import annotations
 

@@ -166,8 +166,8 @@ def runout_scores(expected: ExpectedRecords, pit: Floats, floor: Floats) -> Runo
     """Scores of runouts, in metres of each record.
 
     `bias_m` is predicted mean minus record; where elevations are mixed with others, it counts as
-    elevations do (> 0: recorded farther down than predicted). The noise floor is what errors of
-    the records alone leave: root mean square of their standard deviations `floor`
+    elevations do (> 0: recorded farther down than predicted). The measurement-error floor is
+    the root mean square of the records' standard deviations `floor`
     `[n_events]`, and as CRPS. Besides: the histogram of the PIT `[n_events]` in ten equal bins.
     """
     return RunoutScores(

@@ -33,7 +33,7 @@ from tests.workflow.twin import TRUTH
 def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any, str]:
     """Give the folder that the command was run in, its document and its progress.
 
-    With fewer draws, and a smaller world, than people get; `tests/workflow/test_demo.py` runs all
+    With fewer draws, and a smaller dataset, than people get; `tests/workflow/test_demo.py` runs all
     of it.
     """
     folder = tmp_path_factory.mktemp("a")

@@ -112,7 +112,7 @@ def test_what_it_could_have_seen_it_mostly_sees() -> None:
     size = on_lengths(0.0, seed=3).detectable.log_friction
     assert 0.02 < size < 0.15
     seen = [on_lengths(size, seed, own).verdict != "adequate" for seed in range(4, 24)]
-    # 80 % of 20 worlds, less three standard deviations.
+    # 80 % of 20 datasets, less three standard deviations.
     assert sum(seen) >= 11
 
 

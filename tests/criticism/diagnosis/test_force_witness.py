@@ -1,4 +1,4 @@
-"""The measured force bears out effects that are there, and denies those that are not."""
+"""The measured force confirms effects that are present, and contradicts others."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ MOTION = {
 }
 
 TRUE = {"turbulent-drag": 0.003, "cohesion": 0.8}
-"""What the worlds are made with."""
+"""What the datasets are made with."""
 
 
 def world(seed: int, *effects: str, n: int = 60) -> Records:
@@ -118,7 +118,7 @@ def test_speeds_that_are_no_track_make_no_noise(key: str, seed: int) -> None:
     ("value", "se", "denies"),
     [
         (0.0, 0.3, True),
-        (0.0, 0.6, False),  # could not have told
+        (0.0, 0.6, False),  # could not have shown it
         (0.6, 0.3, False),  # shows it
         (1.0, 2.0, False),
         (-0.3, 0.3, True),

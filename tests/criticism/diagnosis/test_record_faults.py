@@ -150,7 +150,7 @@ def test_a_column_stands_in_for_the_volume_where_it_goes_with_it_within_paths() 
     np.testing.assert_array_equal(np.isfinite(found), np.arange(60) >= 5)
     assert np.nanmean(found) == pytest.approx(4.0, abs=0.3)
     assert stand_in_for_volume(columns(5.0, 0.0), front) is None
-    # What differs between paths alone tells nothing of one avalanche.
+    # What differs between paths alone has no information on one avalanche.
     assert stand_in_for_volume(columns(5.0, 3.0), front) is None
     for other in (SEASON, LAW, "snow-type"):
         assert stand_in_for_volume(columns(0.2, 0.0), definition(other)) is None
@@ -227,7 +227,7 @@ def test_short_runouts_that_nobody_recorded_are_named_and_no_force() -> None:
 
 
 OFF = np.array([0.5, MOST_SCATTERS + 2.0, MOST_SCATTERS - 0.1, -MOST_SCATTERS - 5.0, 99.0])
-"""By how many scatters each event's log friction is off; the last one left its profile."""
+"""By how many scatters each event's log friction is off; the last one ran beyond its profile."""
 
 
 @pytest.mark.parametrize(("in_log", "n_volumes"), [(True, 2), (False, 2), (True, 1)])

@@ -1,4 +1,4 @@
-"""The parts of the error in worlds where each of them is known."""
+"""The parts of the error in datasets where each of them is known."""
 
 from __future__ import annotations
 

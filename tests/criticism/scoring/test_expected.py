@@ -42,7 +42,7 @@ def test_what_left_counts_as_reaching_the_end() -> None:
         assert np.any(~found.left)
         np.testing.assert_allclose(found.draws[1][found.left[1]], end, atol=5.0)
         assert len(np.unique(found.draws[1][found.left[1]])) == 1
-        # An event that left has no coordinate of its own: its end is an elevation.
+        # An event beyond the profile has no coordinate of its own: its end is an elevation.
         assert observed_records(observations)[0] == pytest.approx(profile_end(observations)[0])
         assert observed_records(observations)[1] == observations.observed[1]
 

@@ -1,4 +1,4 @@
-"""The release's part of the error, in a world where every source is known."""
+"""The release's part of the error, in a dataset where every source is known."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ def by_event(rows: np.ndarray) -> np.ndarray:
 def test_scores_are_derivatives_of_the_log_likelihood(
     key: str, parameter: int, at: float, step: float
 ) -> None:
-    # Events that left their profile, or have no scatter to speak of, have no such derivative.
+    # Events beyond their profile, or with hardly any scatter, have no such derivative.
     sure = model().variances.scatter < 0.01 * model().variances.total
     kept = ~model().gone & ~(sure & key.startswith("scatter:"))
     exact = by_difference(key, parameter, at, step)[kept]

@@ -50,7 +50,7 @@ def test_blocks_that_parameters_move_are_run_for_each() -> None:
 
 @cache
 def in_sight() -> Observations:
-    """Events of which sight is not limited, some with speeds and one that left."""
+    """Events without a detection limit, some with speeds and one beyond the profile."""
     records = make_world(5, 24, 2, {}, Settings(speeds=0.4))[0]
     gone = replace(records.events[3], left_profile=True, runout_elevation_m=None, runout_x_m=None)
     events = tuple(gone if e.event_id == gone.event_id else e for e in records.events)
@@ -132,7 +132,7 @@ X = np.linspace(0.0, 1900.0, 96)
 
 @cache
 def mixed() -> Observations:
-    """Events of three paths in turn; one that left, one so vague that it has panels, one line."""
+    """Events of three paths in turn; one beyond the profile, one with panels, one line."""
     records = make_world(5, 24, 3, {})[0]
     first, second, *others = records.events
     left = replace(first, left_profile=True, runout_elevation_m=None, runout_x_m=None)
@@ -143,7 +143,7 @@ def mixed() -> Observations:
 
 
 def seldom_seen() -> Observations:
-    """The same, with a limit of sight."""
+    """The same, with a detection limit."""
     elevation = np.nanmedian(mixed().observed)
     return replace(mixed(), limit=np.where(np.isnan(mixed().limit), elevation, mixed().limit))
 

@@ -396,6 +396,6 @@ def test_the_share_of_wrong_records_is_found(share: float) -> None:
     records, _ = make_world(12, 150, 5, {}, Settings(wrong_share=share))
     fit = refit(build_observations(records), Specification(law="constant", tails="student"), {}, ())
     found = fit.parameters("")
-    # Those that lie where a right one may lie are not told, and the prior expects few.
+    # Those that lie where a right one may lie are not recognised, and the prior expects few.
     assert found["wrong_share"] < 0.03 if share == 0.0 else 0.5 * share < found["wrong_share"] < 0.4
     assert 0.1 < found["sigma"] < 0.25

@@ -96,7 +96,7 @@ NONE = np.zeros(15, bool)
     [
         # So vague that both ends of the grid count.
         (RECORD, NONE, 700.0, False, np.inf, (True, True)),
-        # Beyond a limit of sight there is no record.
+        # Beyond a detection limit there is no record.
         (RECORD, NONE, 700.0, False, 0.85, (True, False)),
         # What left says nothing of a stop, nor a stop of what left.
         (RECORD, GRID < 0.3, 700.0, False, np.inf, (False, True)),
@@ -195,7 +195,7 @@ def test_beyond_all_frictions_a_block_goes_nowhere(
     place, weight, tail = np.zeros(N_NODES), np.zeros(N_NODES), np.full(2, np.nan)
     log_scale, _ = straight_density_nodes(height, length, sigma, True, 1, place, weight, tail)
     assert tail[0] == 0.0
-    # The density of this record for a length of nought.
+    # The density of this record for a length of zero.
     share = norm.pdf(length, 0.0, sigma) / np.exp(log_scale)
     assert tail[1] == (pytest.approx(share) if share > 1e-9 else 0.0)
     assert (tail[1] > 0.0) == (length < 6.0 * sigma)

@@ -11,7 +11,7 @@ from avahazard.inference.likelihood.quadrature import N_NODES
 from avahazard.inference.likelihood.terms import event_terms
 
 N = 8
-"""Events: every other one left its profile, the second half has a limit of sight."""
+"""Events: every other one ran beyond its profile, the second half has a detection limit."""
 ENDS = np.tile([[True, False], [True, False], [False, True], [True, True]], (2, 1))
 """The ends of the grid beyond which a record has anything."""
 

@@ -1,4 +1,4 @@
-"""Avalanches that left their profile from a release that is not known well.
+"""Avalanches beyond their profile from a release that is not known well.
 
 The slow twin starts blocks by another integrator from many places, asks with which friction each
 reaches the end, and takes the mean of the chances.

@@ -47,7 +47,7 @@ def test_a_vague_record_has_its_marginal_likelihood(
 
 @pytest.mark.parametrize("law", [pytest.param("exponential", marks=pytest.mark.slow), "constant"])
 def test_larger_errors_never_narrow_the_posterior(law: str) -> None:
-    """The same records told ever more vaguely say ever less of friction, and of its scatter."""
+    """The same records with larger errors have less information on friction and its scatter."""
     study = twin_study("scey")
     widths = []
     for error_m in (10.0, 300.0, 1000.0, 10_000.0):

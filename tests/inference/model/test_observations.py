@@ -212,7 +212,7 @@ def test_it_is_what_another_release_does_to_the_stop() -> None:
 
 
 def friction_to_the_end(z0: float) -> float:
-    """The friction under which a block that starts at that elevation leaves the profile."""
+    """The friction under which a block that starts at that elevation runs beyond the profile."""
     start = TRACK.place(np.array([z0]))
     low, high = 0.2, 0.6
     for _ in range(30):

@@ -166,7 +166,7 @@ def test_what_is_not_given_keeps_the_weak_prior_of_its_coordinate() -> None:
     np.testing.assert_allclose(of_a.mean[1:], item.prior_mean[1:], atol=1e-12)
     np.testing.assert_allclose(of_a.sd[1:], item.prior_sd[1:])
     np.testing.assert_allclose(of_a.correlation, np.eye(3), atol=1e-12)
-    # μ∞ alone: a keeps its own, and tells nothing of μ∞.
+    # μ∞ alone: a keeps its own, without information on μ∞.
     of_limit = given_law_prior(item, [GivenPrior("mu_inf", 0.2, 0.04)])
     assert of_limit is not None
     drawn = natural(item, of_limit)

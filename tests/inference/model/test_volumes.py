@@ -81,7 +81,7 @@ def test_nodes_have_the_moments_of_the_normal() -> None:
 
 @pytest.mark.parametrize(("width", "error"), [(0.3, 0.06), (0.5, 0.01), (2.0, 1e-3)])
 def test_nodes_bear_narrow_bells(width: float, error: float) -> None:
-    """What a record tells of log V is a bell of that width; the error is of its log mean (nats)."""
+    """A record is normal in log V with that width; the error is of its log mean (nats)."""
     z, weight = even_nodes(11, 0.65)
     for middle in np.linspace(-2.5, 2.5, 41):
         found = np.sum(weight * np.exp(-0.5 * ((z - middle) / width) ** 2))
@@ -201,7 +201,7 @@ def test_a_stand_in_tells_of_true_volumes_what_is_right() -> None:
     assert np.std(error[101:]) < 0.85 * np.std((truth - _mean(without))[101:])
     np.testing.assert_allclose(mean[:40], _mean(without)[:40], rtol=1e-12)
     assert nodes.sd[0] > nodes.sd[200]
-    # A volume that is not recorded is told by its length alone.
+    # A volume that is not recorded is informed by its length alone.
     assert without.sd[100] > nodes.sd[100] > nodes.sd[200]
     assert abs(error[100]) < 3.0 * nodes.sd[100]
     assert nodes.population.known is True

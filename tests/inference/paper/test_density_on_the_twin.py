@@ -1,4 +1,4 @@
-"""Holy's density on the twin's frictions: new records are likelier under it than in a histogram."""
+"""Holy's density on the twin's frictions: it predicts new records better than a histogram."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def _volumes(rng: Rng) -> np.ndarray:
 
 
 def gibbs_ranks(chosen: Law, seed: int, rng: Rng, fault: float) -> np.ndarray:
-    """Apparent frictions about the law; with a fault they scatter more than is told."""
+    """Apparent frictions about the law; with a fault they scatter more than stated."""
     u = chosen.prior_mean + chosen.prior_sd * rng.standard_normal(len(chosen.prior_mean))
     sigma = np.sqrt(WEAK_ON_SIGMA[1] / rng.standard_gamma(WEAK_ON_SIGMA[0]))
     volume = _volumes(rng)
@@ -51,7 +51,7 @@ def gibbs_ranks(chosen: Law, seed: int, rng: Rng, fault: float) -> np.ndarray:
 
 
 def metropolis_ranks(chosen: Law, seed: int, rng: Rng, fault: float) -> np.ndarray:
-    """Elevations of stops about those of the law; with a fault they scatter more than is told."""
+    """Elevations of stops about those of the law; with a fault they scatter more than stated."""
     table = posterior(observations()).nodes.predicted(()).elevation[:6, EVEN]
     mean, sd = (np.array(values) for values in NARROW[chosen.name])
     u = mean + sd * rng.standard_normal(len(mean))

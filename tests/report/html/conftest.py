@@ -1,4 +1,4 @@
-"""The report of the small world, gathered and rendered once."""
+"""The report of the small dataset, gathered and rendered once."""
 
 from __future__ import annotations
 

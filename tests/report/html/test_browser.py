@@ -1,4 +1,4 @@
-"""The report of the small world in real headless Chromium."""
+"""The report of the small dataset in real headless Chromium."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def test_it_prints_with_every_figure_on_the_paper(desk: Seen) -> None:
 
 
 def widest(page: Any) -> float:
-    """Width of the widest figure, once it has settled."""
+    """Width of the widest figure, once it is stable."""
     page.wait_for_timeout(400)
     widths = page.evaluate(
         "() => [...document.querySelectorAll('.main-svg')].map((s) => s.clientWidth)"

@@ -57,7 +57,7 @@ def make_report_database(folder: Path) -> str:
 
 
 def make_loop_database(folder: Path) -> str:
-    """A made world in which snow type rules: `base` does not know it, `child` does."""
+    """A synthetic dataset in which snow type rules: `base` does not know it, `child` does."""
     database = str(folder / "loop.db")
     records, _ = make_world(3, 60, 3, {"snow-type": 2.0})
     upkeep.create(database)
