@@ -226,7 +226,7 @@ TERMINAL = {
     "no_beta_point": "the profile never flattens to 10°: there is no β-point.",
     "flattens_again": "the path flattens to 10° again at x = {places} m; the first place is taken.",
     "friction_not_positive": "{share:.2%} of the draws of friction are 0 or less (normal "
-    "distribution) and leave any profile",
+    "distribution) and run beyond any profile",
     "in_ratio": "events without a profile, of which H/L alone is known, have H/L",
     "in_lengths": "events without a profile have runout lengths, not elevations",
     "not_granted": "{effect} was not asked about: these records have too many groups (over {most} "

@@ -20,7 +20,7 @@ RELEASE_SIGMA = "release_sigma_m"
 class MeasuredTrack(NamedTuple):
     """Speeds (m/s) `[n]` with their errors at places x (m) along one event, by its index.
 
-    It was released at `release_x` (m) and came to rest at `stop_x`, NaN where it left its profile.
+    It was released at `release_x` (m) and came to rest at `stop_x`, NaN beyond its profile.
     """
 
     event: int

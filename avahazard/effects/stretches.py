@@ -6,8 +6,8 @@ friction and of whatever else resists,
 
     u² = 2 g (y₀ - y) - 2 μ ∫ N dξ - 2 Σ_j φ_j ∫_j N dξ
 
-with a friction μ of each track, and j the stretches. Without speeds a place cannot be told from a
-path whose friction is another.
+with a friction μ of each track, and j the stretches. Without speeds a place cannot be distinguished
+from a path whose friction is another.
 """
 
 from __future__ import annotations

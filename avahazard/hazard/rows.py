@@ -415,7 +415,7 @@ def hazard_row(
 
     `interval` says what varies between the draws. Draws with μ ≤ 0, which the normal distribution
     allows and no block can have, are counted and in none of the other numbers; shares are of the
-    rest. Runs that left the profile are beyond every stop. Where the volume of a return period
+    rest. Runs beyond the profile are beyond every stop. Where the volume of a return period
     comes from is left out for a volume that the user gave.
     """
     n, told = len(x), dict[str, Any]()

@@ -78,11 +78,11 @@ class GroupError(Result):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HeldOutScores(PredictedRecords):
-    """Scores of what was held out `by` path or fold; `elpd_loo` is given the others.
+    """Scores held-out `by` path or fold; `elpd_loo` is given the others.
 
-    `runout.crps_m` is the error of the model, `groups` that of each group. `n_fits` fits each held
-    out one group, or, of many paths, a part of them. `parent_crps_m` is the error of the model's
-    parent on the same groups, where that was compared on others.
+    `runout.crps_m` is the error of the model, `groups` that of each group. Each of `n_fits` fits is
+    without one group, or, of many paths, a part of them. `parent_crps_m` is the error of the
+    model's parent on the same groups, where that was compared on others.
     """
 
     by: str

@@ -122,7 +122,7 @@ def comparison(
 ) -> results.Comparison:
     """A model against the records that it was fitted to; nothing is stored.
 
-    Groups are held out as for a model with these `effects`, by default its own.
+    Held-out groups are those of a model with these `effects`, by default its own.
     """
     observations = model.observations
     # The budget takes most memory, and leaves little: it comes before the draws that stay.
@@ -274,7 +274,7 @@ def ladder_rows(
 
 
 def _on_held_out(found: results.Comparison | None) -> list[Note]:
-    """That errors were held out otherwise than those of the parent."""
+    """That held-out groups differ from those of the parent."""
     if found is None or found.held_out.parent_crps_m is None:
         return []
     error = found.held_out.parent_crps_m

@@ -256,8 +256,8 @@ def choose_groups(observations: Observations, effects: Sequence[Effect] = ()) ->
 
     Folds as well where some of the `effects` act on single paths: what happens at a place of one
     path cannot be predicted by others.
-    Of more than `MAX_FITS` paths several are held out together, in parts of like many events: each
-    path is still predicted by a fit that has seen nothing of it, and hardly less of the others.
+    Of more than `MAX_FITS` paths several are left out together, in parts of like many events: each
+    path is still predicted by a fit without any of its events, and with nearly all others.
     """
     path = observations.columns.path_index
     by_path = len(np.unique(path[path >= 0])) >= MIN_PATHS

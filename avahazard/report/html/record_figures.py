@@ -164,7 +164,7 @@ ROOM = 1.08
 
 
 def residuals_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> Figure | None:
-    """Predicted mean less record of every event with a volume; None where there are none."""
+    """Predicted mean minus record of every event with a volume; None where there are none."""
     states = loop.models
     own = next((s for s in loop.models if s.key == loop.lineage[-1]), None)
     with_volume = [e for e in events if e.volume_m3 is not None]
