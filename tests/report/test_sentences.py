@@ -24,7 +24,7 @@ KINDS = Kinds(
     ("verdict", "words"),
     [
         ("missing-effect", "lacks an effect: season"),
-        ("ambiguous", "cannot tell which"),
+        ("ambiguous", "cannot determine which"),
         ("unexplained", "no effect of the catalogue"),
         ("adequate", "25 m"),
     ],
