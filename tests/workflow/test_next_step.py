@@ -162,7 +162,7 @@ def test_else_each_of_them_is_added_and_all_are_averaged(database: str) -> None:
     for name in ("two", "two+season", "two+snow-type"):
         step = next_step(database, name)
         assert step == "avahazard hazard two+season two+snow-type"
-        assert "cannot tell which. Average them." in step.values["why"]
+        assert "cannot determine which. Average them." in step.values["why"]
     with writing(database) as session:
         run, _ = begin_run(session, AVERAGE, "two+season", "key", {})
         save_paths(session, run, [PathResult(0, "p", ({"path_id": "p"},))])

@@ -139,7 +139,7 @@ def with_laws(
 
     Places along a path are alike in several states, and a smooth of each, or some stretches of
     paths, may follow a force by one of them as well. A law, such as a band, is sharper: what the
-    best adds to its smooth tells the states apart. It is taken to second order; of states that may
+    best adds to its smooth distinguishes them. It is taken to second order; of states that may
     lead, whose laws are returned, from their fits.
     """
     leader = max(evidence, key=lambda key: evidence[key], default=None)

@@ -389,7 +389,7 @@ def path_figure(
     words = [say("its profile with the recorded stops and the predicted runouts")]
     states: States = {}
     if loop is not None and shown:
-        words.append(say("every record beside where it was expected"))
+        words.append(say("every record and its prediction"))
         traces, changes = stops_traces(view, loop, all_events, shown)
         states = {
             key: {len(ground) + number: trace for number, trace in change.items()}
