@@ -241,11 +241,12 @@ TERMINAL = {
     "why_missing": "{model} lacks {effects:and}.",
     "why_law": "{model} lacks {effects:and}; its leading law is in {file}.",
     "why_unexplained": "{model} fails along {along:and}, which no effect explains: write one.",
-    "why_measure": "{model} lacks one of {effects}: these records cannot determine which (expected gain "
-    "{nats:.1f} nats).",
-    "why_each": "{model} lacks one of {effects}: these records cannot determine which. Add each, then "
-    "average.",
-    "why_average": "{model} lacks one of {effects}: these records cannot determine which. Average them.",
+    "why_measure": "{model} lacks one of {effects}: these records cannot determine which (expected "
+    "gain {nats:.1f} nats).",
+    "why_each": "{model} lacks one of {effects}: these records cannot determine which. Add each, "
+    "then average.",
+    "why_average": "{model} lacks one of {effects}: these records cannot determine which. "
+    "Average them.",
     "why_hazard": "{model} is the model to use; it has no design runouts yet.",
     "why_map": "{model} is the model to use: draw its map.",
     "why_report": "{model} is the model to use, and its design runouts are stored.",
