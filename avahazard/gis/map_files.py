@@ -1,4 +1,4 @@
-"""Map files: GeoPackage with styles, GeoJSON, places of GeoParquet, GeoTIFF of annual chances."""
+"""Map files: GeoPackage with styles, GeoJSON, GeoTIFF of annual chances."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Design runouts and runouts of volumes as a table in a file: CSV, workbook, Parquet."""
+"""Design runouts and runouts of volumes as a table in a file: CSV or workbook."""
 
 from __future__ import annotations
 

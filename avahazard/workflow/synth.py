@@ -8,7 +8,7 @@ from typing import Any, cast
 from avahazard.results.files import MadeWorld
 from avahazard.synth.making import make_world
 from avahazard.synth.world import Settings
-from avahazard.synth.writing import PART_PATHS, refuse_full, write_region, write_world
+from avahazard.synth.writing import refuse_full, write_world
 from avahazard.workflow.requests import SynthRequest
 
 AS_USUAL = SynthRequest()
@@ -17,16 +17,12 @@ AS_USUAL = SynthRequest()
 def synthesise(folder: FilePath, request: SynthRequest = AS_USUAL) -> MadeWorld:
     """Write a synthetic dataset into `folder` and return its result; all effects have one strength.
 
-    Many paths are made and written in parts. Raises `AvahazardError` where the folder is not empty,
-    an effect is unknown, or nothing runs.
+    Raises `AvahazardError` where the folder is not empty, an effect is unknown, or nothing runs.
     """
     refuse_full(folder)
     effects = dict.fromkeys(request.effects, request.strength)
     settings = Settings(speeds=request.speeds)
-    wanted = request.seed, request.events, request.paths, effects, settings
-    if request.paths > PART_PATHS:
-        return write_region(folder, *wanted)
-    records, truth = make_world(*wanted)
+    records, truth = make_world(request.seed, request.events, request.paths, effects, settings)
     files = write_world(folder, records, truth)
     return MadeWorld(
         folder=str(folder),
