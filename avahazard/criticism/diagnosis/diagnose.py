@@ -56,6 +56,7 @@ from avahazard.criticism.diagnosis.refits import (
     refit_without,
     still_needed,
 )
+from avahazard.criticism.diagnosis.shared_friction import evidence_beside_places
 from avahazard.criticism.scoring.scores import crps, expected_records
 from avahazard.criticism.screening.screen import (
     LEVEL,
@@ -167,6 +168,10 @@ def diagnose(
     fits, screening = fitted_in_full(base, screened, alone, expected, known, of_fits)
     survivors = [c for c in screening.candidates if c.key in fits and c.p_family <= LEVEL]
     evidence = {c.key: evidence_gain(c, fits, base, screening) for c in survivors}
+    for key in [key for key, nats in evidence.items() if nats > MARGIN]:
+        beside = evidence_beside_places(fits[key], key)
+        if beside <= MARGIN:
+            evidence[key] = min(evidence[key], beside)
     evidence, laws = with_laws(base, fits, evidence)
     ranked = sorted(survivors, key=lambda c: -evidence[c.key])
     fits = {c.key: fits[c.key] for c in ranked}
@@ -407,6 +412,8 @@ def _is_needed(fit: Refit, wider: Refit, more: Sequence[str]) -> bool:
     """Whether a wider model is worth it: by evidence, by held-out records, by the force."""
     least = max(least_evidence(wider.definition(k)) for k in more)
     if wider.evidence - fit.evidence <= least:
+        return False
+    if evidence_beside_places(wider, more[-1]) <= MARGIN:
         return False
     witnesses = [force_witness(wider.posterior, wider.mode, k) for k in more]
     if any(w is not None and w.denies for w in witnesses):

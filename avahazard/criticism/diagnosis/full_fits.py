@@ -370,6 +370,7 @@ def gain_of_wrong_records(base: Refit) -> float:
     nodes = nodes._replace(log_wrong=np.full_like(nodes.log_wrong, -np.inf))
     low, high = wrong_ranges(observations)
     among = high - low
+    among[[track.event for track in observations.speeds]] = np.nan  # wrong with all its speeds
     for path, kind in np.unique([columns.path_index, observations.kind], axis=1).T:
         mine = (columns.path_index == path) & (observations.kind == kind)
         stops = observations.observed[mine]

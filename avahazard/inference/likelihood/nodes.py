@@ -32,6 +32,7 @@ from avahazard.inference.likelihood.record_nodes import fill_record_nodes, hidde
 from avahazard.inference.likelihood.track_nodes import TrackNodes, track_nodes, track_tables
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, Observations
 from avahazard.physics.block import LEFT_PROFILE
+from avahazard.physics.cells import GRAVITY
 from avahazard.physics.runout_curve import MU
 
 
@@ -147,6 +148,8 @@ def with_tracks(records: Nodes, events: Ints, tracks: TrackNodes) -> Nodes:
     return nodes
 
 
+LEAST_FALL = 1.0
+"""Metres that a track with speeds has fallen at least."""
 LONGEST_LENGTH = 10.0
 """Reach of recorded lengths, in fall heights."""
 
@@ -154,12 +157,11 @@ LONGEST_LENGTH = 10.0
 def wrong_ranges(observations: Observations) -> tuple[Floats, Floats]:
     """Lowest and highest record (m) that each event could have had `[n_events]`.
 
-    NaN for those beyond the profile, and for those with speeds, which confirm the record.
+    NaN for those beyond the profile.
     """
     low, high = np.full(observations.n_events, np.nan), np.full(observations.n_events, np.nan)
-    has_speed = {m.event for m in observations.speeds}
     for i, kind in enumerate(observations.kind):
-        if kind == LEFT or i in has_speed:
+        if kind == LEFT:
             continue
         if kind == LENGTH:
             low[i], high[i] = 0.0, LONGEST_LENGTH * observations.fall_height[i]
@@ -171,9 +173,16 @@ def wrong_ranges(observations: Observations) -> tuple[Floats, Floats]:
 
 
 def log_wrong(observations: Observations) -> Floats:
-    """Log density (1/m) of each record, were it wrong `[n_events]`; -inf for those that are not."""
+    """Log density of each event's record, were it wrong `[n_events]`; -inf for those that are not.
+
+    In 1/m, and 1/(m/s) for each speed: those of a wrong track lie anywhere up to free fall.
+    """
     low, high = wrong_ranges(observations)
     density = -np.log(high - low)
+    for track in observations.speeds:
+        smooth = observations.sites[observations.columns.path_index[track.event]].smooth
+        fall = smooth.height(np.array([track.release_x])) - smooth.height(track.x)
+        density[track.event] -= 0.5 * np.sum(np.log(2.0 * GRAVITY * np.maximum(fall, LEAST_FALL)))
     return np.where(np.isnan(density), -np.inf, density)
 
 

@@ -1,13 +1,16 @@
-"""Twelve codes of other groups on one slope, with Voellmy's drag: 12 events with 538 speeds."""
+"""Codes of other groups on one slope: twelve with Voellmy's drag, eleven with friction alone."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from avahazard.criticism.diagnosis.diagnose import diagnose
+from avahazard.criticism.diagnosis.naming import MARGIN
 from avahazard.criticism.diagnosis.refits import refit, refit_with
+from avahazard.criticism.diagnosis.shared_friction import evidence_beside_places
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.records.reading import read_records
@@ -25,6 +28,26 @@ def test_one_effect_more_is_never_worse(observations: Observations) -> None:
     base = refit(observations, Specification(), {})
     wider = refit_with(base, "force:distance")
     assert wider.log_likelihood > base.log_likelihood + 30.0
+
+
+@pytest.mark.parametrize(("case", "holds"), [("coulomb", False), ("voellmy", True)])
+def test_drag_is_more_than_speeds_that_err_together(
+    shared_data: Path, case: str, holds: bool
+) -> None:
+    """Peak speeds are those of the front, alike on each track: by likelihood both show drag."""
+    given = build_observations(read_records([shared_data / f"iseesnow-{case}"]))
+    base = refit(given, Specification(), {})
+    wider = refit_with(base, DRAG)
+    assert wider.evidence - base.evidence > MARGIN
+    assert (evidence_beside_places(wider, DRAG) > MARGIN) is holds
+    assert evidence_beside_places(base, DRAG) == np.inf
+
+
+@pytest.mark.slow
+def test_friction_alone_is_adequate(shared_data: Path) -> None:
+    given = build_observations(read_records([shared_data / "iseesnow-coulomb"]))
+    found = diagnose(given, Specification(), {})
+    assert (found.verdict, found.missing) == ("adequate", ())
 
 
 @pytest.mark.slow

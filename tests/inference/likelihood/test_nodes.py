@@ -359,16 +359,24 @@ def observations() -> Observations:
 
 
 def test_a_wrong_record_lies_anywhere_on_its_path(observations: Observations) -> None:
+    """And its speeds anywhere up to free fall."""
     low, high = wrong_ranges(observations)
     density = log_wrong(observations)
-    tracks = {m.event for m in observations.speeds}
+    tracks = {m.event: m for m in observations.speeds}
     assert tracks
     for i in range(observations.n_events):
-        if observations.kind[i] == LEFT or i in tracks:
+        if observations.kind[i] == LEFT:
             assert density[i] == -np.inf
             continue
         assert high[i] - low[i] > 100.0
-        assert density[i] == pytest.approx(-np.log(high[i] - low[i]))
+        expected = -np.log(high[i] - low[i])
+        if i in tracks:
+            site = observations.sites[observations.columns.path_index[i]]
+            start = float(site.smooth.height(np.array([tracks[i].release_x]))[0])
+            for x in tracks[i].x:
+                fallen = start - float(site.smooth.height(np.array([x]))[0])
+                expected -= np.log(np.sqrt(2.0 * 9.81 * fallen))
+        assert density[i] == pytest.approx(expected)
 
 
 def test_a_record_where_nothing_stops_costs_no_more_than_a_wrong_one(
