@@ -61,15 +61,21 @@ class NaivePosterior:
         return result
 
     def _wrong(self, i: int) -> float:
-        """Density of record i, were it grossly wrong."""
+        """Density of record i and its speeds, were it grossly wrong."""
         observations = self.posterior.observations
-        if observations.kind[i] == LEFT or any(m.event == i for m in observations.speeds):
+        if observations.kind[i] == LEFT:
             return 0.0
         if observations.kind[i] == LENGTH:
             return 1.0 / (10.0 * float(observations.fall_height[i]))
         terrain = observations.sites[observations.columns.path_index[i]].terrain
         line = terrain.y if observations.kind[i] == ELEVATION else terrain.x
-        return 1.0 / float(np.ptp(line))
+        density = 1.0 / float(np.ptp(line))
+        for track in observations.speeds:
+            if track.event == i:
+                start = np.interp(track.release_x, terrain.x, terrain.y)
+                fallen = start - np.interp(track.x, terrain.x, terrain.y)
+                density /= float(np.prod(np.sqrt(2.0 * 9.81 * fallen)))
+        return density
 
     def by_paths(self, tau: float) -> float:
         """Log likelihood, the offset of every path summed over its normal distribution."""
