@@ -177,6 +177,7 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
         "{paths:and} has forest ({events} of {total} events).",
         "{paths:and} have forest ({events} of {total} events).",
     ),
+    "stretches": "What holds avalanches back lies on {where:and}, by x along the path.",
     "more_events": "{n} more events: effects of {size:.0f} m show",
     "more_events_ratio": "{n} more events: effects of {size:.4f} H/L show",
     "measure_runouts": "runouts of {n} more events on paths like these",

@@ -215,7 +215,7 @@ class Curve:
     `of` is the state or the column, in `unit`; the curve is of what `value` says, in `columns`
     `[n, n_parameters]` times the parameters, at places `x` `[n]`. It is 0 on average or, where
     `rests`, at the first place. An effect file has it as the function `form`, whose first argument
-    gives the state by the expression `state`, with `needs`.
+    gives the state by the expression `state`, with `needs`. `path`: that on which it is, if on one.
     """
 
     of: str
@@ -227,6 +227,7 @@ class Curve:
     form: str
     state: str
     needs: tuple[str, ...]
+    path: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

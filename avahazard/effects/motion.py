@@ -28,7 +28,13 @@ from avahazard.effects.effect import (
     needs_profile,
 )
 from avahazard.effects.site import Site
-from avahazard.effects.stretches import all_parts, build_stretches, stretch_curve, stretch_facts
+from avahazard.effects.stretches import (
+    all_parts,
+    build_stretches,
+    stretch_curve,
+    stretch_facts,
+    stretches_found,
+)
 from avahazard.notes import Note
 from avahazard.physics.cells import GRAVITY, SPEEDS, Resistance
 from avahazard.physics.terrain import Terrain
@@ -371,6 +377,7 @@ BY_DISTANCE = Definition(
     facts=_distance_facts,
     alternatives=_distance_alternatives,
     curve=lambda facts: stretch_curve(facts) if "stretches" in facts else _curve("distance", facts),
+    seen_in=stretches_found,
     beyond=1,
     order=64,
 )

@@ -24,6 +24,7 @@ from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Curve, Facts, MotionEffect, Parameter, Sites
 from avahazard.effects.site import Site
+from avahazard.notes import Note
 from avahazard.physics.cells import GRAVITY, Resistance
 
 LEAST_TRACKS = 2
@@ -40,7 +41,7 @@ KINDS = {
     "drag": Parameter("", "1/m", 0.0, 0.0, 0.005, 0.0, 0.03),
 }
 """What a stretch does: it adds to friction, or a force that grows with the square of speed."""
-N_PLACES, STEP_M = 121, 5.0
+N_PLACES, STEP_M = 61, 5.0
 LEAST_SIZE = 0.5
 """Of the work of a stretch, in standard errors, once friction and drag are taken off."""
 
@@ -90,7 +91,8 @@ def stretch_curve(facts: Facts) -> Curve:
     """What is added along the path of the first stretch."""
     stretches = [_Stretch(*row) for row in facts["stretches"]]
     first, (start, end) = stretches[0].path, facts["ends"]
-    x = np.linspace(start, end, N_PLACES)
+    ends = [at for s in stretches if s.path == first for at in (s.start_m, s.end_m)]
+    x = np.unique(np.concatenate([np.linspace(start, end, N_PLACES), ends]))
     columns = [(s.path == first) & (x >= s.start_m) & (x < s.end_m) for s in stretches]
     kind = facts["kind"]
     return Curve(
@@ -103,7 +105,18 @@ def stretch_curve(facts: Facts) -> Curve:
         form="",
         state="",
         needs=("profile", "speeds"),
+        path=first,
     )
+
+
+def stretches_found(columns: EventColumns, sites: Sites) -> Note | None:
+    """Where the speeds show stretches that hold avalanches back; None where they show none."""
+    facts = stretch_facts(columns, sites)
+    if facts is None:
+        return None
+    found = [_Stretch(*row) for row in facts["stretches"]]
+    where = [f"{s.path} ({s.start_m:.0f} m – {s.end_m:.0f} m)" for s in found]
+    return Note("stretches", where=where)
 
 
 def _resistance(

@@ -284,17 +284,23 @@ def shape_table(diagnosis: Diagnosis) -> Table | None:
     if found is None or found.shape is None:
         return None
     shape = found.shape
-    places = [k * (len(shape.x) - 1) // (SHAPE_ROWS - 1) for k in range(SHAPE_ROWS)]
+    n = len(shape.x)
+    places = [k * (n - 1) // (SHAPE_ROWS - 1) for k in range(SHAPE_ROWS)]
+    if shape.path is not None:
+        # It is the same along each of some stretches.
+        places = [k for k in range(n) if k == 0 or shape.q50[k] != shape.q50[k - 1]]
     said = {
         "friction": say("friction that is added"),
         "log friction": say("log friction that is added"),
+        "drag, 1/m": say("drag that is added, 1/m"),
     }
 
     def of(values: Sequence[float], form: str = "+.3f") -> Any:
         return lambda k: digits(values[k], form)
 
+    along = ", ".join(filter(None, [shape.of, shape.path, shape.unit]))
     columns: tuple[Column, ...] = (
-        (">" + ", ".join(filter(None, [shape.of, shape.unit])), of(shape.x, ".4g")),
+        (">" + along, of(shape.x, ".4g")),
         (">5 %", of(shape.q05)),
         (">" + say("median"), of(shape.q50)),
         (">95 %", of(shape.q95)),

@@ -32,7 +32,8 @@ class Declared(Result):
 class Shape(Result):
     """A smooth of a state or a column (`of`, in `unit`) with its 90 % credible band at places `x`.
 
-    What it is of says `value`: friction that is added, log friction, or a force per mass.
+    What it is of says `value`: friction that is added, log friction, a force per mass, or drag.
+    `path` is the one that it is on, None for all.
     """
 
     of: str
@@ -42,6 +43,7 @@ class Shape(Result):
     q05: tuple[float, ...]
     q50: tuple[float, ...]
     q95: tuple[float, ...]
+    path: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -253,7 +253,7 @@ def _shape(found: FoundShape | None) -> results.Shape | None:
     curve = found.curve
     low, middle, high = (tuple(row.tolist()) for row in found.quantiles)
     return results.Shape(
-        curve.of, curve.unit, curve.value, tuple(curve.x.tolist()), low, middle, high
+        curve.of, curve.unit, curve.value, tuple(curve.x.tolist()), low, middle, high, curve.path
     )
 
 

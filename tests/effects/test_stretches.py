@@ -92,3 +92,19 @@ def test_a_stretch_acts_on_its_path_alone() -> None:
     # The work of 0.2 g over its length, by hand.
     lost = bare[1] ** 2 - braked[1] ** 2
     assert lost == pytest.approx(2.0 * 0.2 * GRAVITY * (HIGH_M - LOW_M), rel=0.15)
+
+
+def test_where_it_is_stands_in_a_sentence_and_a_curve() -> None:
+    given = tracks(np.random.default_rng(1), 0.0, 0.5)
+    entry = definition(KEY)
+    facts = entry.facts(given, sites())
+    path, start, end = facts["stretches"][0]
+    said = str(entry.seen_in(given, sites()))
+    assert f"{path} ({start:.0f} m – {end:.0f} m)" in said
+    assert entry.seen_in(columns(), sites()) is None
+    curve = entry.curve(facts)
+    assert curve is not None
+    assert curve.path == path
+    inside = curve.columns[:, 0] > 0.0
+    assert curve.x[inside][0] == start
+    assert curve.x[np.flatnonzero(inside)[-1] + 1] == end
