@@ -142,19 +142,26 @@ SAMPLED_PLACES = 4001
 QUANTILES = (0.05, 0.5, 0.95)
 
 
-def passing(avalanches: Avalanches) -> _ByFriction | _InMetres:
-    """What passes places by these avalanches; kept with them. What leaves passes the end.
+def rates_past(avalanches: Avalanches, x: Floats) -> Floats:
+    """Yearly rates `[n_places, n_parameters]` of what stops beyond places x (m), or leaves."""
+    if avalanches.sigma_m is None:
+        return np.asarray(rates_at(descent(avalanches), np.ascontiguousarray(x, np.float64)))
+    rate = _rate_in_metres(avalanches)
+    return np.array([rate(np.full(avalanches.n_parameters, place)) for place in x])
 
-    `rates(x)` are the yearly rates `[n_places, n_parameters]` of what stops beyond places x (m).
-    `exceeded(rate)` is the x (m) `[n_parameters]` that is passed at a yearly `rate`
-    (`[n_parameters]`, or one; of one draw, `[n]` for as many rates): inf where even the end of the
-    profile is passed more often, the highest release where that is passed less often.
+
+def places_passed(avalanches: Avalanches, rate: Floats | float) -> Floats:
+    """The x (m) `[n_parameters]` that is passed at a yearly `rate`.
+
+    `rate` is `[n_parameters]` or one for all; of one draw, `[n]` for as many places. inf where even
+    the end of the profile is passed more often, the highest release where that is less often.
     """
-    if "passing" not in avalanches.kept:
-        metres = avalanches.sigma_m is not None
-        avalanches.kept["passing"] = (_InMetres if metres else _ByFriction)(avalanches)
-    found: _ByFriction | _InMetres = avalanches.kept["passing"]
-    return found
+    ends = path_ends(avalanches)
+    if avalanches.sigma_m is None:
+        levels = rate * np.ones(avalanches.n_parameters)
+        return np.asarray(exceeded_places(descent(avalanches), levels, *ends, HALVINGS))
+    n = max(avalanches.n_parameters, np.size(rate))
+    return exceeded(_rate_in_metres(avalanches), rate, *ends, n)
 
 
 def path_ends(avalanches: Avalanches) -> tuple[float, float]:
@@ -162,36 +169,23 @@ def path_ends(avalanches: Avalanches) -> tuple[float, float]:
     return float(avalanches.site.release_x.min()), float(avalanches.site.smooth.x_max)
 
 
-class _ByFriction:
-    """Friction scatters: the share of it under what the place asks for, from curves."""
-
-    def __init__(self, avalanches: Avalanches) -> None:
-        self._ends = path_ends(avalanches)
-        self._n = avalanches.n_parameters
-        self._descent = descent(avalanches)
-
-    def rates(self, x: Floats) -> Floats:
-        return np.asarray(rates_at(self._descent, np.ascontiguousarray(x, np.float64)))
-
-    def exceeded(self, rate: Floats | float) -> Floats:
-        levels = rate * np.ones(self._n)
-        return np.asarray(exceeded_places(self._descent, levels, *self._ends, HALVINGS))
-
-
 def descent(avalanches: Avalanches) -> Descent:
-    """The avalanches as the kernels take them."""
-    falling, broken, ends = stops(avalanches.curves)
-    shares, kind = friction_shares(avalanches, ends)
-    return Descent(
-        falling=falling,
-        broken=broken,
-        group=avalanches.group,
-        class_share=avalanches.class_share,
-        rate=avalanches.volumes.rate,
-        kind=kind,
-        shares=shares,
-        in_log=avalanches.in_log,
-    )
+    """The avalanches as the kernels take them; kept with them."""
+    if "descent" not in avalanches.kept:
+        falling, broken, ends = stops(avalanches.curves)
+        shares, kind = friction_shares(avalanches, ends)
+        avalanches.kept["descent"] = Descent(
+            falling=falling,
+            broken=broken,
+            group=avalanches.group,
+            class_share=avalanches.class_share,
+            rate=avalanches.volumes.rate,
+            kind=kind,
+            shares=shares,
+            in_log=avalanches.in_log,
+        )
+    found: Descent = avalanches.kept["descent"]
+    return found
 
 
 def friction_shares(
@@ -247,24 +241,10 @@ def _kinds(avalanches: Avalanches) -> tuple[NDArray[np.int64], NDArray[np.int64]
     return every, every
 
 
-class _InMetres:
-    """Stops scatter by σ metres of elevation: at the block's + σ z (`scattered_stops`)."""
-
-    def __init__(self, avalanches: Avalanches) -> None:
-        self._avalanches = avalanches
-        self._chance = passing_in_metres(avalanches)
-
-    def rates(self, x: Floats) -> Floats:
-        n = self._avalanches.n_parameters
-        return np.array([self._rate(np.full(n, place)) for place in x])
-
-    def exceeded(self, rate: Floats | float) -> Floats:
-        avalanches = self._avalanches
-        n = max(avalanches.n_parameters, np.size(rate))
-        return exceeded(self._rate, rate, *path_ends(avalanches), n)
-
-    def _rate(self, x: Floats) -> Floats:
-        return yearly_rate(self._avalanches, self._chance(x))
+def _rate_in_metres(avalanches: Avalanches) -> Callable[[Floats], Floats]:
+    """Yearly rates past x `[n_parameters]` where stops scatter by metres of elevation."""
+    chance = passing_in_metres(avalanches)
+    return lambda x: yearly_rate(avalanches, chance(x))
 
 
 def passing_in_metres(avalanches: Avalanches) -> Callable[[Floats], Floats]:
@@ -329,19 +309,19 @@ def exceeded_runout(avalanches: Avalanches, return_period_years: float) -> Float
     All volumes, frictions and releases are mixed, at the rate of the path, within each draw of
     the parameters: λ P(X > x) = -log(1 - 1/T).
     """
-    return passing(avalanches).exceeded(annual_rate(return_period_years))
+    return places_passed(avalanches, annual_rate(return_period_years))
 
 
 def middle_runout(avalanches: Avalanches) -> Floats:
     """The median runout x (m) `[n_parameters]` of the avalanches of each draw of the parameters."""
-    return passing(avalanches).exceeded(0.5 * avalanches.volumes.rate)
+    return places_passed(avalanches, 0.5 * avalanches.volumes.rate)
 
 
 def natural_runouts(avalanches: Avalanches) -> Floats:
     """Runouts x (m) `[n_levels]` at even probabilities, all parameters at their middle."""
     middle = at_the_middle(avalanches)
     level = 1.0 - (np.arange(N_LEVELS) + 0.5) / N_LEVELS
-    return passing(middle).exceeded(level * middle.volumes.rate)
+    return places_passed(middle, level * middle.volumes.rate)
 
 
 def reach(
@@ -355,7 +335,7 @@ def reach(
     `[n_places, n_parameters]` are those of these avalanches, or of an average over models.
     """
     x = np.linspace(*path_ends(avalanches), n_places)
-    often = (rates or passing(avalanches).rates)(x)
+    often = rates_past(avalanches, x) if rates is None else rates(x)
     found = np.quantile(-np.expm1(-often), QUANTILES, axis=1).T
     return Reach(x, np.asarray(avalanches.site.smooth.height(x)), found)
 

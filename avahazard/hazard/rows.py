@@ -19,7 +19,7 @@ from avahazard.hazard.exceedance import (
     exceeded_runout,
     middle_runout,
     natural_runouts,
-    passing,
+    rates_past,
     reach,
 )
 from avahazard.hazard.extremes import ANY_VOLUME_M3
@@ -356,9 +356,7 @@ def annual_reach(models: Sequence[Weighted]) -> ReachChance:
     """The annual chance of reaching places on the path."""
     found = reach(
         models[0].path.avalanches,
-        rates=lambda x: by_weight(
-            models, [passing(one.path.avalanches).rates(x) for one in models]
-        ),
+        rates=lambda x: by_weight(models, [rates_past(one.path.avalanches, x) for one in models]),
     )
     low, middle, high = (tuple(chances) for chances in found.chance.T.tolist())
     return ReachChance(

@@ -13,7 +13,7 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.inference.seeds import generator
-from avahazard.records.crosscheck import dwarfing, repeated, repeated_notes, vague_stops
+from avahazard.records.crosscheck import dwarfing, repeated, repeated_notes
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.intake import Drawn, merge_records
 from avahazard.records.mapping import BESIDE
@@ -190,7 +190,6 @@ def import_files(
             for i in dwarfing(volumes)
             if every[i].event_id in written
         ]
-        intake.notes += vague_stops(merge.write, stored)
         intake.notes += repeated_notes(
             ids for ids in repeated(every) if not written.isdisjoint(ids)
         )

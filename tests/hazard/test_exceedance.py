@@ -21,8 +21,9 @@ from avahazard.hazard.exceedance import (
     exceeded_runout,
     middle_runout,
     natural_runouts,
-    passing,
     path_ends,
+    places_passed,
+    rates_past,
     reach,
     with_unseen,
 )
@@ -227,7 +228,7 @@ def test_rates_past_places_are_the_sums_over_volumes(case: str) -> None:
     x = np.linspace(*path_ends(avalanches), 40)
     naive = naive_passing_rate(avalanches)
     expected = np.array([naive(np.full(N, place)) for place in x])
-    found = passing(avalanches).rates(x)
+    found = rates_past(avalanches, x)
     np.testing.assert_allclose(found, expected, atol=2e-8 * avalanches.volumes.rate.max())
     assert np.ptp(expected) > 0.1
 
@@ -247,9 +248,9 @@ def test_classes_that_differ_in_friction_have_rates_of_their_own(
     x = np.linspace(*path_ends(differ), 40)
     naive = naive_passing_rate(differ)
     expected = np.array([naive(np.full(N, place)) for place in x])
-    found = passing(differ).rates(x)
+    found = rates_past(differ, x)
     np.testing.assert_allclose(found, expected, atol=2e-8 * differ.volumes.rate.max())
-    assert np.max(np.abs(found - passing(avalanches).rates(x))) > 0.001
+    assert np.max(np.abs(found - rates_past(avalanches, x))) > 0.001
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -258,14 +259,14 @@ def test_the_place_of_a_rate_is_that_of_the_halvings(case: str) -> None:
     places = []
     for period in (3.0, 10.0, 30.0):
         rate = annual_rate(period)
-        found = passing(avalanches).exceeded(rate)
+        found = places_passed(avalanches, rate)
         expected = exceeded(naive_passing_rate(avalanches), rate, *path_ends(avalanches), N)
         np.testing.assert_array_equal(np.isinf(found), np.isinf(expected))
         np.testing.assert_allclose(found, expected, atol=1e-3)
         places += [x for x in found if np.isfinite(x)]
         # The curves' own rates, halved: the very same cell.
         by_curves = exceeded(
-            lambda x: np.diagonal(passing(avalanches).rates(x)), rate, *path_ends(avalanches), N
+            lambda x: np.diagonal(rates_past(avalanches, x)), rate, *path_ends(avalanches), N
         )
         np.testing.assert_array_equal(found, by_curves)
     assert len(np.unique(places)) > N
@@ -301,7 +302,7 @@ def test_hardly_any_scatter_needs_no_curve() -> None:
     x = np.linspace(*path_ends(avalanches), 10)
     naive = naive_passing_rate(avalanches)
     expected = np.array([naive(np.full(N, place)) for place in x])
-    np.testing.assert_allclose(passing(avalanches).rates(x), expected, atol=1e-8)
+    np.testing.assert_allclose(rates_past(avalanches, x), expected, atol=1e-8)
 
 
 def test_where_no_block_leaves_every_friction_is_asked_for() -> None:
@@ -458,7 +459,7 @@ def test_the_rate_under_a_friction_is_that_of_drawn_avalanches() -> None:
 def test_the_rate_past_a_place_is_that_of_drawn_avalanches() -> None:
     avalanches = avalanches_of(draws(0.1, 2), VOLUMES, RELEASE_HEIGHTS)
     places = np.array([2000.0, 2400.0, 2800.0])
-    rates = passing(avalanches).rates(places)
+    rates = rates_past(avalanches, places)
     rng = np.random.default_rng(2)
     for x, found in zip(places, rates, strict=True):
         for p in range(2):
@@ -533,9 +534,9 @@ def test_two_kinds_pass_as_often_as_each_by_its_share() -> None:
     both = avalanches_of(u, volumes, effects=(kinds,))
     x = np.linspace(*path_ends(both), 9)
     for same in (
-        lambda a: passing(a).rates(x),
-        lambda a: passing(at_the_middle(a)).rates(x),
-        lambda a: passing(at_volume(a, np.log([1e4, 3e4, 1e5]))).rates(x),
+        lambda a: rates_past(a, x),
+        lambda a: rates_past(at_the_middle(a), x),
+        lambda a: rates_past(at_volume(a, np.log([1e4, 3e4, 1e5])), x),
         lambda a: chance_seen(a, np.array([1700.0])),
     ):
         expected = (1.0 - share) * same(first) + share * same(second)
@@ -543,6 +544,6 @@ def test_two_kinds_pass_as_often_as_each_by_its_share() -> None:
     given = path(u, None, effects=(kinds,), at=[VOLUME])
     bounds = volume_bounds(given, VOLUME, 20_000, np.random.default_rng(0))
     alone = avalanches_of(u, one_volume(VOLUME, 3), effects=(kinds,))
-    low, middle, high = (passing(alone).exceeded(level)[0] for level in (0.95, 0.5, 0.05))
+    low, middle, high = (places_passed(alone, level)[0] for level in (0.95, 0.5, 0.05))
     assert [bounds.runout_x_m.q05, bounds.runout_x_m.q50] == pytest.approx([low, middle], abs=12.0)
     assert (bounds.runout_x_m.q95, high) == (None, np.inf)

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from avahazard.notes import grouped
-from avahazard.records.collection import Event, Records
-from avahazard.records.crosscheck import dwarfing, repeated, repeated_notes, vague_stops
-from tests.workflow.worlds import bowl
+from avahazard.records.collection import Event
+from avahazard.records.crosscheck import dwarfing, repeated, repeated_notes
 
 FIRST = Event(
     "a", "P", "1951-01-20", runout_elevation_m=1300.0, volume_m3=5e3, covariates={"snow": "wet"}
@@ -69,22 +68,3 @@ USUAL = [1e3, 2e4, 1e5, 3e5, 8e5]
 )
 def test_a_few_beyond_a_gap(volumes: list[float], found: list[int]) -> None:
     assert dwarfing(np.log(np.array(volumes))).tolist() == found
-
-
-def event(name: str, sigma_m: float, **more: object) -> Event:
-    return Event(name, "B", runout_x_m=1500.0, runout_sigma_m=sigma_m, **more)  # type: ignore[arg-type]
-
-
-def test_errors_of_the_size_of_the_path_are_named() -> None:
-    stored = bowl()  # drops 798 m
-    new = Records((), (), (event("fine", 700.0), event("vague", 800.0), event("out", 1e4)), ())
-    (note,) = vague_stops(new, stored)
-    assert "vague: 800 m, B drops 798 m" in note
-    assert "out: 10000 m" in note
-    assert "fine" not in note
-
-
-def test_no_note_without_reason() -> None:
-    left = Event("left", "B", left_profile=True, runout_sigma_m=1e4)
-    new = Records((), (), (event("fine", 25.0), left, Event("bare", "C")), ())
-    assert vague_stops(new, bowl()) == []
