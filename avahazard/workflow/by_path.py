@@ -131,20 +131,6 @@ class PathWork:
     settings: Mapping[str, Any]
 
 
-@dataclass(frozen=True, slots=True)
-class PathRun:
-    """A run that is stored: its number, how many paths it has, and how many it had before."""
-
-    run: int
-    n_paths: int
-    n_before: int
-
-
-def went_on(run: PathRun) -> Note:
-    """That a run took up an interrupted one."""
-    return Note("went_on", n=run.n_before, total=run.n_paths)
-
-
 def path_tasks(
     database: str, survey: Survey, path_ids: Sequence[str], done: Collection[str] = ()
 ) -> Iterator[PathTask]:
@@ -159,12 +145,13 @@ def path_tasks(
             yield PathTask(position, path_id, of_path(records, path_id), digest)
 
 
-def run_paths(database: str, work: PathWork, report: Report) -> PathRun:
+def run_paths(database: str, work: PathWork, report: Report) -> tuple[int, tuple[Note, ...]]:
     """Do the work on the paths and store it in batches, going on where it was interrupted.
 
-    A path that fails is stored with its reason. Raises `AvahazardError`, that of the first, where
-    all paths do; nothing is then kept. It is raised too where somebody has changed the records of a
-    path meanwhile.
+    Returns the number of the run, and a note where it took up an interrupted one. A path that fails
+    is stored with its reason. Raises `AvahazardError`, that of the first, where all paths do;
+    nothing is then kept. It is raised too where somebody has changed the records of a path
+    meanwhile.
     """
     key, settings = _settings(work)
     with writing(database) as session:
@@ -185,7 +172,8 @@ def run_paths(database: str, work: PathWork, report: Report) -> PathRun:
         failed = finish_run(session, run)
     if failed is not None:
         raise first_failure or AvahazardError(failed)
-    return PathRun(run, len(work.path_ids), len(done))
+    went_on = Note("went_on", n=len(done), total=len(work.path_ids))
+    return run, (went_on,) if done else ()
 
 
 def run_key(work: PathWork) -> str:

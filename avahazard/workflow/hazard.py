@@ -45,11 +45,9 @@ from avahazard.store.results import AVERAGE, BOUNDS, read_run
 from avahazard.store.session import reading
 from avahazard.workflow.by_path import (
     PathDocuments,
-    PathRun,
     PathTask,
     PathWork,
     run_paths,
-    went_on,
 )
 from avahazard.workflow.requests import HazardRequest, VolumesRequest
 from avahazard.workflow.stored import (
@@ -67,7 +65,7 @@ class HazardRun:
     """A run of `hazard` that is stored, with notes for people; `failed` are reasons by path."""
 
     database: str
-    stored: PathRun
+    run: int
     n_rows: int
     notes: tuple[Note, ...]
     failed: dict[str, str]
@@ -75,13 +73,13 @@ class HazardRun:
     def rows(self) -> Iterator[HazardRow]:
         """Its rows as the database has them, a few in memory at a time."""
         with reading(self.database) as session:
-            for found in read_run(session, self.stored.run):
+            for found in read_run(session, self.run):
                 yield from (HazardRow.from_dict(row) for row in found.documents)
 
     def documents(self) -> Iterator[dict[str, Any]]:
         """What `--json` prints: its rows, and in their place why a path failed."""
         with reading(self.database) as session:
-            for found in read_run(session, self.stored.run):
+            for found in read_run(session, self.run):
                 if found.failed is None:
                     yield from (HazardRow.from_dict(row).to_dict() for row in found.documents)
                 else:
@@ -109,13 +107,13 @@ def run_hazard(
     records.
     """
     work, of_model = hazard_work(database, names, request)
-    run = run_paths(database, work, report)
+    run, resumed = run_paths(database, work, report)
     beyond: list[Note] = []
     failed: dict[str, str] = {}
     where: dict[Note, dict[str, None]] = {}
     n_paths = n_rows = 0
     with reading(database) as session:
-        for found in read_run(session, run.run):
+        for found in read_run(session, run):
             beyond += [Note.read(note) for note in found.notes]
             if found.failed is not None:
                 failed[found.path_id] = found.failed
@@ -123,9 +121,8 @@ def run_hazard(
             n_rows += len(found.documents)
             for note in (Note.read(n) for row in found.documents for n in row["notes"]):
                 where.setdefault(note, {})[found.path_id] = None
-    notes = [*of_model, *beyond, *(Note("left_out", reason=why) for why in failed.values())]
-    if run.n_before:
-        notes.insert(0, went_on(run))
+    left_out = (Note("left_out", reason=why) for why in failed.values())
+    notes = [*resumed, *of_model, *beyond, *left_out]
     notes += placed({n: paths for n, paths in where.items() if n not in of_model}, n_paths)
     return HazardRun(database, run, n_rows, tuple(notes), failed)
 

@@ -21,7 +21,7 @@ from avahazard.results.hazard import Density, ZonedPath, Zones
 from avahazard.store.records import load_records
 from avahazard.store.results import ZONES, read_run
 from avahazard.store.session import reading
-from avahazard.workflow.by_path import PathDocuments, PathTask, PathWork, run_paths, went_on
+from avahazard.workflow.by_path import PathDocuments, PathTask, PathWork, run_paths
 from avahazard.workflow.hazard import source_settings
 from avahazard.workflow.requests import ZonesRequest
 from avahazard.workflow.stored import limits_speed, load_for_paths, notes_of_fit
@@ -43,19 +43,17 @@ def zones(database: str, name: str, request: ZonesRequest, report: Report = sile
     plot = request.plot
     require_picture(plot)
     work, of_all = zones_work(database, name, request)
-    run = run_paths(database, work, report)
+    run, resumed = run_paths(database, work, report)
     with reading(database) as session:
-        found = list(read_run(session, run.run))
+        found = list(read_run(session, run))
     entries = [ZonedPath.from_dict(dict(d)) for one in found for d in one.documents]
     notes = [Note("left_out", reason=one.failed) for one in found if one.failed is not None]
-    if run.n_before:
-        notes.insert(0, went_on(run))
     if plot is not None:
         limits = work.settings["limits"]["name"]
         drag = all(note.key != "no_drag" for note in of_all)
         _draw(plot, database, entries, f"Zones by {name}, limits '{limits}'", drag=drag)
     of_paths = [note for entry in entries for note in entry.notes if note not in of_all]
-    return Zones(Rows(entries), (*notes, *of_paths, *of_all))
+    return Zones(Rows(entries), (*resumed, *notes, *of_paths, *of_all))
 
 
 def zones_work(
