@@ -14,7 +14,7 @@ from functools import partial
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from avahazard.records.errors import AvahazardError
 from avahazard.workers import inside_worker, n_workers, one_worker, pool, set_workers
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 EngineName = Literal["local", "processes", "dask"]
 LOCAL: EngineName = "local"
-ENGINES: tuple[EngineName, ...] = get_args(EngineName)
 Tell = Callable[[str], None]
 
 
@@ -77,7 +76,9 @@ def close_engine() -> None:
     global _chosen
     before, _chosen = _chosen, Choice()
     if before.name == "processes":
-        end_processes()
+        from loky import get_reusable_executor  # noqa: PLC0415 (slow)
+
+        get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)
     elif before.name == "dask":
         disconnect()
 
@@ -239,13 +240,6 @@ def map_processes(
 def _cancel(waiting: Waiting) -> None:
     for _, future in waiting:
         future.cancel()
-
-
-def end_processes() -> None:
-    """End the processes."""
-    from loky import get_reusable_executor  # noqa: PLC0415 (slow)
-
-    get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)
 
 
 TIMEOUT_S = 30

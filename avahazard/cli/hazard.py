@@ -36,8 +36,8 @@ def volumes(
     emit(found, lambda console, _: show(console, tables.volumes_table(found.rows)))
 
 
-MOST_ROWS, MOST_NOTES = 500, 100
-"""Rows and notes that people are shown; a program has them all."""
+MOST_ROWS = 500
+"""Rows that people are shown; a program has them all."""
 
 
 def hazard(
@@ -72,10 +72,7 @@ def hazard(
     )
     if found.n_rows > MOST_ROWS:
         warn(f"the first {MOST_ROWS} of {found.n_rows} rows are shown: --json, or export.")
-    notes = _beside_windows(found)
-    warn(*notes[:MOST_NOTES])
-    if len(notes) > MOST_NOTES:
-        warn(f"and {len(notes) - MOST_NOTES} more notes, which are with the rows of --json.")
+    warn(*_beside_windows(found))
 
 
 WINDOW = "data_window"

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from shutil import which
 from typing import Annotated
 
 import typer
@@ -19,7 +17,6 @@ from avahazard.cli.options import answers
 from avahazard.cli.output import table
 from avahazard.report.sentences import before_and_after_words, verdict_words
 from avahazard.report.words import coordinate_words
-from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.files import Demo, HiddenEffect, ProjectRun
 from avahazard.workflow.requests import RunRequest
 
@@ -72,16 +69,6 @@ def _show_demo(console: Console, found: Demo) -> None:
         ("its records", str(Path(found.loop.files[-1]).parent)),
     ):
         console.print(f"  {words}: {file}", soft_wrap=True)
-    console.print("\nGo on with it, for example:")
-    name = found.model.model
-    program = "avahazard" if which("avahazard") else sys.argv[0]
-    for file, words in (
-        (database, f"model {name}"),
-        (database, f"hazard {name} -T 30 -T 300"),
-        (found.loop.database, "ladder"),
-        (found.loop.database, f"friction --model {last_model(found.loop)}"),
-    ):
-        console.print(f"  {program} --db {file} {words}", soft_wrap=True)
     console.print(f"\nOne file to open, in a browser: {found.loop.report}", soft_wrap=True)
     console.print(
         f"It is the report of the model “{last_model(found.loop)}” of the synthetic dataset: where "
@@ -129,7 +116,7 @@ def _story(found: HiddenEffect) -> Iterator[str]:
         f"{found.held_out.runout.crps_m:.1f} m (CRPS of {coordinate_words(found.coordinate)})."
     )
     told = replace(found.diagnosis, where=())
-    yield f"{verdict_words(told, f'“{model}”')}{_evidence(told)}"
+    yield verdict_words(told, f"“{model}”")
     yield from found.diagnosis.where
     child = found.child
     if child is None or child.comparison is None:
@@ -147,15 +134,3 @@ def _story(found: HiddenEffect) -> Iterator[str]:
         yield f"The dataset was made with {hidden}: it is among what was named, not alone."
     else:
         yield f"The dataset was made with {hidden}: the diagnosis did not find it."
-
-
-def _evidence(diagnosis: Diagnosis) -> str:
-    best = next((c for c in diagnosis.candidates if c.effect in diagnosis.missing), None)
-    if best is None:
-        return ""
-    floor = 1.0 / (diagnosis.n_worlds + 1)
-    p = f"p = {best.p_value:.2f}"
-    if best.p_value <= floor:
-        p = f"p < 1/{diagnosis.n_worlds + 1}"
-    n = diagnosis.n_worlds
-    return f" By chance: {p}, from {n} simulated datasets in which nothing is missing."

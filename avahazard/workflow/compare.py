@@ -339,20 +339,20 @@ def predict(
     if stops.n_nonpositive:
         share = stops.n_nonpositive / stops.friction.size
         of_all.append(Note("friction_not_positive", share=share))
-    notes = [*_of_largest(stored, new.events), *of_all]
+    rows = Rows(
+        _row(e, v, left, (*_of_volume(stored, e.path_id, e.volume_m3), *of_all))
+        for e, v, left in zip(new.events, values, left, strict=True)
+    )
+    notes = dict.fromkeys(note for row in rows for note in row.notes)
     if model.observations.in_ratio:
-        notes.append(Note("in_ratio"))
+        notes[Note("in_ratio")] = None
     elif np.any(model.observations.kind == LENGTH):
-        notes.append(Note("in_lengths"))
+        notes[Note("in_lengths")] = None
     measured = tuple(e for e in new.events if _has_runout(e))
     scores = None
     if measured:
         scores = _scores(model if len(measured) == len(new.events) else on(measured))
-    rows = (
-        _row(e, v, left, (*_of_volume(stored, e.path_id, e.volume_m3), *of_all))
-        for e, v, left in zip(new.events, values, left, strict=True)
-    )
-    return results.Prediction(Rows(rows), scores, tuple(notes))
+    return results.Prediction(rows, scores, tuple(notes))
 
 
 def _new_events(file: Path, records: Records) -> Records:
@@ -362,16 +362,6 @@ def _new_events(file: Path, records: Records) -> Records:
         error.message = error.message.replace("imported", "predicted")
         error.hint = "Correct the rows above and predict again."
         raise
-
-
-def _of_largest(stored: FittedModel, events: Sequence[Event]) -> list[Note]:
-    """Notes on the largest volume of each path, which is farthest beyond the records."""
-    largest: dict[str | None, float] = {}
-    for event in events:
-        if event.volume_m3 is not None:
-            known = largest.get(event.path_id, 0.0)
-            largest[event.path_id] = max(known, event.volume_m3)
-    return [note for path, volume in largest.items() for note in _of_volume(stored, path, volume)]
 
 
 def _of_volume(model: FittedModel, path_id: str | None, volume_m3: float | None) -> list[Note]:

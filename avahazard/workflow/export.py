@@ -56,7 +56,9 @@ def export(database: str, name: str, file: FilePath) -> Export:
         records = load_records(session)
         known = notes_of(model, records)
     if not rows:
-        raise _no_bounds(name)
+        raise AvahazardError(
+            f"No bounds are stored by {name}.", f"Draw them first: avahazard hazard {name}"
+        )
     bounds = [_bounds(row, known) for row in rows]
     if ending in TABLES:
         is_own, write = TABLES[ending]
@@ -76,12 +78,6 @@ def export(database: str, name: str, file: FilePath) -> Export:
         replace_file(file, map_files.is_own_geojson, partial(map_files.write_geojson, layers=made))
     layers = Rows(Layer(m.name, len(m.features), m.code) for m in made)
     return Export(name, str(file), layers, tuple(notes))
-
-
-def _no_bounds(name: str) -> AvahazardError:
-    return AvahazardError(
-        f"No bounds are stored by {name}.", f"Draw them first: avahazard hazard {name}"
-    )
 
 
 def _bounds(row: Mapping[str, Any], known: Sequence[Note]) -> HazardRow:

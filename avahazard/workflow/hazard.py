@@ -51,9 +51,9 @@ from avahazard.workflow.by_path import (
 )
 from avahazard.workflow.requests import HazardRequest, VolumesRequest
 from avahazard.workflow.stored import (
-    hazard_notes,
     load_for_paths,
     load_stored,
+    notes_of_fit,
     require_unchanged,
 )
 
@@ -139,7 +139,9 @@ def hazard_work(
     loaded = [load_for_paths(database, name, request.effect_files) for name in asked]
     models, survey = [model for model, _ in loaded], loaded[0][1]
     weights, kind = [1.0], BOUNDS
-    notes = dict.fromkeys(note for model in models for note in hazard_notes(model))
+    notes = dict.fromkeys(note for model in models for note in notes_of_fit(model))
+    if any(model.ignores_volume for model in models):
+        notes[Note("any_volume")] = None
     settings: dict[str, Any] = {
         "return_periods": list(periods),
         "volumes": list(sizes),

@@ -73,7 +73,6 @@ def simulate_paths(database: str, request: SimulateRequest, report: Report = sil
     """
     python = find_python()
     paths, notes = ready_paths(database, request)
-    before = _stored(database, paths, request)
     made: set[tuple[str, float, float]] = set()
     rounds = 1 if request.frictions else ROUNDS + 1
     for turn in range(rounds):
@@ -90,7 +89,7 @@ def simulate_paths(database: str, request: SimulateRequest, report: Report = sil
             report(words, len(made), whole)
     report("Simulating", 1.0, 1.0)
     rows = [_row(path.path_id, _of(database, path, request), made) for path in paths]
-    if before and not made:
+    if not made:
         notes = (*notes, Note("simulated_before"))
     return Simulations(Rows(rows), notes)
 
@@ -188,10 +187,6 @@ def _run(shared: tuple[str, FilePath, list[RunPath], float], task: Task) -> Task
     with writing(database) as session:
         save_simulation(session, found)
     return task
-
-
-def _stored(database: str, paths: Sequence[RunPath], request: SimulateRequest) -> int:
-    return sum(len(_of(database, path, request)) for path in paths)
 
 
 def _of(database: str, path: RunPath, request: SimulateRequest) -> list[Simulation]:

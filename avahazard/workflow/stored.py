@@ -397,11 +397,6 @@ MISFIT_SIGMAS = 4.0
 """… where it is also that many times their error: the farthest of hundreds lies some 3 away."""
 
 
-def hazard_notes(model: FittedModel) -> tuple[Note, ...]:
-    """What goes with every row of `hazard` by a model."""
-    return (*notes_of_fit(model), *((Note("any_volume"),) if model.ignores_volume else ()))
-
-
 def notes_of_fit(model: FittedModel) -> tuple[Note, ...]:
     """The notes on a model that is loaded."""
     return model_notes(model.calibration, model.records_changed, model.version)
