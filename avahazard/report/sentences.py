@@ -207,7 +207,7 @@ def before_and_after_words(found: BeforeAndAfter) -> str:
     coordinate, after = found.coordinate, found.after.held_out_crps_m
     floor = say(
         "Measurement-error floor (CRPS; errors of runout, volume and release): {floor}.",
-        floor=amount(found.noise_floor_crps_m, coordinate, 1),
+        floor=amount(found.after.noise_floor_crps_m, coordinate, 1),
     )
     if found.before is None:
         by = held_out_words(found.held_out_by)

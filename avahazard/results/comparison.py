@@ -267,8 +267,6 @@ class BeforeAndAfter(Result):
     before: Standing | None
     after: Standing
     held_out_by: str
-    noise_floor_m: float
-    noise_floor_crps_m: float
     coordinate: str = "elevation"
     fall: ErrorFall | None = None
 

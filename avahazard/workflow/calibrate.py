@@ -40,7 +40,7 @@ from avahazard.results.calibration import (
     Rerun,
     Surroundings,
 )
-from avahazard.results.comparison import BeforeAndAfter, Comparison
+from avahazard.results.comparison import BeforeAndAfter
 from avahazard.store import results as store
 from avahazard.store.records import load_records
 from avahazard.store.session import reading, writing
@@ -343,22 +343,14 @@ def add(
         if fresh and before is not None:
             store.save_result(session, store.COMPARISON, name, plain(before, keyed=True))
         store.save_result(session, store.COMPARISON, new_name, plain(after, keyed=True))
-    scores = before_and_after(alike, after)
-    return replace(result, comparison=scores, next=next_step(database, new_name))
-
-
-def before_and_after(before: Comparison | None, after: Comparison) -> BeforeAndAfter:
-    """Scores of parent and child beside the noise floor."""
-    floor = after.scores.runout
-    return BeforeAndAfter(
-        before=None if before is None else standing(before),
+    scores = BeforeAndAfter(
+        before=None if alike is None else standing(alike),
         after=standing(after),
         held_out_by=after.held_out.by,
-        noise_floor_m=floor.noise_floor_m,
-        noise_floor_crps_m=floor.noise_floor_crps_m,
-        fall=None if before is None else error_fall(before, after),
+        fall=None if alike is None else error_fall(alike, after),
         coordinate=after.coordinate,
     )
+    return replace(result, comparison=scores, next=next_step(database, new_name))
 
 
 def start_from(parent: FittedModel, child: Posterior) -> Floats | None:

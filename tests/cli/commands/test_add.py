@@ -65,8 +65,9 @@ def test_ladder_without_a_model(database: str) -> None:
 
 
 def test_the_one_line() -> None:
-    before, after = (replace(STANDING, held_out_crps_m=crps) for crps in (80.0, 60.0))
-    found = BeforeAndAfter(before, after, "path", 12.0, 8.0)
+    floor = replace(STANDING, noise_floor_crps_m=8.0)
+    before, after = (replace(floor, held_out_crps_m=crps) for crps in (80.0, 60.0))
+    found = BeforeAndAfter(before, after, "path")
     line = before_and_after_words(found)
     assert "falls from 80.0 m to 60.0 m." in line
     assert "Measurement-error floor (CRPS; errors of runout, volume and release): 8.0 m." in line
