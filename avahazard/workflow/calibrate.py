@@ -6,6 +6,7 @@ import datetime as dt
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -31,6 +32,7 @@ from avahazard.inference.sampling import N_CHAINS, calibrate_model
 from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records, data_fingerprint, only_paths
 from avahazard.records.errors import AvahazardError
+from avahazard.request import fields_of
 from avahazard.results.base import Report, Rows, plain, silent, steps
 from avahazard.results.calibration import (
     Calibration,
@@ -71,16 +73,16 @@ def calibrate(
     method, paths = request.method, request.paths
     left_out = [definition(key) for key in request.without]
     keys = _kept_effects(request.with_, left_out)
-    asked = asked_for(
-        spec.Specification(
-            law=request.law,
-            scatter=request.scatter,
-            distribution=request.distribution,
-            tails=request.tails,
-            forward=request.forward,
-        ),
-        left_out,
+    asked = spec.Specification(
+        law=request.law,
+        scatter=request.scatter,
+        distribution=request.distribution,
+        tails=request.tails,
+        forward=request.forward,
     )
+    for entry in left_out:
+        if entry.in_base and entry.changes is not None:
+            asked = asked.put(entry.changes, entry.changes.without)
     check_method(method, asked)
     with reading(database) as session:
         store.refuse_taken_name(session, name)
@@ -110,19 +112,15 @@ def calibrate(
     )
     result = calibration_result(found, name, records, seed=request.seed)
     with writing(database) as session:
-        save_calibrated(session, found, result, paths=tuple(paths))
+        told = request_document(request)
+        save_calibrated(session, found, result, paths=tuple(paths), request=told)
     report(f"Calibrating {name}", 1.0, 1.0)
     return replace(result, next=next_step(database, name))
 
 
-def asked_for(
-    specification: spec.Specification, left_out: Sequence[Definition]
-) -> spec.Specification:
-    """The specification less what the base model has and is asked away."""
-    for entry in left_out:
-        if entry.in_base and entry.changes is not None:
-            specification = specification.put(entry.changes, entry.changes.without)
-    return specification
+def request_document(request: CalibrateRequest) -> dict[str, Any]:
+    """What the database keeps of a request: by it a project knows its model again."""
+    return {of.name: plain(getattr(request, of.name)) for of in fields_of(CalibrateRequest)}
 
 
 def _kept_effects(with_: Sequence[str], left_out: Sequence[Definition]) -> list[str]:

@@ -17,9 +17,7 @@ from pydantic import Field as Limits
 from pydantic import create_model
 from pydantic_core.core_schema import no_info_after_validator_function
 
-from avahazard.effects.catalogue import definition
 from avahazard.inference.model.choices import METHODS
-from avahazard.inference.model.specification import GIVEN, Specification
 from avahazard.notes import Note, counted
 from avahazard.records.collection import data_fingerprint, only_paths
 from avahazard.records.conventions import Decimal, Order
@@ -35,7 +33,7 @@ from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow import requests
 from avahazard.workflow.by_path import PathWork, run_key
-from avahazard.workflow.calibrate import add, asked_for, calibrate
+from avahazard.workflow.calibrate import add, calibrate, request_document
 from avahazard.workflow.compare import compare
 from avahazard.workflow.database import database_status, import_files, init_database
 from avahazard.workflow.diagnose import diagnose_model
@@ -176,8 +174,6 @@ def read_project(file: FilePath) -> Project:
 DONE, UP_TO_DATE, TO_DO, LEFT_OUT = "done", "up to date", "to do", "left out"
 NAMED = "missing-effect"
 """The verdict on which an effect is added."""
-ALIKE = ("law", "scatter", "distribution", "tails", "method", "forward", "seed", "chains")
-"""What a stored model and `[model]` must have alike, besides effects and priors."""
 
 
 def run_project(
@@ -317,20 +313,10 @@ class RunningProject:
     def calibrated(self) -> str:
         """The model of the file, on the records as they are."""
         wanted = self.project.model
-        asked = asked_for(Specification(), [definition(key) for key in wanted.without])
+        asked = request_document(wanted)
 
-        def fits(stored: Calibration, kept: dict[str, Any]) -> bool:
-            source = (kept.get("prior") or {"source": ""})["source"]
-            given = {told["name"]: (told["mean"], told["sd"]) for told in kept.get("given", ())}
-            return (
-                stored.parent is None
-                and all(getattr(stored, name) == getattr(wanted, name) for name in ALIKE)
-                and set(stored.effects) == set(wanted.with_) - set(wanted.without)
-                and stored.centrifugal == asked.centrifugal
-                and ("" if source.startswith(GIVEN) else source) == (wanted.prior_from or "")
-                and given == {k: tuple(pair) for k, pair in wanted.prior.items()}
-                and wanted.draws in (None, stored.draws)
-            )
+        def fits(stored: store.StoredModel) -> bool:
+            return stored.settings.get("request") == asked
 
         def made(free: str) -> Calibration:
             return calibrate(self.database, free, wanted, self.report)
@@ -340,7 +326,7 @@ class RunningProject:
     def added(self, parent: str, effects: tuple[str, ...]) -> str:
         """The child of a model with the effects that its diagnosis named."""
 
-        def fits(stored: Calibration, _kept: dict[str, Any]) -> bool:
+        def fits(stored: store.StoredModel) -> bool:
             return stored.parent == parent and set(effects) <= set(stored.effects)
 
         def made(free: str) -> Calibration:
@@ -352,24 +338,22 @@ class RunningProject:
         self,
         step: str,
         name: str,
-        fits: Callable[[Calibration, dict[str, Any]], bool],
+        fits: Callable[[store.StoredModel], bool],
         made: Callable[[str], Calibration],
     ) -> str:
         """The latest model NAME or NAME-n that fits, on today's records; else a new one."""
         with reading(self.database) as session:
             models = {model.name: model for model in store.list_models(session)}
-            stored = {
-                n: Calibration.from_dict(model.result)
-                for n, model in models.items()
-                if not self.everything and (n == name or n.removeprefix(f"{name}-").isdigit())
-            }
             records = load_records(session)
-        today = data_fingerprint(only_paths(records, self.project.model.paths)) if stored else ""
-        right = [
-            n
-            for n, one in stored.items()
-            if one.data_fingerprint == today and fits(one, models[n].specification["specification"])
+        near = [
+            model
+            for n, model in models.items()
+            if not self.everything
+            and (n == name or n.removeprefix(f"{name}-").isdigit())
+            and fits(model)
         ]
+        today = data_fingerprint(only_paths(records, self.project.model.paths)) if near else ""
+        right = [one.name for one in near if one.result["data_fingerprint"] == today]
         free, k = name, 2
         while free in models:
             free, k = f"{name}-{k}", k + 1

@@ -8,6 +8,7 @@ from dataclasses import asdict, replace
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path as FilePath
+from typing import Any
 
 import numpy as np
 
@@ -73,13 +74,14 @@ def save_calibrated(
     result: results.Calibration,
     *,
     paths: tuple[str, ...] = (),
+    request: dict[str, Any] | None = None,
     effect_file: str | None = None,
 ) -> None:
     """Store a model with its calibration in the transaction of `session`.
 
-    `paths` are those that it was calibrated on, none: all; `effect_file` is the text of the
-    user's effects. Raises `AvahazardError` for a taken name or a
-    parent that is not there.
+    `paths` are those that it was calibrated on, none: all; `request` is what `calibrate` was asked
+    for; `effect_file` is the text of the user's effects. Raises `AvahazardError` for a taken name
+    or a parent that is not there.
     """
     name, document = result.model, plain(result, keyed=True)
     chains = model.chains
@@ -102,6 +104,7 @@ def save_calibrated(
         "chains": by_chain[0],
         "draws": by_chain[1],
         "made_with": surroundings().to_dict(),
+        "request": request,
     }
     store.save_calibration(session, name, settings, document, draws)
 
