@@ -77,7 +77,7 @@ def test_a_geopackage_with_every_layer(stored: str, tmp_path: FilePath) -> None:
     assert {x.layer: x.n_features for x in done.layers} == expected
     assert [f.name for f in tmp_path.iterdir()] == ["map.gpkg"]
     notes = "\n".join(done.notes)
-    assert untold(notes, "R", "crs", "2 quantiles", "P, Q", "width_m: Q") == []
+    assert untold(notes, "R", "crs", "width_m: Q") == []
     lines = shapely.from_wkb(pyogrio.raw.read(file, layer="paths")[2])
     for layer in ("releases", "events", "design_runouts"):
         points = shapely.from_wkb(pyogrio.raw.read(file, layer=layer)[2])
