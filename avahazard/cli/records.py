@@ -337,13 +337,11 @@ def alpha_beta(
     path_id: Annotated[
         str | None, argument("The path_id of a path; all where none is given.", "[PATH]")
     ] = None,
-    *,
-    request: requests.AlphaBetaRequest,
 ) -> None:
     """Give the alpha-beta runout of the paths: a baseline from the terrain alone.
 
     \b
     Examples:
+      avahazard alpha-beta
       avahazard alpha-beta P01
-      avahazard alpha-beta --plot baseline.png --model first
     """

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path as FilePath
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +27,6 @@ from avahazard.records.collection import Event, Path, Profile, Records, find_pat
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
 from avahazard.results.base import Rows, finite
-from avahazard.results.hazard import HazardRow
 from avahazard.results.terrain import (
     PathCheck,
     PathSummary,
@@ -41,9 +39,8 @@ from avahazard.results.terrain import (
     TerrainRunout,
 )
 from avahazard.store.records import load_records, path_summaries
-from avahazard.store.results import BOUNDS, latest_documents, load_model
 from avahazard.store.session import reading
-from avahazard.workflow.requests import AlphaBetaRequest, RunoutRequest
+from avahazard.workflow.requests import RunoutRequest
 from avahazard.workflow.stored import limits_speed, load_stored, notes_of_fit
 
 
@@ -165,42 +162,21 @@ def _release(smooth: smoothing.SmoothProfile, path: Path, event: Event | None = 
     return release_place(smooth, elevation)
 
 
-BY_DEFAULT = AlphaBetaRequest()
-
-
-def alpha_beta_paths(
-    database: str, path_id: str | None = None, request: AlphaBetaRequest = BY_DEFAULT
-) -> Rows[TerrainRunout]:
+def alpha_beta_paths(database: str, path_id: str | None = None) -> Rows[TerrainRunout]:
     """Return the α-β runout, for one path or all that have a profile.
 
-    By each of `hazard.alpha_beta.REGRESSIONS`. Raises `AvahazardError` where the database, the
-    path, its profile, or the model or its bounds are missing, or `plot` is not the name of a
-    picture.
+    By each of `hazard.alpha_beta.REGRESSIONS`. Raises `AvahazardError` where the database, the path
+    or its profile are missing.
     """
-    model, plot = request.model, request.plot
     with reading(database) as session:
         records = load_records(session)
-        bounds: list[dict[str, Any]] | None = []
-        if model is not None:
-            load_model(session, model)
-            bounds = latest_documents(session, BOUNDS, model)
-    if bounds is None:
-        raise AvahazardError(
-            f"No bounds by {model} are stored.", f"Make them first: avahazard hazard {model}"
-        )
-    paths = _paths(records, path_id)
-    each = [(path, *_runouts(records, path)) for path in paths]
-    found = Rows(_row(path, smooth, one) for path, smooth, both in each for one in both)
-    if plot is not None:
-        _draw(plot, records, found, [HazardRow.from_dict(row) for row in bounds])
-    return found
-
-
-def _runouts(records: Records, path: Path) -> tuple[smoothing.SmoothProfile, tuple[AlphaBeta, ...]]:
-    profile = find_profile(records, path)
-    smooth = smoothing.smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
-    release_x = release_place(smooth, path.release_elevation_m)
-    return smooth, tuple(alpha_beta(smooth, release_x, by) for by in REGRESSIONS)
+    rows = []
+    for path in _paths(records, path_id):
+        profile = find_profile(records, path)
+        smooth = smoothing.smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
+        release_x = release_place(smooth, path.release_elevation_m)
+        rows += [_row(path, smooth, alpha_beta(smooth, release_x, by)) for by in REGRESSIONS]
+    return Rows(rows)
 
 
 def _paths(records: Records, path_id: str | None) -> list[Path]:
@@ -243,26 +219,6 @@ def _beta_notes(path: Path, found: AlphaBeta) -> tuple[Note, ...]:
         places = [f"{x:.0f}" for x in found.further_beta_x]
         return (Note("flattens_again", path.path_id, places=places),)
     return ()
-
-
-def _draw(
-    plot: FilePath, records: Records, found: Sequence[TerrainRunout], bounds: list[HazardRow]
-) -> None:
-    from avahazard.report.html.content import path_view  # noqa: PLC0415 (slow)
-    from avahazard.report.path_pictures import draw_paths  # noqa: PLC0415 (slow)
-
-    # The row of the period that is most like what the regressions are of: about 100 years.
-    periods = [row.return_period_years or np.inf for row in bounds]
-    nearest_last = np.argsort(-np.abs(np.log(np.divide(periods, 100.0))), kind="stable")
-    rows = {bounds[k].path_id: bounds[k] for k in nearest_last}
-    by_path: dict[str, list[TerrainRunout]] = {}
-    for row in found:
-        by_path.setdefault(row.path_id, []).append(row)
-    views = [
-        path_view(records, path_id, rows=[rows[path_id]] if path_id in rows else [], alpha_beta=of)
-        for path_id, of in by_path.items()
-    ]
-    draw_paths(plot, None, views)
 
 
 SPEED_EVERY_M, MOST_PLACES = 10.0, 100

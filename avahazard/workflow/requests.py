@@ -245,21 +245,6 @@ class FrictionRequest(Request):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AlphaBetaRequest(Request):
-    """The model whose latest bounds stand beside the regressions in the picture."""
-
-    model: str | None = option(
-        None, "Show the latest bounds by this model in the picture too.", metavar="NAME"
-    )
-    plot: Path | None = option(None, _picture())
-
-    def check(self) -> None:
-        """Raise `AvahazardError` for values that do not go together."""
-        if self.model is not None and self.plot is None:
-            raise AvahazardError("A --model is shown in a picture only: give --plot FILE.")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class HazardRequest(Request):
     """Return periods (years) and volumes (m3), and on which paths.
 

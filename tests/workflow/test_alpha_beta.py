@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,14 +12,8 @@ import pytest
 from avahazard.hazard.alpha_beta import REGRESSIONS, alpha_beta
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.errors import AvahazardError
-from avahazard.results.hazard import Spread
-from avahazard.store.results import BOUNDS, save_model
-from avahazard.store.session import writing
 from avahazard.workflow.database import import_files
 from avahazard.workflow.path import alpha_beta_paths
-from avahazard.workflow.requests import AlphaBetaRequest
-from tests.results.samples import HAZARD_ROW
-from tests.store.documents import save_documents
 
 Write = Callable[[str, str], Path]
 X = np.arange(0.0, 2401.0, 30.0)
@@ -60,26 +53,11 @@ def test_a_row_for_each_path_and_regression(mine: str) -> None:
     assert "never flattens to 10°" in rows[2].notes[0]
 
 
-def test_a_picture_with_the_bounds_of_a_model(mine: str, tmp_path: Path) -> None:
-    with writing(mine) as session:
-        save_model(session, "m", {})
-    with pytest.raises(AvahazardError, match="No bounds by m are stored"):
-        alpha_beta_paths(mine, None, AlphaBetaRequest(model="m", plot=tmp_path / "a.svg"))
-    spread = Spread(1700.0, 1500.0, 1700.0, 1900.0)
-    row = replace(HAZARD_ROW, path_id="bowl", runout_x_m=spread, volume_m3=1e4)
-    with writing(mine) as session:
-        save_documents(session, BOUNDS, "m", [row.to_dict()])
-    alpha_beta_paths(mine, "bowl", AlphaBetaRequest(model="m", plot=tmp_path / "a.svg"))
-    assert "avalanches of 10\u202f000 m³" in (tmp_path / "a.svg").read_text()
-
-
 def test_what_is_not_there(mine: str, empty_database: Path, tmp_path: Path) -> None:
     with pytest.raises(AvahazardError, match="no path 'everest'"):
         alpha_beta_paths(mine, "everest")
     with pytest.raises(AvahazardError, match="path bare"):
         alpha_beta_paths(mine, "bare")
-    with pytest.raises(AvahazardError, match="nobody"):
-        alpha_beta_paths(mine, None, AlphaBetaRequest(model="nobody", plot=tmp_path / "a.png"))
     none = str(shutil.copy(empty_database, tmp_path / "none.db"))
     with pytest.raises(AvahazardError, match="no paths with a profile"):
         alpha_beta_paths(none)
