@@ -36,7 +36,7 @@ from avahazard.results.calibration import (
     Provenance,
     Rerun,
 )
-from avahazard.results.comparison import Comparison, Prediction
+from avahazard.results.comparison import Comparison, Ladder, Prediction
 from avahazard.results.diagnosis import Candidate, Diagnosis
 from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
 
@@ -417,13 +417,22 @@ def diagnose(name: StoredModel, *, request: DiagnoseRequest) -> None:
     """
 
 
+def show_ladder(console: Console, found: Ladder) -> None:
+    """Print all models with their errors, and which of these were held out otherwise."""
+    show(console, model_tables.ladder_table(found.rows))
+    for row in found.rows:
+        for note in row.notes:
+            if note.key == "held_out_by_event":
+                console.print(str(note))
+
+
 EXTRA = {"noise_floor_m", "noise_floor_crps_m"}
 """Of the steps of the ladder, what the table alone shows."""
 
 
 @answers(
     "compare.ladder",
-    lambda console, found: show(console, model_tables.ladder_table(found.rows)),
+    show_ladder,
     document=lambda found: [
         {key: value for key, value in row.items() if key not in EXTRA} for row in plain(found.rows)
     ],

@@ -484,6 +484,8 @@ def chapters(content: ReportContent) -> list[Chapter]:
         words: list[str] = []
         if compared is not None and before is not None:
             was, now = (c.held_out.runout.crps_m for c in (before, compared))
+            if compared.held_out.parent_crps_m is not None:
+                was = compared.held_out.parent_crps_m
             fall = error_fall(before, compared)
             words.append(change_words(was, now, compared.coordinate, fall))
         elif compared is not None:
