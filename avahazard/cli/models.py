@@ -418,7 +418,7 @@ def diagnose(name: StoredModel, *, request: DiagnoseRequest) -> None:
 
 
 def show_ladder(console: Console, found: Ladder) -> None:
-    """Print all models with their errors, and which of these were held out otherwise."""
+    """Print all models with their errors, and which of these are by other held-out groups."""
     show(console, model_tables.ladder_table(found.rows))
     for row in found.rows:
         for note in row.notes:
