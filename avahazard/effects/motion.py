@@ -200,8 +200,9 @@ LEAST_APART, N_GRID = 0.1, 61
 MOST = 4.0
 """Prior standard deviations that a coefficient can be."""
 USUAL_FRICTION = 0.4
-SPEED = "speed"
-"""The state that is the block's own; the others are those of the ground."""
+SPEED, FORCE = "speed", "force per mass, m/s2"
+"""The state that is the block's own, and what a curve over it is of; the others are those of the
+ground, of friction."""
 
 
 def _angle(terrain: Terrain) -> Floats:
@@ -224,6 +225,12 @@ STATES: dict[str, tuple[str, str, Callable[[Terrain], Floats]]] = {
     ),
 }
 """State of the ground by name: what it is, its unit, and its value in each cell of a terrain."""
+
+
+def state_at(state: str, site: Site, x: Floats) -> Floats:
+    """A state of the ground at places x (m) of a site."""
+    terrain = site.terrain
+    return np.asarray(np.interp(x, terrain.middle_x, STATES[state][2](terrain)))
 
 
 def _along(site: Site) -> slice:
@@ -299,7 +306,7 @@ def _curve(state: str, facts: Facts) -> Curve:
     return Curve(
         of=state,
         unit="m/s" if speed else STATES[state][1],
-        value="force per mass, m/s2" if speed else "friction",
+        value=FORCE if speed else "friction",
         x=x,
         columns=_basis(facts, x, rest),
         rests=speed,

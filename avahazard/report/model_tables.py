@@ -21,6 +21,7 @@ from avahazard.report.words import (
     events,
     level_words,
     part_words,
+    shape_words,
     share,
     some,
     unit_words,
@@ -289,23 +290,17 @@ def shape_table(diagnosis: Diagnosis) -> Table | None:
     if shape.path is not None:
         # It is the same along each of some stretches.
         places = [k for k in range(n) if k == 0 or shape.q50[k] != shape.q50[k - 1]]
-    said = {
-        "friction": say("friction that is added"),
-        "log friction": say("log friction that is added"),
-        "drag, 1/m": say("drag that is added, 1/m"),
-    }
+    state, value = shape_words(shape)
 
     def of(values: Sequence[float], form: str = "+.3f") -> Any:
         return lambda k: digits(values[k], form)
 
-    along = ", ".join(filter(None, [shape.of, shape.path, shape.unit]))
     columns: tuple[Column, ...] = (
-        (">" + along, of(shape.x, ".4g")),
+        (">" + state, of(shape.x, ".4g")),
         (">5 %", of(shape.q05)),
         (">" + say("median"), of(shape.q50)),
         (">95 %", of(shape.q95)),
     )  # fmt: skip
-    value = said.get(shape.value, say("force per mass, m/s²"))
     title = say("Shape of {effect}: {value}", effect=spoken().effect(found.effect), value=value)
     return made("shape", title, columns, places)
 

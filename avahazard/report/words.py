@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from avahazard.report.language import plural, say, spoken
 from avahazard.results.base import RATIO, bare, unit_of
+from avahazard.results.diagnosis import Shape
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, Spread
 
 if TYPE_CHECKING:
@@ -158,8 +159,25 @@ def axis_words(axis: str) -> str:
         "land_cover_at_predicted_stop": say("land cover at predicted stop"),
         "place_along_path": say("place along path"),
         "predicted_speed_m_s": say("predicted speed"),
+        "speed": say("speed"),
+        "slope": say("slope"),
+        "elevation": say("elevation"),
+        "curvature": say("curvature"),
+        "distance": say("distance along the path"),
     }
     return known.get(axis, axis.removesuffix("_m").replace("_", " "))
+
+
+def shape_words(shape: Shape) -> tuple[str, str]:
+    """What a smooth is over, with its path and unit, and of what it is."""
+    unit = shape.unit.replace("degrees", "°")
+    value = {
+        "friction": say("friction that is added"),
+        "log friction": say("log friction that is added"),
+        "drag, 1/m": say("drag that is added, 1/m"),
+    }.get(shape.value, say("force per mass, m/s²"))
+    state = ", ".join(filter(None, [axis_words(shape.of), shape.path]))
+    return state + (f" ({unit})" if unit else ""), value
 
 
 def level_words(level: str) -> str:

@@ -10,14 +10,20 @@ import numpy as np
 from avahazard.arrays import Bools, Floats
 from avahazard.criticism.scoring.scores import crps, expected_records
 from avahazard.criticism.scoring.where_it_fails import event_axes
+from avahazard.effects.columns import EventColumns
+from avahazard.effects.covariate import number_column
+from avahazard.effects.effect import Definition, Effect, FrictionEffect, MotionEffect
+from avahazard.effects.motion import FORCE, SPEED, state_at
+from avahazard.effects.site import Site
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
+from avahazard.physics.cells import GRAVITY, SPEEDS, no_resistance
 from avahazard.records.errors import AvahazardError
-from avahazard.report.html.content import LoopView, StateView, SuspectView
+from avahazard.report.html.content import ForceView, LoopView, StateView, SuspectView
 from avahazard.report.model_tables import failing
-from avahazard.results.comparison import Comparison
-from avahazard.results.diagnosis import Diagnosis
+from avahazard.results.comparison import Comparison, MeasuredForce
+from avahazard.results.diagnosis import Diagnosis, Shape
 from avahazard.store.results import StoredModel
 from avahazard.workflow.compare import RECORD_DRAWS
 from avahazard.workflow.friction import apparent_friction, from_reference
@@ -44,7 +50,7 @@ def loop_view(
         for fit in _others(database, stored, lineage, models, known, left_out):
             shown.append(state_view(fit, known.get(fit.name)))
             if fit.name in lineage[-2:-1]:
-                suspect = suspect_view(stored, fit)
+                suspect = suspect_view(stored, fit, known.get(stored.name))
     return LoopView(
         models=tuple(shown),
         lineage=lineage,
@@ -55,26 +61,125 @@ def loop_view(
     )
 
 
-def suspect_view(stored: FittedModel, parent: FittedModel) -> SuspectView | None:
-    """What the effects that `stored` adds to its parent explain; None where it is no friction."""
+def suspect_view(
+    stored: FittedModel, parent: FittedModel, comparison: Comparison | None
+) -> SuspectView | None:
+    """What the effects that `stored` adds to its parent explain; None where that is nothing.
+
+    `comparison` is that of `stored`, with the measured forces.
+    """
     known = {entry.key for entry in parent.definitions}
     added = [entry for entry in stored.definitions if entry.key not in known]
     law, columns = stored.layout.law, stored.columns
     u = np.median(stored.draws, axis=0)
     expected = law.log_friction(u[: len(law.coordinates)], np.exp(columns.log_volume))
+    friction = [apparent_friction(model)[0].mu for model in (parent, stored)]
     before, after = (
-        np.log(apparent_friction(model)[0].mu) - from_reference(model) for model in (parent, stored)
+        np.log(mu) - from_reference(model)
+        for mu, model in zip(friction, (parent, stored), strict=True)
     )
-    missed, explained = before - expected, before - after
+    missed, explained, band = before - expected, before - after, None
+    column, values, force = None, None, None
+    if len(added) == 1:
+        effect = next((e for e in stored.effects if e.key == added[0].key), None)
+        if isinstance(effect, FrictionEffect):
+            adds = _draws_of(stored, effect) @ effect.design(columns).T
+            low, explained, high = np.quantile(adds, QUANTILES, axis=0)
+            band, missed = np.stack([low, high]), after - expected + explained
+        if isinstance(effect, MotionEffect):
+            force = force_view(stored, added[0], effect, comparison, friction[1])
+        column = added[0].column or added[0].reads
+        values = _column(columns, column or "")
     there = explained[np.isfinite(explained)]
-    if not added or not len(there) or np.ptp(there) < LEAST_EXPLAINED:
+    if not added or not len(there) or (np.ptp(there) < LEAST_EXPLAINED and force is None):
         return None
-    column = added[0].column if len(added) == 1 else None
-    values: Any = {**columns.numbers, **columns.texts}.get(column or "")
-    if values is None:
-        column = None
     effects = tuple(entry.key for entry in added)
-    return SuspectView(effects, missed, explained, column, values)
+    return SuspectView(
+        effects, missed, explained, band, column if values is not None else None, values, force
+    )
+
+
+def _column(columns: EventColumns, name: str) -> Any:
+    """The values of a column `[n_events]`, None where there is none of that name."""
+    numbers = number_column(columns, name)
+    return columns.texts.get(name) if numbers is None else numbers
+
+
+def _draws_of(model: FittedModel, effect: Effect) -> Floats:
+    """Draws of an effect's parameters `[n_draws, n_parameters]`."""
+    place = model.layout.places[effect.key]
+    return model.draws[:, place] * [slot.scale for slot in model.layout.slots[place]]
+
+
+def force_view(
+    model: FittedModel,
+    entry: Definition,
+    effect: MotionEffect,
+    comparison: Comparison | None,
+    mu: Floats,
+) -> ForceView | None:
+    """The resistance of an effect over its state; None where that is no one state.
+
+    `mu` `[n_events]` is the apparent friction of the events under the model.
+    """
+    draws = _draws_of(model, effect)[model.evenly(RECORD_DRAWS)]
+    curve = entry.curve(model.facts.get(entry.key, {}))
+    if curve is not None:
+        of, unit, value, x, on = curve.of, curve.unit, curve.value, curve.x, curve.path
+        curves = draws @ curve.columns.T
+    else:
+        of, unit, value, x, on = SPEED, "m/s", FORCE, SPEEDS[SPEEDS <= MOST_SPEED], None
+        found = [force_by_speed(effect, model.observations.sites[0], values) for values in draws]
+        if any(one is None for one in found):
+            return None
+        curves = np.array(found)[:, : len(x)]
+    low, middle, high = (tuple(row) for row in np.quantile(curves, QUANTILES, axis=0).tolist())
+    shape = Shape(of, unit, value, tuple(x.tolist()), low, middle, high, on)
+    rows = () if comparison is None else comparison.measured_force or ()
+    points = [(row.event_id, *_resisted(model, effect, shape, row, mu)) for row in rows]
+    known = [point for point in points if np.isfinite(point[1:]).all()]
+    places = np.array([point[1:] for point in known]).reshape(-1, 3)
+    return ForceView(shape, [point[0] for point in known], *places.T)
+
+
+def force_by_speed(effect: MotionEffect, site: Site, values: Floats) -> Floats | None:
+    """Force per mass (m/s2) at `SPEEDS`; None where friction or the place matters too."""
+    terrain = site.fine_terrain if effect.speed_dependent else site.terrain
+    base = no_resistance(terrain)
+    found = effect.resistance(site, base, values)
+    differs = np.any(found.factor != base.factor) or np.any(found.offset != base.offset)
+    if differs or found.speed_factor is not None or np.ptp(found.drag) or np.ptp(found.constant):
+        return None
+    constant = 0.0 if found.speed_constant is None else found.speed_constant
+    return np.asarray(found.drag[0] * SPEEDS**2 + found.constant[0] + constant)
+
+
+def _resisted(
+    model: FittedModel, effect: MotionEffect, shape: Shape, row: MeasuredForce, mu: Floats
+) -> tuple[float, float, float]:
+    """The state, and what resisted there beyond all but the effect, with its sd."""
+    observations = model.observations
+    event = observations.columns.event_id.index(row.event_id)
+    site = observations.sites[int(observations.columns.path_index[event])]
+    if shape.path not in (None, site.path.path_id):
+        return np.nan, np.nan, np.nan
+    values = model.layout.effect_values(np.median(model.draws, axis=0))
+    rest = model.resistance(site, {**values, effect.key: effect.neutral})
+    x, u = np.array([row.x_m]), row.speed_m_s
+    cell = int(np.searchsorted(site.terrain_for(rest).x, row.x_m, side="right")) - 1
+    cell = min(max(cell, 0), len(rest.drag) - 1)
+    _, slope, bending = (float(v[0]) for v in site.smooth.derivatives(x))
+    cosine = 1.0 / np.sqrt(1.0 + slope**2)
+    load = GRAVITY * cosine + rest.curvature * bending * cosine**3 * u**2
+    by_speed, more = (
+        fallback if table is None else float(np.interp(u, SPEEDS, table))
+        for table, fallback in ((rest.speed_factor, 1.0), (rest.speed_constant, 0.0))
+    )
+    friction = rest.factor[cell] * by_speed * mu[event] + rest.offset[cell]
+    other = friction * load + rest.constant[cell] + more + rest.drag[cell] * u**2
+    per = {FORCE: 1.0, "friction": load}.get(shape.value, u**2)
+    at = u if shape.of == SPEED else float(state_at(shape.of, site, x)[0])
+    return at, (row.force_m_s2 - other) / per, row.sd_m_s2 / per
 
 
 def _lineage(name: str, models: Sequence[StoredModel]) -> tuple[str, ...]:
@@ -126,6 +231,8 @@ def _others(
 
 
 LEAST_EXPLAINED = 1e-3
+MOST_SPEED = 60.0
+"""Of the picture of a force, m/s."""
 
 
 def state_view(model: FittedModel, comparison: Comparison | None) -> StateView:

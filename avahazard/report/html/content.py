@@ -13,7 +13,7 @@ from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import Event, Path, Records, TerrainCrop, of_path
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison, Rung
-from avahazard.results.diagnosis import Diagnosis
+from avahazard.results.diagnosis import Diagnosis, Shape
 from avahazard.results.friction import FrictionDensity
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, ZonedPath
 from avahazard.results.terrain import PathSummary, TerrainRunout
@@ -169,19 +169,38 @@ class StateView:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class ForceView:
+    """The fitted resistance of an added effect on the motion over the state that it goes by.
+
+    `x` and `y` `[n_points]`, with the standard deviation `sd`, are what resisted measured tracks
+    beyond the rest of the model, in the unit of the shape; none without speeds. `event` are theirs.
+    """
+
+    shape: Shape
+    event: Sequence[str]
+    x: Floats
+    y: Floats
+    sd: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class SuspectView:
     """Partial residuals of the last added `effects`.
 
     `missed` `[n_events]` is the log friction that stops the record's block without them, less the
-    law of the model with them; `explained` what they add to it; nan where a record has no friction.
-    `values` `[n_events]` are those of the `column` that the effect goes by; None without one.
+    law of the model with them; `explained` `[n_events]` what they add to it, with its 5 and 95 %
+    (`band` `[2, n_events]`) where it is by columns of the events; nan where a record has no
+    friction. `values` `[n_events]` are those of the `column` that the effect goes by; None without
+    one. `force` is of an effect on the motion.
     """
 
     effects: tuple[str, ...]
     missed: Floats
     explained: Floats
+    band: Floats | None
     column: str | None
     values: Sequence[float | str] | None
+    force: ForceView | None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -170,9 +170,8 @@ def _figures(content: ReportContent, names: dict[str, str]) -> dict[str, Figure 
         "density": model_figures.density_figure(content.densities, names),
         "residuals": record_figures.residuals_figure(content.events, names, content.loop),
         "failed": record_figures.failed_figure(content.events, names, content.loop),
-        "suspect": record_figures.suspect_figure(
-            content.events, names, content.loop, content.loop.suspect
-        ),
+        "force_shape": record_figures.force_shape_figure(content.events, names, content.loop),
+        "suspect": record_figures.suspect_figure(content.events, names, content.loop),
         "budget": score_figures.budget_figure(content.ladder, content.loop.comparisons),
         "effects": None if diagnosis is None else score_figures.effects_figure(diagnosis),
         "offsets": model_figures.offsets_figure(content.model.parameters, names),

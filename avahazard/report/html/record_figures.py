@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.report.html.content import EventView, LoopView, PathView, StateView, SuspectView
+from avahazard.report.html.content import EventView, LoopView, PathView, StateView
 from avahazard.report.html.figure import (
     BLACK,
     BLUE,
@@ -17,6 +17,7 @@ from avahazard.report.html.figure import (
     VERMILION,
     Figure,
     Trace,
+    area,
     axis,
     by_path,
     error_bar,
@@ -29,6 +30,7 @@ from avahazard.report.html.figure import (
     rows_axis,
 )
 from avahazard.report.language import plural, say, spoken
+from avahazard.report.words import axis_words, shape_words
 from avahazard.results.base import RATIO
 
 KINDS = ("elevation", "x", "length", RATIO)
@@ -160,7 +162,7 @@ def _range(rows: Sequence[int], states: Sequence[StateView]) -> dict[str, list[f
     return {"range": [low - 0.03 * (high - low), high + 0.03 * (high - low)]}
 
 
-ROOM = 1.08
+ROOM, BAND = 1.08, "rgba(230,159,0,0.25)"
 
 
 def residuals_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> Figure | None:
@@ -256,36 +258,41 @@ def _kinds(state: StateView) -> list[tuple[str, str, bool]]:
     return [(say("elsewhere"), BLUE, False), (fails, VERMILION, True)]
 
 
-def suspect_figure(
-    events: Sequence[EventView], names: Names, loop: LoopView, found: SuspectView | None
-) -> Figure | None:
+def suspect_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> Figure | None:
     """Partial residuals of the added effects, over what they go by."""
-    before = loop.before
-    if found is None or before is None:
+    found, before = loop.suspect, loop.before
+    if found is None or before is None or (found.force and len(found.force.x)):
         return None
     effects = spoken().listed([spoken().effect(key) for key in found.effects])
     explained = say("explained by {effect}", effect=effects)
     values: Any = found.explained if found.column is None else found.values
     known = np.isfinite(found.missed) & np.isfinite(found.explained)
     data: list[Trace] = []
+    rows = np.flatnonzero(known)
+    texts = any(isinstance(values[k], str) for k in rows)
+    order = np.argsort([values[k] for k in rows], kind="stable")
+    x, y = [values[k] for k in rows[order]], found.explained[rows[order]]
+    band = None if found.band is None else found.band[:, rows[order]]
+    if band is not None and not texts:
+        data.append(area(x, band[0], band[1], BAND, name=say("90 % credible interval")))
     for name, color, fails in _kinds(before):
-        rows = [int(k) for k in np.flatnonzero(known & (before.failed == fails))]
-        if rows:
-            x, y = [values[k] for k in rows], found.missed[rows]
-            look, mine = {"color": color, "size": 7, "opacity": 0.8}, [events[k] for k in rows]
-            data.append(event_marks(x, y, look, mine, names, "%{y:+.2f}", name=name))
-    rows = np.flatnonzero(known).tolist()
-    x, y = [values[k] for k in rows], found.explained[rows]
-    if found.column is None:
-        ends = [min(x), max(x)]
-        data.append(line(ends, ends, ORANGE, 2.5, name=explained))
+        mine = [int(k) for k in np.flatnonzero(known & (before.failed == fails))]
+        if mine:
+            look = {"color": color, "size": 7, "opacity": 0.8}
+            at, up, of = [values[k] for k in mine], found.missed[mine], [events[k] for k in mine]
+            data.append(event_marks(at, up, look, of, names, "%{y:+.2f}", name=name))
+    if texts:
+        look = {"color": ORANGE, "size": 24, "symbol": "line-ew-open", "line": {"width": 3}}
+        first = [x.index(value) for value in dict.fromkeys(x)]
+        ticks = marks([x[k] for k in first], y[first], look, name=explained)
+        if band is not None:
+            ticks["error_y"] = error_bar(band[0, first], y[first], band[1, first], ORANGE)
+        data.append(ticks)
     else:
-        look = {"color": ORANGE, "size": 9, "symbol": "line-ew-open", "line": {"width": 2.5}}
-        data.append(marks(x, y, look, name=explained))
+        data.append(line(x, y, ORANGE, 2.5, name=explained))
     across = say("log friction added by the effect")
     if found.column is not None:
-        across = label(found.column.removesuffix("_m").replace("_", " "))
-    texts = any(isinstance(v, str) for v in x)
+        across = label(axis_words(found.column))
     return Figure(
         "suspect",
         say("The suspect: {effects}", effects=effects),
@@ -307,6 +314,64 @@ def suspect_figure(
             axis(say("log friction beyond the law"), zeroline=True),
             height=420,
         ),
+    )
+
+
+MOST_APART = 98.0
+"""Percent of the measured forces that the picture has room for, at least."""
+
+
+def force_shape_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> Figure | None:
+    """The fitted resistance over its state with its band, and the measured forces."""
+    found, before = loop.suspect, loop.before
+    if found is None or found.force is None or before is None:
+        return None
+    force, (effect,) = found.force, found.effects
+    shape, name = force.shape, spoken().effect(effect)
+    across, upwards = shape_words(shape)
+    measured = len(force.x) > 0
+    place = {e.event_id: k for k, e in enumerate(events)}
+    of = np.array([place[event] for event in force.event], dtype=np.int64)
+    data = [area(shape.x, shape.q05, shape.q95, BAND, name=say("90 % credible interval"))]
+    for words, color, fails in _kinds(before) if measured else ():
+        rows = np.flatnonzero(before.failed[of] == fails)
+        if len(rows):
+            look = {"color": color, "size": 5, "opacity": 0.6}
+            bar = {"type": "data", "array": force.sd[rows], "thickness": 0.5, "width": 0}
+            mine = [events[k] for k in of[rows]]
+            more = {"name": words, "error_y": bar}
+            data.append(
+                event_marks(force.x[rows], force.y[rows], look, mine, names, "%{y:+.2f}", **more)
+            )
+    hover = "%{x:.4g}: %{y:+.3g}"
+    fitted = say("{effect}, median", effect=name)
+    data.append(line(shape.x, shape.q50, ORANGE, 3.0, hover, name=fitted))
+    places = layout(axis(across), axis(upwards, zeroline=True), height=420)
+    if measured:
+        # To where speeds were measured: farther the curve rests on the stops alone.
+        end = min(max(shape.x), ROOM * float(np.max(force.x)))
+        shown = np.asarray(shape.x) <= end
+        low, high = np.percentile(force.y, [100.0 - MOST_APART, MOST_APART])
+        low = min(low, *np.asarray(shape.q05)[shown])
+        high = max(high, *np.asarray(shape.q95)[shown])
+        places["xaxis"]["range"] = [min(shape.x), end]
+        places["yaxis"]["range"] = [low - 0.05 * (high - low), high + 0.05 * (high - low)]
+    return Figure(
+        "force-shape",
+        say("The suspect: {effects}", effects=name),
+        say("Resistance that {effect} adds, over {state}.", effect=name, state=across),
+        joined(
+            say("Orange: the resistance that the effect adds, as fitted, with its band."),
+            measured
+            and say(
+                "Each mark is a stretch of a measured track: the force that resisted there, minus "
+                "the friction of its avalanche and the other effects of the model. Marks that "
+                "follow the curve speak for the effect; errors of the speeds scatter them."
+            ),
+            not measured and say("No speeds were measured: the curve rests on the stops alone."),
+        ),
+        data,
+        places,
     )
 
 

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from avahazard.report.html.brief import chapters, path_cards
-from avahazard.report.html.content import Cover, ReportContent
+from avahazard.report.html.content import Cover, ForceView, ReportContent
 from avahazard.report.html.page import render
 from avahazard.report.html.path_figure import stops_of, stops_traces
 from avahazard.report.html.record_figures import (
     failed_figure,
+    force_shape_figure,
     predicted_figures,
     residuals_figure,
     suspect_figure,
@@ -20,6 +21,7 @@ from avahazard.report.html.record_figures import (
 from avahazard.report.html.score_figures import budget_figure
 from avahazard.results.base import Rows
 from avahazard.results.comparison import BudgetPart
+from avahazard.results.diagnosis import Shape
 from tests.telling import untold
 
 
@@ -65,9 +67,41 @@ def test_the_story_has_its_pictures(loop_content: ReportContent) -> None:
             by_kind.setdefault(str(kind), []).append(float(added))
     assert len(by_kind) > 1
     assert all(np.ptp(added) < 1e-6 for added in by_kind.values())
-    suspect = suspect_figure(loop_content.events, names, loop, loop.suspect)
+    suspect = suspect_figure(loop_content.events, names, loop)
     assert suspect is not None
     assert set(suspect.data[-1]["x"]) == set(by_kind)
+
+
+def test_a_force_has_its_curve_with_its_band_and_the_measured_ones(
+    loop_content: ReportContent,
+) -> None:
+    names = {view.path.path_id: view.name for view in loop_content.paths}
+    loop, events = loop_content.loop, loop_content.events
+    assert loop.suspect is not None
+    assert force_shape_figure(events, names, loop) is None
+    x = np.linspace(0.0, 60.0, 13)
+    low, middle, high = (tuple(k * x**2) for k in (0.002, 0.003, 0.004))
+    shape = Shape("speed", "m/s", "force per mass, m/s2", tuple(x), low, middle, high)
+    event = [e.event_id for e in events[:4]]
+    there = np.array([10.0, 20.0, 30.0, 40.0])
+    force = ForceView(shape, event, there, 0.003 * there**2, np.full(4, 0.1))
+    found = force_shape_figure(
+        events, names, replace(loop, suspect=replace(loop.suspect, force=force))
+    )
+    assert found is not None
+    band, *marked, curve = found.data
+    assert np.max(band["y"]) == high[-1]
+    assert sum(len(trace["x"]) for trace in marked) == 4
+    assert curve["y"] == middle
+    # Drawn to a little past what was measured.
+    assert 40.0 < found.layout["xaxis"]["range"][1] < 45.0
+    assert "a stretch of a measured track" in found.caption
+    bare = replace(force, event=[], x=np.empty(0), y=np.empty(0), sd=np.empty(0))
+    found = force_shape_figure(
+        events, names, replace(loop, suspect=replace(loop.suspect, force=bare))
+    )
+    assert found is not None
+    assert "No speeds were measured" in found.caption
 
 
 def test_states_change_the_traces_that_they_name(loop_content: ReportContent) -> None:
