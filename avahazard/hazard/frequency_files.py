@@ -13,7 +13,7 @@ from avahazard.records.conventions import UNKNOWN
 from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem, told_once
 from avahazard.records.forms import spell
 from avahazard.records.rows import ID, PLAIN, Name, Positive, Row, check_rows
-from avahazard.records.table import read_tables
+from avahazard.records.sheet import read_tables
 
 
 class ReturnVolumeRow(Row):

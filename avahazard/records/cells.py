@@ -19,8 +19,7 @@ from avahazard.records.conventions import (
 )
 from avahazard.records.errors import RowProblem
 from avahazard.records.meanings import MEANINGS, factor, known_unit
-from avahazard.records.sheet import Texts
-from avahazard.records.table import FileTable
+from avahazard.records.table import FileTable, Texts
 
 Place = tuple[int, str]  # index of the row, column
 PLAIN_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")

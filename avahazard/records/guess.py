@@ -17,8 +17,8 @@ from avahazard.records.cells import LIKELY_MARKS
 from avahazard.records.conventions import is_number, read_dates
 from avahazard.records.errors import RowProblem
 from avahazard.records.meanings import MEANINGS, known_unit, squash
-from avahazard.records.sheet import SheetLayout
-from avahazard.records.table import FileTable, read_tables
+from avahazard.records.sheet import read_tables
+from avahazard.records.table import FileTable, SheetLayout
 
 DATE_PARTS = ("year", "month", "day")
 FROM_UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]|[,;]\s*(\S+)$|_(m3|m2|m|km3|km|ft|ha)$")

@@ -13,8 +13,7 @@ from pydantic import Field, model_validator
 from avahazard.records.conventions import Conversion, Decimal, Order
 from avahazard.records.errors import AvahazardError, did_you_mean
 from avahazard.records.meanings import MEANINGS, known_unit, squash
-from avahazard.records.sheet import Texts, texts
-from avahazard.records.table import FileTable
+from avahazard.records.table import FileTable, Texts, texts
 from avahazard.records.toml_document import Strict, read_toml
 
 BESIDE = "columns.toml"

@@ -44,8 +44,8 @@ from avahazard.records.rows import (
     VelocityRow,
     check_rows,
 )
-from avahazard.records.sheet import SheetLayout
-from avahazard.records.table import FileTable, read_tables
+from avahazard.records.sheet import read_tables
+from avahazard.records.table import FileTable, SheetLayout
 
 TABLES = (".csv", ".tsv", ".xlsx", ".xlsm", ".xls", ".xlsb", ".ods")
 OTHERS = (".numbers",)

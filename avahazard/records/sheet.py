@@ -1,4 +1,4 @@
-"""The cells of a text file or a workbook as they were written: encoding, separators, sheets."""
+"""The tables of a text file or a workbook as they were written: encoding, separators, sheets."""
 
 from __future__ import annotations
 
@@ -10,169 +10,44 @@ import re
 import unicodedata
 import warnings
 import zipfile
-from array import array
-from bisect import bisect_left
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from itertools import chain, islice
+from collections.abc import Iterator
+from itertools import islice
+from pathlib import Path as FilePath
 from pathlib import PurePath
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avahazard.arrays import Ints
 from avahazard.records.conventions import FIRST_DAY, is_number
 from avahazard.records.errors import RowProblem
 from avahazard.records.meanings import known_name
+from avahazard.records.table import (
+    LOOKED_AT,
+    PLAIN,
+    FileTable,
+    Line,
+    SheetLayout,
+    named_table,
+    no_header,
+    packed,
+)
 
-Line = tuple[int, Sequence[str]]  # line number from 1, cells without the blanks around them
-Texts = NDArray[Any]
-"""Texts of one column, of the type `TEXT`."""
-TEXT = np.dtypes.StringDType()
-"""Up to 15 bytes of text take 16 in an array of this type, a fourth of what they take alone."""
-AT_ONCE = 10_000
-"""Rows that are taken apart, or put together, at a time."""
 
+def read_tables(
+    path: FilePath, problems: list[RowProblem], layout: SheetLayout = PLAIN
+) -> list[FileTable]:
+    """Read the table of a text file, or those of a workbook, cells as they were written.
 
-class SheetLayout(NamedTuple):
-    """Where a table stands on its sheet: rows of the header and of units, and merged cells.
-
-    With `merged` a merged cell holds its value in each of its rows and columns; with `guess` the
-    header is the row that looks like it.
+    What is wrong is added to `problems`; a table without a usable header is left out.
     """
-
-    header: int | None = None
-    units: int | None = None
-    merged: bool = False
-    guess: bool = False
-
-
-PLAIN = SheetLayout()
-
-
-class SheetCells(NamedTuple):
-    """The lines of a table, blank ones left out: names, then `columns` of `lines` `[n_rows]`.
-
-    `columns` are those with a name, in its order. `nameless` are columns (from 0) that hold
-    something under an empty name. `uneven` lines have another number of values, `(line, values)`.
-    `units` are the cells of the row of units; `likely` is the row that looks like the header, where
-    that is not the first.
-    """
-
-    first: int
-    names: tuple[str, ...]
-    lines: array[int]
-    columns: tuple[Texts, ...]
-    nameless: frozenset[int]
-    uneven: tuple[tuple[int, int], ...]
-    units: tuple[str, ...] = ()
-    likely: int = 0
-
-
-@dataclass(frozen=True, slots=True)
-class Sheet:
-    """The cells of a text file, or of one sheet of a workbook.
-
-    `name` hints at the form; `words` say how it was read; `separator` is empty in a workbook.
-    Of a workbook: `dated` are the cells `(line, column from 0)` that it holds as dates, `written`
-    the numbers that it holds as texts (None: all, as in a text file); its days count from
-    `first_day`.
-    """
-
-    file: str
-    name: str
-    cells: SheetCells
-    words: tuple[str, ...]
-    separator: str = ""
-    dated: frozenset[tuple[int, int]] = frozenset()
-    written: frozenset[tuple[int, int]] | None = None
-    first_day: dt.date = FIRST_DAY
-    title: str = ""
-
-
-def no_header(file: str) -> RowProblem:
-    """What is wrong with a file without a line."""
-    return RowProblem(file, 1, "", "", "a header row with the names of the columns")
-
-
-def texts(values: Sequence[str]) -> Texts:
-    """A column of these values."""
-    return np.array(values, dtype=TEXT)
-
-
-LOOKED_AT = 15
-"""Rows among which the header is looked for."""
-
-
-def header_row(rows: Sequence[Line]) -> int:
-    """Which of the first rows looks like the header: words, nearly as full as the fullest."""
-    filled = [sum(map(bool, cells)) for _, cells in rows]
-    for k, (_, cells) in enumerate(rows):
-        words = sum(bool(cell) and not is_number(cell) for cell in cells)
-        if words > 1 and 2 * words > filled[k] and filled[k] >= 0.6 * max(filled):
-            return k
-    return 0
-
-
-def packed(lines: Iterable[Line], layout: SheetLayout = PLAIN) -> SheetCells | None:
-    """The cells of `lines`, of which the first has the names; None where there is no line."""
-    rows = (line for line in lines if line[0] >= (layout.header or 0))
-    begin = list(islice(rows, LOOKED_AT))
-    if not begin:
-        return None
-    likely = 0 if layout.header else header_row(begin)
-    if layout.guess:
-        begin = begin[likely:]
-    first, header = begin[0]
-    rest = chain(begin[1:], rows)
-    units: Sequence[str] = ()
-    named = [k for k, name in enumerate(header) if name]
-    empty = [k for k, name in enumerate(header) if not name]
-    fewest = named[-1] + 1 if named else 0
-    numbers = array("q")
-    held: list[Sequence[str]] = []
-    blocks: list[list[Texts]] = []
-    nameless: set[int] = set()
-    uneven: list[tuple[int, int]] = []
-    for line, cells in rest:
-        n = len(cells)
-        if line == layout.units:
-            units = cells
-            continue
-        if empty:
-            nameless.update(k for k in empty if k < n and cells[k])
-        # Spreadsheets leave columns that hold nothing, not even a name.
-        while n > len(header) and not cells[n - 1]:
-            n -= 1
-        if not fewest <= n <= len(header):
-            uneven.append((line, bisect_left(named, n) + max(n - len(header), 0)))
-            continue
-        numbers.append(line)
-        held.append(cells)
-        if len(held) == AT_ONCE:
-            blocks.append(_columns(held, named))
-            held = []
-    blocks.append(_columns(held, named))
-    columns = tuple(np.concatenate(parts) for parts in zip(*blocks, strict=True))
-    return SheetCells(
-        first,
-        tuple(header),
-        numbers,
-        columns,
-        frozenset(nameless),
-        tuple(uneven),
-        tuple(units),
-        begin[likely][0] if likely and not layout.guess else 0,
-    )
-
-
-def _columns(rows: Sequence[Sequence[str]], named: Sequence[int]) -> list[Texts]:
-    """The named columns of rows that have at least these."""
-    if not rows:
-        return [texts(()) for _ in named]
-    columns = list(zip(*rows, strict=False))
-    return [texts(columns[k]) for k in named]
+    file, raw = str(path), path.read_bytes()
+    if is_workbook(raw):
+        return read_sheets(file, raw, problems, layout)
+    text = decode(file, raw, problems)
+    del raw
+    table = text and split(file, *text, problems, layout)
+    return [table] if table else []
 
 
 TEXT_ACCEPTED = "a text file in UTF-8 (in a spreadsheet: save as .xlsx, or as 'CSV UTF-8')"
@@ -257,8 +132,8 @@ HINT = re.compile(r"sep=(.)\r?\n", re.IGNORECASE)  # what Excel writes for itsel
 
 def split(
     file: str, text: str, encoding: str, problems: list[RowProblem], layout: SheetLayout = PLAIN
-) -> Sheet | None:
-    """Return the rows of `text`; None after adding to `problems`."""
+) -> FileTable | None:
+    """Return the table in `text`; None after adding to `problems`."""
     start = HINT.match(text)
     separator = start.group(1) if start else _separator(text)
     if separator not in SEPARATORS:
@@ -273,7 +148,7 @@ def split(
         problems.append(no_header(file))
         return None
     words = (encoding, SEPARATORS[separator])
-    return Sheet(file, PurePath(file).stem, cells, words, separator)
+    return named_table(file, PurePath(file).stem, cells, words, problems, separator=separator)
 
 
 def _filled(
@@ -331,8 +206,8 @@ def is_workbook(raw: bytes) -> bool:
 
 def read_sheets(
     file: str, raw: bytes, problems: list[RowProblem], layout: SheetLayout = PLAIN
-) -> list[Sheet]:
-    """Return the sheets that hold anything; add to `problems` the cells that cannot be read."""
+) -> list[FileTable]:
+    """Return the tables of the sheets; add to `problems` the cells that cannot be read."""
     try:
         parts = zipfile.ZipFile(io.BytesIO(raw)) if raw.startswith(ZIP) else None
         if parts and sum(part.file_size for part in parts.infolist()) > MOST_BYTES:
@@ -344,8 +219,11 @@ def read_sheets(
     except BaseException:  # a panic of the library, which is in Rust, is no Exception
         problems.append(RowProblem(file, 0, "", PurePath(file).name, SHEET_ACCEPTED))
         return []
+    before = len(problems)
     found = [_sheet(file, grid, len(grids) > 1, layout, problems) for grid in grids]
-    return [sheet for sheet in found if sheet is not None]
+    if not any(found) and len(problems) == before:
+        problems.append(no_header(file))
+    return [table for table in found if table is not None]
 
 
 class Grid(NamedTuple):
@@ -484,7 +362,7 @@ def _load(raw: bytes, *, values: bool) -> Any:
 
 def _sheet(
     file: str, grid: Grid, several: bool, layout: SheetLayout, problems: list[RowProblem]
-) -> Sheet | None:
+) -> FileTable | None:
     from openpyxl.utils import get_column_letter  # noqa: PLC0415 (slow to import)
 
     label = f"{file}, sheet {grid.title}" if several else file
@@ -515,13 +393,14 @@ def _sheet(
             accepted += "true in columns.toml)"
             problems.append(RowProblem(label, top + 1, "", "merged cells", accepted))
     name = grid.title if several else PurePath(file).stem
-    return Sheet(
+    return named_table(
         label,
         name,
         cells,
         ("workbook", *grid.words),
-        dated=frozenset(dated),
-        written=frozenset(written),
+        problems,
+        dated=dated,
+        written=written,
         first_day=grid.first_day,
         title=grid.title,
     )

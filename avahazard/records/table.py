@@ -4,32 +4,149 @@ from __future__ import annotations
 
 import datetime as dt
 from array import array
+from bisect import bisect_left
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field
-from itertools import repeat
+from itertools import chain, islice, repeat
 from operator import itemgetter
-from pathlib import Path as FilePath
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avahazard.arrays import Ints
-from avahazard.records.conventions import FIRST_DAY, Conversion, Decimal, Order
+from avahazard.records.conventions import FIRST_DAY, Conversion, Decimal, Order, is_number
 from avahazard.records.errors import RowProblem
-from avahazard.records.sheet import (
-    AT_ONCE,
-    PLAIN,
-    Sheet,
-    SheetCells,
-    SheetLayout,
-    Texts,
-    decode,
-    is_workbook,
-    no_header,
-    read_sheets,
-    split,
-    texts,
-)
+
+Line = tuple[int, Sequence[str]]  # line number from 1, cells without the blanks around them
+Texts = NDArray[Any]
+"""Texts of one column, of the type `TEXT`."""
+TEXT = np.dtypes.StringDType()
+"""Up to 15 bytes of text take 16 in an array of this type, a fourth of what they take alone."""
+AT_ONCE = 10_000
+"""Rows that are taken apart, or put together, at a time."""
+
+
+class SheetLayout(NamedTuple):
+    """Where a table stands on its sheet: rows of the header and of units, and merged cells.
+
+    With `merged` a merged cell holds its value in each of its rows and columns; with `guess` the
+    header is the row that looks like it.
+    """
+
+    header: int | None = None
+    units: int | None = None
+    merged: bool = False
+    guess: bool = False
+
+
+PLAIN = SheetLayout()
+
+
+class SheetCells(NamedTuple):
+    """The lines of a table, blank ones left out: names, then `columns` of `lines` `[n_rows]`.
+
+    `columns` are those with a name, in its order. `nameless` are columns (from 0) that hold
+    something under an empty name. `uneven` lines have another number of values, `(line, values)`.
+    `units` are the cells of the row of units; `likely` is the row that looks like the header, where
+    that is not the first.
+    """
+
+    first: int
+    names: tuple[str, ...]
+    lines: array[int]
+    columns: tuple[Texts, ...]
+    nameless: frozenset[int]
+    uneven: tuple[tuple[int, int], ...]
+    units: tuple[str, ...] = ()
+    likely: int = 0
+
+
+def no_header(file: str) -> RowProblem:
+    """What is wrong with a file without a line."""
+    return RowProblem(file, 1, "", "", "a header row with the names of the columns")
+
+
+def texts(values: Sequence[str]) -> Texts:
+    """A column of these values."""
+    return np.array(values, dtype=TEXT)
+
+
+LOOKED_AT = 15
+"""Rows among which the header is looked for."""
+
+
+def header_row(rows: Sequence[Line]) -> int:
+    """Which of the first rows looks like the header: words, nearly as full as the fullest."""
+    filled = [sum(map(bool, cells)) for _, cells in rows]
+    for k, (_, cells) in enumerate(rows):
+        words = sum(bool(cell) and not is_number(cell) for cell in cells)
+        if words > 1 and 2 * words > filled[k] and filled[k] >= 0.6 * max(filled):
+            return k
+    return 0
+
+
+def packed(lines: Iterable[Line], layout: SheetLayout = PLAIN) -> SheetCells | None:
+    """The cells of `lines`, of which the first has the names; None where there is no line."""
+    rows = (line for line in lines if line[0] >= (layout.header or 0))
+    begin = list(islice(rows, LOOKED_AT))
+    if not begin:
+        return None
+    likely = 0 if layout.header else header_row(begin)
+    if layout.guess:
+        begin = begin[likely:]
+    first, header = begin[0]
+    rest = chain(begin[1:], rows)
+    units: Sequence[str] = ()
+    named = [k for k, name in enumerate(header) if name]
+    empty = [k for k, name in enumerate(header) if not name]
+    fewest = named[-1] + 1 if named else 0
+    numbers = array("q")
+    held: list[Sequence[str]] = []
+    blocks: list[list[Texts]] = []
+    nameless: set[int] = set()
+    uneven: list[tuple[int, int]] = []
+    for line, cells in rest:
+        n = len(cells)
+        if line == layout.units:
+            units = cells
+            continue
+        if empty:
+            nameless.update(k for k in empty if k < n and cells[k])
+        # Spreadsheets leave columns that hold nothing, not even a name.
+        while n > len(header) and not cells[n - 1]:
+            n -= 1
+        if not fewest <= n <= len(header):
+            uneven.append((line, bisect_left(named, n) + max(n - len(header), 0)))
+            continue
+        numbers.append(line)
+        held.append(cells)
+        if len(held) == AT_ONCE:
+            blocks.append(_columns(held, named))
+            held = []
+    blocks.append(_columns(held, named))
+    columns = tuple(np.concatenate(parts) for parts in zip(*blocks, strict=True))
+    return SheetCells(
+        first,
+        tuple(header),
+        numbers,
+        columns,
+        frozenset(nameless),
+        tuple(uneven),
+        tuple(units),
+        begin[likely][0] if likely and not layout.guess else 0,
+    )
+
+
+def _columns(rows: Sequence[Sequence[str]], named: Sequence[int]) -> list[Texts]:
+    """The named columns of rows that have at least these."""
+    if not rows:
+        return [texts(()) for _ in named]
+    columns = list(zip(*rows, strict=False))
+    return [texts(columns[k]) for k in named]
+
 
 LONGEST_NAME = 200
 
@@ -116,57 +233,52 @@ def table_of(
     return FileTable(file, tuple(header), array("q", [line for line, _ in numbered]), columns)
 
 
-def read_tables(
-    path: FilePath, problems: list[RowProblem], layout: SheetLayout = PLAIN
-) -> list[FileTable]:
-    """Read the table of a text file, or those of a workbook, cells as they were written.
+def named_table(
+    file: str,
+    name: str,
+    cells: SheetCells,
+    words: tuple[str, ...],
+    problems: list[RowProblem],
+    *,
+    separator: str = "",
+    title: str = "",
+    dated: AbstractSet[tuple[int, int]] = frozenset(),
+    written: AbstractSet[tuple[int, int]] | None = None,
+    first_day: dt.date = FIRST_DAY,
+) -> FileTable | None:
+    """The table of the cells of a text file or a sheet; None after adding to `problems`.
 
-    What is wrong is added to `problems`; a table without a usable header is left out.
+    Cells of `dated` and `written` are `(line, column from 0)`; all else is as in `FileTable`.
     """
-    file, raw = str(path), path.read_bytes()
-    if is_workbook(raw):
-        sheets = read_sheets(file, raw, problems, layout)
-        if not sheets and not problems:
-            problems.append(no_header(file))
-    else:
-        text = decode(file, raw, problems)
-        del raw
-        sheet = text and split(file, *text, problems, layout)
-        sheets = [sheet] if sheet else []
-    return [table for sheet in sheets if (table := _table(sheet, problems))]
-
-
-def _table(sheet: Sheet, problems: list[RowProblem]) -> FileTable | None:
-    cells = sheet.cells
     used = [k for k, name in enumerate(cells.names) if name or k in cells.nameless]
-    header = _header(sheet.file, cells, used, problems)
+    header = _header(file, cells, used, problems)
     if not header:
         return None
     for line, n in cells.uneven:
         accepted = f"{len(header)} values, as many as the header has columns"
-        if sheet.separator == ",":
-            accepted += " (put a number with a decimal comma in quotes)"
-        problems.append(RowProblem(sheet.file, line, "", f"{n} values", accepted))
+        if separator == ",":
+            accepted += " (a number with a decimal comma stands in quotes)"
+        problems.append(RowProblem(file, line, "", f"{n} values", accepted))
     column = dict(zip(used, header, strict=True))
     return FileTable(
-        sheet.file,
+        file,
         header,
         cells.lines,
         dict(zip(header, cells.columns, strict=True)),
-        sheet.name,
-        sheet.words,
-        sheet.separator,
-        sheet.title,
+        name,
+        words,
+        separator,
+        title,
         cells.first,
-        _named(sheet.dated, column),
-        None if sheet.written is None else _named(sheet.written, column),
-        sheet.first_day,
+        _named(dated, column),
+        None if written is None else _named(written, column),
+        first_day,
         units={column[k]: text for k, text in enumerate(cells.units) if text and k in column},
     )
 
 
 def _named(
-    cells: frozenset[tuple[int, int]], column: Mapping[int, str]
+    cells: AbstractSet[tuple[int, int]], column: Mapping[int, str]
 ) -> frozenset[tuple[int, str]]:
     return frozenset((line, column[k]) for line, k in cells if k in column)
 

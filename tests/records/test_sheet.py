@@ -15,9 +15,7 @@ from avahazard.records.collection import Records
 from avahazard.records.conventions import UNKNOWN, Conventions
 from avahazard.records.intake import Intake
 from avahazard.records.reading import read_files
-from avahazard.records.sheet import Line, Sheet, packed
-from avahazard.records.table import _table as named_table
-from avahazard.records.table import table_of
+from avahazard.records.table import Line, named_table, packed, table_of
 from tests.records.matrix import save_workbook
 
 WORDS = st.sampled_from(["", "", "7", "17.25", "1950-02-13", "a text of more than 15 bytes: ⛰"])
@@ -48,15 +46,12 @@ def obvious(
 def test_columns_hold_what_the_lines_hold(header: list[str], cells: list[list[str]]) -> None:
     lines: list[Line] = [(3 + 2 * k, row) for k, row in enumerate(cells) if any(row)]
     rows, uneven, nameless = obvious(header, lines)
-    with (
-        patch("avahazard.records.sheet.AT_ONCE", 3),
-        patch("avahazard.records.table.AT_ONCE", 2),
-    ):
+    with patch("avahazard.records.table.AT_ONCE", 3):
         held = packed([(1, header), *lines])
         assert held is not None
         assert held.nameless == nameless
         assert [line for line, _ in held.uneven] == uneven
-        table = named_table(Sheet("a.csv", "a", held, ()), [])
+        table = named_table("a.csv", "a", held, (), [])
         if nameless or (held.likely and sum(map(bool, header)) < 2):  # a title is no header
             assert table is None
             return

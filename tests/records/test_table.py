@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from avahazard.records.errors import RowProblem
-from avahazard.records.table import FileTable, read_tables
+from avahazard.records.sheet import read_tables
+from avahazard.records.table import FileTable
 
 
 def read(folder: Path, raw: bytes) -> tuple[FileTable | None, list[RowProblem]]:
