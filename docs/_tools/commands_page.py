@@ -1,9 +1,10 @@
-"""The reference of commands, from their own help."""
+"""The reference of commands, from their own help and what `outputs.md` says of their output."""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 from typer.main import get_command
@@ -22,6 +23,13 @@ Completion: `avahazard --install-completion` sets it up for bash, zsh, fish or P
 the shell that it is called from; open a new terminal afterwards. The command must then be on the
 `PATH` as `avahazard` (`source .venv/bin/activate`, or a link to `.venv/bin/avahazard`).
 """
+
+
+def outputs() -> dict[str, str]:
+    """What each command prints, explained line by line."""
+    text = Path(__file__).with_name("outputs.md").read_text(encoding="utf-8")
+    sections = (section.partition("\n") for section in text.split("\n## ")[1:])
+    return {name.strip(): explained.strip() for name, _, explained in sections}
 
 
 def commands_page() -> str:
@@ -61,6 +69,7 @@ def _section(words: str, command: Any) -> str:
             f"\n    avahazard {words} {usage}\n",
             _options(command, context),
             "\nFor example:\n\n```sh\n" + "\n".join(lines) + "\n```\n",
+            f"Output:\n\n{outputs()[words]}\n",
         )
     )
 

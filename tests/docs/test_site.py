@@ -50,6 +50,13 @@ def sections(html: str) -> dict[str, str]:
     }
 
 
+def test_the_output_of_every_command_is_explained(site: Path) -> None:
+    documented = sections((site / "commands.html").read_text(encoding="utf-8"))
+    for name in ALL:
+        explained = documented[name.replace(" ", "-")].partition("Output:")[2]
+        assert len(explained.split()) > 5, name
+
+
 def test_every_command_and_every_option_is_documented(site: Path) -> None:
     documented = sections((site / "commands.html").read_text(encoding="utf-8"))
     leaves = {name.replace(" ", "-"): command for name, command in ALL.items()}

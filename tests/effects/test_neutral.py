@@ -37,7 +37,7 @@ def _base(choice: int) -> Posterior:
     choice=st.integers(0, len(SETTINGS) - 1),
     seed=st.integers(0, 50),
 )
-@settings(max_examples=30, deadline=None, derandomize=True)
+@settings(max_examples=20, deadline=None, derandomize=True)
 def test_neutral_effects_are_the_base_model(keys: list[str], choice: int, seed: int) -> None:
     base = _base(choice)
     model = posterior(observations(), *keys, **SETTINGS[choice])

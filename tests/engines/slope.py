@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import inspect
 import os
 import sys
 from collections.abc import Sequence
@@ -24,24 +25,35 @@ def stop_m(friction: float, volume_m3: float) -> float:
 
 
 PROGRAM = '''#!{python}
-"""Stands for the Python of AvaFrame: flows as wide as 100 m that stop where a formula says."""
-import configparser, sys
+"""Stands for the Python of AvaFrame: flows as wide as 100 m that stop where a formula says.
+
+It starts often, so it reads the shapes by itself: the import of pyogrio takes longer than the rest.
+"""
+import configparser, struct, sys
 from pathlib import Path
 if sys.argv[1] == "-c":
     print("{version}")
     raise SystemExit
-import numpy as np, pyogrio, rasterio, shapely
-sys.path.insert(0, {root!r})
-from tests.engines.slope import WEST, stop_m
+import numpy as np, rasterio, shapely
+
+WEST, LENGTH_M = {west}, {length}
+
+{stop}
+
+def points_of(file):
+    data = file.read_bytes()[108:]
+    n_parts, n_points = struct.unpack("<2i", data[36:44])
+    return np.frombuffer(data, "<f8", 2 * n_points, 44 + 4 * n_parts).reshape(n_points, 2)
+
 folder = Path(sys.argv[3])
 cfg = configparser.ConfigParser()
 cfg.read(folder / "Inputs/CFGs/com1DFACfg.ini")
 general = cfg["GENERAL"]
 mu = float(general.get("mucoulomb", general.get("muvoellmy")))
-release = shapely.from_wkb(pyogrio.raw.read(folder / "Inputs/REL/release.shp")[2][0])
+release = shapely.Polygon(points_of(folder / "Inputs/REL/release.shp"))
 slope = 1.6 * np.exp((WEST - release.centroid.x) / 500.0)
 area = release.area * np.hypot(1.0, slope)
-line = shapely.from_wkb(pyogrio.raw.read(folder / "Inputs/LINES/path_aimec.shp")[2][0])
+line = shapely.LineString(points_of(folder / "Inputs/LINES/path_aimec.shp"))
 with rasterio.open(folder / "Inputs/dem.tif") as dem:
     profile = dem.profile
     column, row = np.meshgrid(np.arange(dem.width), np.arange(dem.height))
@@ -60,9 +72,13 @@ with rasterio.open(target / "release_ppr.tif", "w", **profile) as out:
 
 def write_program(folder: Path, version: str = "2.1") -> Path:
     """Write the program in AvaFrame's place."""
-    root = str(Path(__file__).resolve().parents[2])
     file = folder / "python"
-    file.write_text(PROGRAM.format(python=sys.executable, version=version, root=root))
+    stop = inspect.getsource(stop_m)
+    file.write_text(
+        PROGRAM.format(
+            python=sys.executable, version=version, west=WEST, length=LENGTH_M, stop=stop
+        )
+    )
     file.chmod(0o755)
     return file
 

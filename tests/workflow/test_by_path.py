@@ -46,8 +46,8 @@ from tests.workflow.worlds import height
 
 N_POINTS = 400
 PROFILE_BYTES = 2 * 8 * N_POINTS
-FEW, MANY = 20, 80
-AT_ONCE = 10
+FEW, MANY = 10, 40
+AT_ONCE = 5
 ASKED = HazardRequest(return_periods=[30.0])
 
 
@@ -61,7 +61,10 @@ def few_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 def databases(tmp_path_factory: pytest.TempPathFactory) -> dict[int, str]:
     """Regions of few and of many bowls, with a model of two of them."""
     folder = tmp_path_factory.mktemp("regions")
-    return {n: region(folder, n) for n in (FEW, MANY)}
+    made = {n: region(folder, n) for n in (FEW, MANY)}
+    gc.collect()
+    gc.freeze()  # the modules that are loaded: else each collection below goes through them
+    return made
 
 
 def region(folder: FilePath, n: int) -> str:
