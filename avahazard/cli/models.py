@@ -229,7 +229,7 @@ def _effects(console: Console, found: Rows[EffectEntry]) -> None:
         (row.key, row.needs, "yes" if row.lacking is None else f"no: {row.lacking}")
         for row in found
     ]
-    console.print(table("Effects", ("effect", "needs", "can these data tell?"), cells))
+    console.print(table("Effects", ("effect", "needs", "supported by these data?"), cells))
     console.print("More on one: avahazard effect KEY. Your own: avahazard effect new FILE.")
 
 
@@ -272,9 +272,9 @@ def _effect(console: Console, effect: EffectDetails) -> None:
     console.print(f"It needs: {effect.needs}.")
     lacking = effect.lacking
     if lacking is None:
-        console.print("These data can tell it.")
+        console.print("These data support it.")
     else:
-        console.print(f"These data cannot tell it: {lacking}.")
+        console.print(f"These data do not support it: {lacking}.")
     if effect.parameters:
         cells = [
             (

@@ -24,7 +24,7 @@ from avahazard.workflow.requests import RunRequest
 def _show_project(console: Console, found: ProjectRun) -> None:
     rows = [(step.step, step.state, step.found) for step in found.steps]
     console.print(table(f"Project {found.project}", ("step", "state", "found"), rows))
-    by = f"The answers are by the model {found.model}, in {found.database}:"
+    by = f"The results are those of the model {found.model}, in {found.database}:"
     console.print(by, soft_wrap=True)
     for file in found.files:
         console.print(f"  {file}", soft_wrap=True)
@@ -50,7 +50,7 @@ def run(
 
 def _show_demo(console: Console, found: Demo) -> None:
     console.print(found.twin)
-    console.print("Nobody may use them to judge a real place.\n")
+    console.print("Do not use them to judge a real place.\n")
     for model in (found.model, found.gibbs):
         show_calibration(console, model)
         console.print()

@@ -79,7 +79,7 @@ def _imported(console: Console, found: Import) -> None:
 
 
 def _guessed(console: Console, found: GuessedColumns) -> None:
-    columns = ("column", "seems to be", "unit", ">sure", "because")
+    columns = ("column", "seems to be", "unit", ">confidence", "because")
     rows = [(g.source, g.column, g.unit, f"{g.confidence:.0%}", g.reason) for g in found.guesses]
     console.print(table(f"Columns of {found.file}", columns, rows))
     for text in found.open:
@@ -128,7 +128,7 @@ def _path(console: Console, found: PathCheck) -> None:
         ("largest deviation m", fit.max_deviation_m),
         ("error of the ground m", fit.ground_sd_m),
         ("length of the block m", fit.block_m),
-        ("falls all the way", found.monotone),
+        ("descends monotonically", found.monotone),
         ("smallest radius of curvature m", found.min_curvature_radius_m),
         ("length of the flow m", found.flow_length_m),
     )
@@ -183,7 +183,7 @@ def _how_it_ended(found: Runout) -> str:
         f"{found.path_id}, μ = {found.mu:.4g}{by}: released at {found.release_elevation_m:.0f} m, "
     )
     if found.status == "left_profile":
-        return f"{start}leaves the profile at its end."
+        return f"{start}runs beyond the profile."
     if found.status == "not_released":
         return f"{start}does not move: the slope is less than μ."
     return f"{start}stops at {found.runout_elevation_m:.1f} m (x = {found.runout_x_m:.1f} m)."
@@ -192,7 +192,7 @@ def _how_it_ended(found: Runout) -> str:
 MOST_FRICTIONS = 29
 MOST_JUMPS = 5
 CURVE_COLUMNS = (">μ", ">stop x m", ">elevation m", ">dx/dμ m", ">dy/dμ m", "")
-CURVE_WORDS = {"stopped": "", "left_profile": "leaves the profile", "not_released": "does not move"}
+CURVE_WORDS = {"stopped": "", "left_profile": "beyond the profile", "not_released": "does not move"}
 
 
 def show_table(console: Console, found: Runout) -> None:
@@ -304,11 +304,11 @@ def _perturbation(console: Console, check: PerturbationCheck) -> None:
     if check.mu_sd_median is None or check.mu_sd_max is None:
         return
     console.print(
-        f"Records moved within their errors {check.n_replicates} times: μ moves by "
+        f"Records perturbed within their errors {check.n_replicates} times: μ varies by "
         f"{check.mu_sd_median:.3f} (sd, median event), {check.mu_sd_max:.3f} at most."
     )
     if check.law:
-        columns = (f"{check.law} law", ">value", ">± se", ">mean when moved", ">± sd")
+        columns = (f"{check.law} law", ">value", ">± se", ">mean, perturbed", ">± sd")
         rows = [(name, p.value, p.se, p.mean, p.sd) for name, p in check.parameters.items()]
         console.print(table("", columns, rows))
 

@@ -21,7 +21,7 @@ from avahazard.report.html.score_figures import (
 )
 from avahazard.report.picture import figure
 from avahazard.report.sentences import verdict_words
-from avahazard.results.comparison import Comparison, Rung
+from avahazard.results.comparison import Comparison, LadderEntry
 from avahazard.results.diagnosis import Diagnosis
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def draw_diagnosis(file: Path, diagnosis: Diagnosis) -> None:
 
 
 def draw_ladder(
-    file: Path, rows: Sequence[Rung], comparisons: Mapping[str, Comparison] | None = None
+    file: Path, rows: Sequence[LadderEntry], comparisons: Mapping[str, Comparison] | None = None
 ) -> None:
     """Draw the rows of `ladder` to `file`; with `comparisons`, their error budgets below."""
     best = min(

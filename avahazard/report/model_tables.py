@@ -31,9 +31,9 @@ from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import (
     Comparison,
     Failure,
+    LadderEntry,
     PredictedEvent,
     PredictedRecords,
-    Rung,
 )
 from avahazard.results.diagnosis import Diagnosis, FittedLaw
 from avahazard.results.friction import Fits
@@ -193,7 +193,7 @@ def _bare(error: float | None, coordinate: str | None) -> str | None:
     return None if error is None else spoken().number(bare(error, coordinate))
 
 
-def ladder_table(rows: Sequence[Rung]) -> Table:
+def ladder_table(rows: Sequence[LadderEntry]) -> Table:
     """Every model and its error, oldest first."""
     known = {row.coordinate for row in rows if row.coordinate is not None}
     coordinate = known.pop() if len(known) == 1 else None

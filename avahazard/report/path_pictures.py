@@ -35,7 +35,7 @@ def draw_paths(
     draw_figures(file, title, named, titles=True, columns=2)
 
 
-SHADES = {"left_profile": ("#eef2f6", "leaves the profile"), "not_released": (GROUND, "held")}
+SHADES = {"left_profile": ("#eef2f6", "beyond the profile"), "not_released": (GROUND, "held")}
 """What frictions do under which the block does not stop on the way: a colour, and words."""
 
 

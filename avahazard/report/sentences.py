@@ -23,7 +23,7 @@ from avahazard.report.words import (
 )
 from avahazard.results.base import bare
 from avahazard.results.calibration import Calibration, Kinds
-from avahazard.results.comparison import BeforeAndAfter, Comparison, ErrorFall, Rung
+from avahazard.results.comparison import BeforeAndAfter, Comparison, ErrorFall, LadderEntry
 from avahazard.results.diagnosis import Diagnosis
 
 
@@ -91,7 +91,7 @@ def kinds_words(kinds: Kinds) -> list[str]:
     return words
 
 
-def why_words(name: str, ladder: list[Rung]) -> list[str]:
+def why_words(name: str, ladder: list[LadderEntry]) -> list[str]:
     """Why this model and not another of the ladder: its held-out error."""
     known = {row.model: row.held_out_crps_m for row in ladder if row.held_out_crps_m is not None}
     if len(known) < 2 or name not in known:

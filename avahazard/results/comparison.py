@@ -272,7 +272,7 @@ class BeforeAndAfter(Result):
 
 
 @dataclass(frozen=True, slots=True)
-class Rung(Result):
+class LadderEntry(Result):
     """One model on the ladder, with what it has that its parent has not.
 
     Scores are as `Standing`, None where it was never compared. `notes` are on this model.
@@ -299,6 +299,6 @@ class Rung(Result):
 class Ladder(Result):
     """All models, oldest first, with notes and the step to do now with the best of them."""
 
-    rows: Rows[Rung]
+    rows: Rows[LadderEntry]
     notes: tuple[Note, ...] = ()
     next: Note | None = field(default=None, metadata=ABSENT)

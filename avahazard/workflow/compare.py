@@ -207,7 +207,9 @@ def _speed_scores(speeds: speeds_of.MatchedSpeeds | None) -> results.SpeedScores
 
 
 SCORES = [
-    f.name for f in fields(results.Rung) if f.name in {of.name for of in fields(results.Standing)}
+    f.name
+    for f in fields(results.LadderEntry)
+    if f.name in {of.name for of in fields(results.Standing)}
 ]
 """The scores of an entry of the ladder."""
 
@@ -252,7 +254,7 @@ def ladder_rows(
     models: Sequence[store.StoredModel],
     comparisons: Mapping[str, results.Comparison | None],
     notes: Mapping[str, tuple[Note, ...]],
-) -> Rows[results.Rung]:
+) -> Rows[results.LadderEntry]:
     """An entry for each model, with its notes; its scores are None where there is no comparison."""
     effects = {model.name: model.effects for model in models}
     rows = []
@@ -261,7 +263,7 @@ def ladder_rows(
         before = effects.get(model.parent or "", ())
         scores = {} if found is None else standing(found).to_dict()
         rows.append(
-            results.Rung(
+            results.LadderEntry(
                 model=model.name,
                 parent=model.parent,
                 added=tuple(key for key in effects[model.name] if key not in before),

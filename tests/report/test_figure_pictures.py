@@ -14,9 +14,9 @@ from avahazard.report.html.score_figures import SOURCE_COLORS, budget_bars, part
 from avahazard.report.language import LANGUAGES, language_of, speaking
 from avahazard.report.words import part_words
 from avahazard.results.base import Rows
-from avahazard.results.comparison import BudgetPart, Rung
+from avahazard.results.comparison import BudgetPart, LadderEntry
 from avahazard.results.diagnosis import Candidate
-from tests.results.samples import CANDIDATE, COMPARISON, DIAGNOSIS, FAILURE, FORCE, RUNG
+from tests.results.samples import CANDIDATE, COMPARISON, DIAGNOSIS, FAILURE, FORCE, LADDER_ENTRY
 
 
 @pytest.mark.parametrize(
@@ -100,9 +100,9 @@ def test_a_release_without_an_error_has_no_bar(with_release: bool) -> None:
 
 
 def test_models_and_floor(tmp_path: Path) -> None:
-    def row(model: str, parent: str | None, crps: float | None) -> Rung:
+    def row(model: str, parent: str | None, crps: float | None) -> LadderEntry:
         added = ("season",) if parent else ()
-        return replace(RUNG, model=model, parent=parent, added=added, held_out_crps_m=crps)
+        return replace(LADDER_ENTRY, model=model, parent=parent, added=added, held_out_crps_m=crps)
 
     file = tmp_path / "a.svg"
     draw_ladder(
@@ -123,7 +123,7 @@ def test_models_and_floor(tmp_path: Path) -> None:
 
 def test_models_that_have_no_floor(tmp_path: Path) -> None:
     file = tmp_path / "a.svg"
-    draw_ladder(file, [replace(RUNG, parent="gone", noise_floor_crps_m=None)])
+    draw_ladder(file, [replace(LADDER_ENTRY, parent="gone", noise_floor_crps_m=None)])
     assert "floor" not in file.read_text(encoding="utf-8")
 
 
@@ -131,7 +131,7 @@ def test_the_budgets_are_stacked_bars_below(tmp_path: Path) -> None:
     parts = {"record": 8.0, "scatter": 40.0, "season": 30.0, "unexplained": 20.0}
     budget = Rows(BudgetPart(source, rms) for source, rms in parts.items())
     file = tmp_path / "a.svg"
-    draw_ladder(file, [RUNG], {"base": replace(COMPARISON, budget=budget)})
+    draw_ladder(file, [LADDER_ENTRY], {"base": replace(COMPARISON, budget=budget)})
     text = file.read_text(encoding="utf-8")
     for words in (
         "scatter, natural or missing in the model",

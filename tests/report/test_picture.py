@@ -18,7 +18,7 @@ from tests.results.samples import (
     COMPARISON,
     DIAGNOSIS,
     FRICTIONS,
-    RUNG,
+    LADDER_ENTRY,
 )
 
 
@@ -57,7 +57,7 @@ def test_a_picture_that_fails_leaves_no_file_and_the_old_one(
 DRAWN = [
     (COMPARISON, "base against the records"),
     (DIAGNOSIS, "base is adequate: these data show no missing effect"),
-    (Ladder(Rows([RUNG])), "42 m"),
+    (Ladder(Rows([LADDER_ENTRY])), "42 m"),
     (FRICTIONS, "all events (3)"),
 ]
 

@@ -9,8 +9,8 @@ from avahazard.results.comparison import (
     Comparison,
     Failure,
     HeldOutScores,
+    LadderEntry,
     MeasuredForce,
-    Rung,
     RunoutScores,
     Scores,
     Standing,
@@ -32,8 +32,8 @@ COMPARISON = Comparison(
     measured_force=None,
 )
 STANDING = Standing(70.0, 40.0, 72.0, 42.0, -55.0, -50.0, 3.0, 0.9, None, 12.0, 7.0)
-RUNG = Rung("base", None, (), 70.0, 40.0, 42.0, -50.0, 3.0, 0.9, None, 12.0, 8.0)
-NOT_COMPARED = Rung("new", None, (), *[None] * 9)
+LADDER_ENTRY = LadderEntry("base", None, (), 70.0, 40.0, 42.0, -50.0, 3.0, 0.9, None, 12.0, 8.0)
+NOT_COMPARED = LadderEntry("new", None, (), *[None] * 9)
 CANDIDATE = Candidate(
     effect="season",
     gain=30.0,

@@ -12,7 +12,7 @@ import pytest
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import ABSENT, PICTURES, Result, Rows, plain, steps
 from avahazard.results.comparison import Ladder
-from tests.results.samples import COMPARISON, RUNG
+from tests.results.samples import COMPARISON, LADDER_ENTRY
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,11 +64,11 @@ def test_rows_are_a_frame() -> None:
 
 
 def test_a_list_is_a_frame_of_its_rows_and_short_to_look_at() -> None:
-    ladder = Ladder(Rows([RUNG, RUNG]))
+    ladder = Ladder(Rows([LADDER_ENTRY, LADDER_ENTRY]))
     assert len(ladder.to_frame()) == 2
     assert repr(ladder) == "Ladder(rows=<2>)"
-    assert repr(ladder.rows) == "Rows(2 Rung)"
-    assert len(repr(RUNG)) < 400
+    assert repr(ladder.rows) == "Rows(2 LadderEntry)"
+    assert len(repr(LADDER_ENTRY)) < 400
     assert "{" not in Rows([COMPARISON])._repr_html_()
 
 

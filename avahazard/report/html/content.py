@@ -12,7 +12,7 @@ from avahazard.notes import Note
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.records.collection import Event, Path, Records, TerrainCrop, of_path
 from avahazard.results.calibration import Calibration
-from avahazard.results.comparison import Comparison, Rung
+from avahazard.results.comparison import Comparison, LadderEntry
 from avahazard.results.diagnosis import Diagnosis, Shape
 from avahazard.results.friction import FrictionDensity
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, ZonedPath
@@ -256,7 +256,7 @@ class ReportContent:
     friction: FrictionView | None
     densities: Sequence[FrictionDensity]
     summaries: Sequence[PathSummary]
-    ladder: Sequence[Rung]
+    ladder: Sequence[LadderEntry]
     comparison: Comparison | None
     diagnosis: Diagnosis | None
     rows: Sequence[HazardRow]

@@ -24,7 +24,7 @@ from avahazard.report.html.figure import (
 from avahazard.report.language import plural, say, spoken
 from avahazard.report.words import SIGNIFICANT, amount, axis_words, chance, level_words, part_words
 from avahazard.results.base import RATIO, unit_of
-from avahazard.results.comparison import Comparison, MeasuredForce, Rung
+from avahazard.results.comparison import Comparison, LadderEntry, MeasuredForce
 from avahazard.results.diagnosis import Diagnosis
 
 PALE = "#B8B8B8"
@@ -61,7 +61,7 @@ def parts_in_order(found: Mapping[str, Mapping[str, float]]) -> dict[str, str]:
     return colors | ({UNEXPLAINED: SOURCE_COLORS[UNEXPLAINED]} if UNEXPLAINED in sources else {})
 
 
-def ladder_figure(ladder: Sequence[Rung], name: str) -> Figure | None:
+def ladder_figure(ladder: Sequence[LadderEntry], name: str) -> Figure | None:
     """A bar for every compared model, this one blue; None where none was compared."""
     rows = [row for row in ladder if row.held_out_crps_m is not None]
     if not rows:
@@ -118,7 +118,7 @@ def ladder_figure(ladder: Sequence[Rung], name: str) -> Figure | None:
     )
 
 
-def _changed(row: Rung, rows: Sequence[Rung]) -> str:
+def _changed(row: LadderEntry, rows: Sequence[LadderEntry]) -> str:
     """The error of a model, and how it differs from that of its parent."""
     errors = {known.model: known.held_out_crps_m for known in rows}
     now, before = errors[row.model], errors.get(row.parent or "")
@@ -133,7 +133,9 @@ LEAST_SHARE = 0.06
 """Of the longest bar: shorter segments have their metres on hover only."""
 
 
-def budget_figure(ladder: Sequence[Rung], comparisons: Mapping[str, Comparison]) -> Figure | None:
+def budget_figure(
+    ladder: Sequence[LadderEntry], comparisons: Mapping[str, Comparison]
+) -> Figure | None:
     """A bar for every compared model with a budget; None where there is none."""
     found = budget_bars([row.model for row in ladder], comparisons)
     if not found:

@@ -14,7 +14,7 @@ def test_one_effect(snow_database: str) -> None:
     text = run(snow_database, "effect", "turbulent-drag").stdout
     assert "Voellmy" in text
     assert "0 to 0.03" in text
-    assert "These data can tell it." in text
+    assert "These data support it." in text
 
 
 def test_a_template(snow_database: str, tmp_path: Path) -> None:

@@ -31,7 +31,7 @@ def test_people_see_the_stop_and_some_speeds(on_twin: Run) -> None:
     assert done.exit_code == 0
     assert "stops at" in done.stdout
     assert len(done.stdout.splitlines()) < 20
-    assert "leaves the profile" in on_twin("runout", "scey", "--mu", "0.2").stdout
+    assert "runs beyond the profile" in on_twin("runout", "scey", "--mu", "0.2").stdout
     held = on_twin("--json", "runout", "scey", "--mu", "3")
     assert '"status": "not_released"' in held.stdout
     assert "does not move" in on_twin("runout", "scey", "--mu", "3").stdout
@@ -81,7 +81,7 @@ def test_the_curve_as_table_and_picture(on_twin: Run, tmp_path: Path) -> None:
     table = done.stdout.split("F(μ) on scey")[1]
     rows = [line.split() for line in table.splitlines() if line.strip()[:1].isdigit()]
     assert 15 <= len(rows) <= 31
-    assert untold(table, "leaves the profile", "does not move", "dx/dμ") == []
+    assert untold(table, "beyond the profile", "does not move", "dx/dμ") == []
     assert "<svg" in file.read_text(encoding="utf-8")
     document = json.loads(on_twin("--json", *words).stdout)
     by_mu = {row["mu"]: row for row in document["table"]}

@@ -12,8 +12,8 @@ from avahazard.report.html.figure import BLUE
 from avahazard.report.html.model_figures import posterior_figures
 from avahazard.report.html.score_figures import ladder_figure
 from avahazard.results.calibration import ParameterSummary
-from avahazard.results.comparison import Rung
-from tests.results.samples import NOT_COMPARED, RUNG
+from avahazard.results.comparison import LadderEntry
+from tests.results.samples import NOT_COMPARED, LADDER_ENTRY
 
 
 def test_each_histogram_has_the_normal_of_its_draws() -> None:
@@ -31,16 +31,16 @@ def test_each_histogram_has_the_normal_of_its_draws() -> None:
     assert np.max(np.abs(np.interp(bars["x"], x, y) - bars["y"])) < 0.15 * y.max()
 
 
-def rungs(*errors: float | None) -> list[Rung]:
+def entries(*errors: float | None) -> list[LadderEntry]:
     """A ladder with these held-out errors; every model is a child of the first."""
     return [
-        replace(NOT_COMPARED if e is None else RUNG, model=f"m{k}", parent="m0", held_out_crps_m=e)
+        replace(NOT_COMPARED if e is None else LADDER_ENTRY, model=f"m{k}", parent="m0", held_out_crps_m=e)
         for k, e in enumerate(errors)
     ]
 
 
 def test_bars_are_the_errors_of_compared_models_and_this_one_is_blue() -> None:
-    figure = ladder_figure(rungs(50.0, 40.0, None), "m1")
+    figure = ladder_figure(entries(50.0, 40.0, None), "m1")
     assert figure is not None
     (bars,) = figure.data
     assert bars["x"] == [50.0, 40.0]
@@ -51,4 +51,4 @@ def test_bars_are_the_errors_of_compared_models_and_this_one_is_blue() -> None:
 
 
 def test_nothing_compared_is_no_figure() -> None:
-    assert ladder_figure(rungs(None, None), "m1") is None
+    assert ladder_figure(entries(None, None), "m1") is None
