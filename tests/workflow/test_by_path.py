@@ -61,10 +61,7 @@ def few_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 def databases(tmp_path_factory: pytest.TempPathFactory) -> dict[int, str]:
     """Regions of few and of many bowls, with a model of two of them."""
     folder = tmp_path_factory.mktemp("regions")
-    made = {n: region(folder, n) for n in (FEW, MANY)}
-    gc.collect()
-    gc.freeze()  # the modules that are loaded: else each collection below goes through them
-    return made
+    return {n: region(folder, n) for n in (FEW, MANY)}
 
 
 def region(folder: FilePath, n: int) -> str:
