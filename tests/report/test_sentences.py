@@ -46,7 +46,7 @@ def test_the_verdict_says_where_the_physics_is() -> None:
     assert verdict_words(found).endswith("(+40 m). P01 and P06 have forest.")
 
 
-@pytest.mark.parametrize(("share", "words"), [(0.6, "cannot tell"), (0.4, "adequate")])
+@pytest.mark.parametrize(("share", "words"), [(0.6, "insufficient"), (0.4, "adequate")])
 def test_few_data_are_not_called_a_good_model(share: float, words: str) -> None:
     found = replace(DIAGNOSIS, verdict="adequate", missing=(), detectable_share=share)
     assert words in verdict_words(found, "base")
