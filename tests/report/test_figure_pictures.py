@@ -76,7 +76,7 @@ def test_no_candidates(tmp_path: Path) -> None:
 def test_the_title_says_where_data_cannot_tell(tmp_path: Path) -> None:
     file = tmp_path / "a.svg"
     draw_diagnosis(file, replace(DIAGNOSIS, verdict="adequate", missing=(), detectable_share=0.9))
-    assert "these data cannot tell" in file.read_text(encoding="utf-8")
+    assert "these data are insufficient" in file.read_text(encoding="utf-8")
 
 
 ALL = (*SOURCES, UNEXPLAINED)

@@ -13,7 +13,7 @@ from avahazard.report.html.model_figures import posterior_figures
 from avahazard.report.html.score_figures import ladder_figure
 from avahazard.results.calibration import ParameterSummary
 from avahazard.results.comparison import LadderEntry
-from tests.results.samples import NOT_COMPARED, LADDER_ENTRY
+from tests.results.samples import LADDER_ENTRY, NOT_COMPARED
 
 
 def test_each_histogram_has_the_normal_of_its_draws() -> None:
@@ -34,7 +34,12 @@ def test_each_histogram_has_the_normal_of_its_draws() -> None:
 def entries(*errors: float | None) -> list[LadderEntry]:
     """A ladder with these held-out errors; every model is a child of the first."""
     return [
-        replace(NOT_COMPARED if e is None else LADDER_ENTRY, model=f"m{k}", parent="m0", held_out_crps_m=e)
+        replace(
+            NOT_COMPARED if e is None else LADDER_ENTRY,
+            model=f"m{k}",
+            parent="m0",
+            held_out_crps_m=e,
+        )
         for k, e in enumerate(errors)
     ]
 
