@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
-import pandas as pd
 import pytest
 
 from avahazard.records.errors import AvahazardError
@@ -42,10 +42,8 @@ return_period_years = 30
 
 @pytest.fixture
 def folder(snow_world: Path, tmp_path: Path) -> Path:
-    (tmp_path / "world").mkdir()
-    for file in (snow_world / "world").glob("*.csv"):
-        rows = pd.read_csv(file, dtype=str, keep_default_na=False)
-        rows[rows.path_id.isin(["P01", "P02"])].to_csv(tmp_path / "world" / file.name, index=False)
+    shutil.copytree(snow_world / "world", tmp_path / "world")
+    (tmp_path / "world" / "truth.json").unlink(missing_ok=True)
     (tmp_path / "avahazard.toml").write_text(SMALL)
     return tmp_path
 
