@@ -108,17 +108,13 @@ def _passing(
     return GroupEffect(key, _spread(tau), groups)
 
 
-def _winter_effect(facts: Facts) -> GroupEffect:
-    return _passing("winter-effect", "tau_winter", facts["winters"], _winter_labels)
-
-
 WINTER_EFFECT = Definition(
     key="winter-effect",
     meaning="Avalanches of one winter (October to September) share something that no column "
     "records, such as its weather or its observer. The spread between winters is τ, on log "
     "friction.",
     needs="date",
-    build=_winter_effect,
+    build=lambda facts: _passing("winter-effect", "tau_winter", facts["winters"], _winter_labels),
     lacking=_few_winters,
     facts=_winters,
     nuisance=_few_winters,

@@ -43,8 +43,9 @@ EDGE_M = 40.0
 """The snow line is blurred over this height, so that the likelihood is smooth in it."""
 
 
-def _drag(_site: Site, resistance: Resistance, values: Floats) -> Resistance:
-    return replace(resistance, drag=resistance.drag + values[0])
+def _added(term: str, _site: Site, resistance: Resistance, values: Floats) -> Resistance:
+    """The resistance with the same of one of its terms added everywhere."""
+    return replace(resistance, **{term: getattr(resistance, term) + values[0]})
 
 
 DRAG = Parameter("drag", "1/m", 0.0, 0.0, 0.005, 0.0, 0.03)
@@ -54,7 +55,7 @@ TURBULENT_DRAG = Definition(
     "the square of speed (Voellmy). Fast avalanches are held back more than slow ones, so that "
     "long steep tracks need less friction at the bed than a Coulomb block says.",
     needs="profile; speeds help",
-    build=lambda _: MotionEffect("turbulent-drag", (DRAG,), _drag),
+    build=lambda _: MotionEffect("turbulent-drag", (DRAG,), partial(_added, "drag")),
     lacking=needs_profile,
     limits_speed=True,
     order=20,
@@ -85,17 +86,13 @@ SPEED_WEAKENING = Definition(
 )
 
 
-def _cohesion(_site: Site, resistance: Resistance, values: Floats) -> Resistance:
-    return replace(resistance, constant=resistance.constant + values[0])
-
-
 STRENGTH = Parameter("strength", "m/s2", 0.0, 0.0, 1.0, 0.0, 3.5)
 COHESION = Definition(
     key="cohesion",
     meaning="Snow sticks to its bed with a strength that does not depend on the load. It resists "
     "alike on steep and on gentle ground, so steep tracks brake more than friction alone says.",
     needs="profile, speeds",
-    build=lambda _: MotionEffect("cohesion", (STRENGTH,), _cohesion),
+    build=lambda _: MotionEffect("cohesion", (STRENGTH,), partial(_added, "constant")),
     lacking=needs_profile,
     order=40,
 )

@@ -10,16 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.physics.block import LEFT_PROFILE, STOPPED
+from avahazard.physics.block import LEFT_PROFILE, STOPPED, Asked, every_stop
 from avahazard.physics.cells import Cells, Resistance, build_cells
 from avahazard.physics.runout_curve import (
     MU,
-    Asked,
     NearStops,
     RunoutCurve,
     filled,
     near_stops,
-    tabulate,
 )
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.physics.speed import filled_speeds, speeds_along, squares_to_rest
@@ -157,17 +155,14 @@ class Site:
 
     def table(self, cells: Cells) -> RunoutCurve:
         """F(μ) from every release of the site, `[n_releases, n_friction]`."""
-        starts = np.searchsorted(cells.x, self.release_x)
-        if not cells.speed_dependent:
-            return tabulate(cells, starts)
-        # Such runs cost ten times as much.
-        return filled(tabulate(cells, starts, COARSE), COARSE)
+        return self.table_near(cells, every_stop(len(self.release_x))).curve
 
     def table_near(self, cells: Cells, asked: Asked) -> NearStops:
         """The same near some stops from each release alone (`near_stops`)."""
         starts = np.searchsorted(cells.x, self.release_x)
         if not cells.speed_dependent:
             return near_stops(cells, starts, MU, asked)
+        # Such runs cost ten times as much.
         begun = asked._replace(middle=asked.middle // COARSE)
         found = near_stops(cells, starts, MU[::COARSE], begun)
         end = COARSE * (found.end - 1) + 1
@@ -186,7 +181,7 @@ class Site:
         if not cells.speed_dependent:
             speeds[near] = speeds_along(cells, start, mu, x)
             return speeds
-        # As in `table`.
+        # As in `table_near`.
         speeds[near] = filled_speeds(speeds_along(cells, start, mu[::COARSE], x), COARSE)
         return speeds
 
@@ -212,19 +207,14 @@ class SimulatedSite(Site):
         start = float(self.release_x[0])
         return stop_table(self.runs, start, float(self.smooth.x_max))
 
-    def table(self, cells: Cells) -> RunoutCurve:  # noqa: ARG002 (no block runs)
+    def table_near(self, cells: Cells, asked: Asked) -> NearStops:  # noqa: ARG002 (no block runs)
         """F(μ) of every volume, `[n_releases, n_friction]`."""
         x = np.array([self.stops.at(float(volume), MU) for volume in self.volume])
-        left = np.isinf(x)
+        left, n = np.isinf(x), len(x)
         x = np.where(left, np.nan, x)
-        return RunoutCurve(
-            x, self.smooth.height(x), np.where(left, LEFT_PROFILE, STOPPED).astype(np.int8)
-        )
-
-    def table_near(self, cells: Cells, asked: Asked) -> NearStops:  # noqa: ARG002
-        """The same."""
-        n = len(self.volume)
-        return NearStops(self.table(cells), np.zeros(n, np.int64), np.full(n, len(MU)))
+        status = np.where(left, LEFT_PROFILE, STOPPED).astype(np.int8)
+        curve = RunoutCurve(x, self.smooth.height(x), status)
+        return NearStops(curve, np.zeros(n, np.int64), np.full(n, len(MU)))
 
 
 @lru_cache(maxsize=KEPT_TERRAINS)

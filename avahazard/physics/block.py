@@ -55,8 +55,8 @@ def new_batch(n_rows: int, rows: int) -> Batch:
 
 
 @kernel
-def release(cells: Cells, start: int, mu: Floats, first: int, batch: Batch) -> int:
-    """Place blocks with frictions `mu[first:]` at the start node; the number that move off.
+def release(cells: Cells, start: int, mu: Floats, batch: Batch) -> int:
+    """Place blocks with the first frictions of `mu` at the start node; the number that move off.
 
     A block moves off if the slope at the release exceeds what holds it.
     """
@@ -65,13 +65,13 @@ def release(cells: Cells, start: int, mu: Floats, first: int, batch: Batch) -> i
     batch.stop_cell[:] = -1
     batch.lost_x[:] = np.nan
     for j in range(BATCH_SIZE):
-        batch.friction[j] = mu[min(first + j, len(mu) - 1)]
+        batch.friction[j] = mu[min(j, len(mu) - 1)]
     if start == len(cells.length):
         return 0
     n_moving = 0
     slope = cells.slope[start]
     stretch = np.sqrt(1.0 + slope * slope)
-    for j in range(min(BATCH_SIZE, len(mu) - first)):
+    for j in range(min(BATCH_SIZE, len(mu))):
         friction, constant = resisting(cells, start, batch.friction[j], 0.0)
         if friction < slope - constant * stretch / GRAVITY:
             batch.w[row, j] = 0.0
@@ -79,7 +79,7 @@ def release(cells: Cells, start: int, mu: Floats, first: int, batch: Batch) -> i
     return n_moving
 
 
-@kernel(inner=True)
+@kernel
 def march(cells: Cells, start: int, batch: Batch, n_moving: int) -> None:
     """Run the blocks from the start node until all rest or the path ends."""
     friction, w = batch.friction, batch.w
@@ -104,7 +104,7 @@ def march(cells: Cells, start: int, batch: Batch, n_moving: int) -> None:
     place_stops(cells, batch)
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def first_of_batch(w: Floats, row: int) -> int:
     """How many blocks, from the first on, hold all that still move: a multiple of `LANES`."""
     n = 0
@@ -164,47 +164,103 @@ class Stops(NamedTuple):
     lift_off_x: Floats
 
 
+class Asked(NamedTuple):
+    """Stops asked for from each start, `[n_starts]`.
+
+    Those between the places `low` and `high` (m); where `high` is inf all that leaves the profile
+    is asked for as well. Runs begin about the friction with index `middle`.
+    """
+
+    low: Floats
+    high: Floats
+    middle: NDArray[np.int64]
+
+
+def every_stop(n_starts: int) -> Asked:
+    """All stops are asked for."""
+    low, high = np.full(n_starts, -np.inf), np.full(n_starts, np.inf)
+    return Asked(low, high, np.zeros(n_starts, np.int64))
+
+
 def run(cells: Cells, starts: NDArray[np.int64], mu: Floats) -> Stops:
     """Run the block from each start node with each friction.
 
     `starts` `[n_starts]` are node indices, `mu` `[n_friction]` Coulomb frictions (any order;
     neighbours that are close run fastest).
     """
+    return run_near(cells, starts, mu, every_stop(len(starts)), BATCH_SIZE, 0)[0]
+
+
+def run_near(
+    cells: Cells, starts: NDArray[np.int64], mu: Floats, asked: Asked, width: int, margin: int
+) -> tuple[Stops, NDArray[np.int64], NDArray[np.int64]]:
+    """Run the block with the rising frictions `mu` that stop it where it is `asked` for.
+
+    And with `margin` more on either side, `width` at once (a batch at most). Returns the stops,
+    and from each start the first friction that was run and the one before which that ends,
+    `[n_starts]` each; below and above these the end of what was run is repeated.
+    """
     # In one piece: a slice such as MU[::4] would have the kernel compiled again.
     mu = np.ascontiguousarray(mu, dtype=np.float64)
-    return Stops(*_run(cells, np.asarray(starts, dtype=np.int64), mu))
+    *stops, first, end = _run(cells, np.asarray(starts, np.int64), mu, *asked, width, margin)
+    return Stops(*stops), first, end
 
 
 @kernel
-def _run(cells, starts, mu):  # type: ignore[no-untyped-def]
-    shape = len(starts), len(mu)
+def _run(cells, starts, mu, low, high, middle, width, margin):  # type: ignore[no-untyped-def]
+    n_starts, n = len(starts), len(mu)
+    shape = n_starts, n
     x, y, lift_off_x = np.empty(shape), np.empty(shape), np.empty(shape)
     status = np.empty(shape, dtype=np.int8)
+    firsts, ends = np.empty(n_starts, dtype=np.int64), np.empty(n_starts, dtype=np.int64)
     batch = new_batch(2, 1)
-    for s in range(len(starts)):
-        for first in range(0, len(mu), BATCH_SIZE):
-            n = min(BATCH_SIZE, len(mu) - first)
-            some = slice(first, first + n)
-            fill_stops(cells, starts[s], mu[some], batch, x[s, some], y[s, some], status[s, some])
-            lift_off_x[s, some] = batch.lost_x[:n]
-    return x, y, status, lift_off_x
+    for s in range(n_starts):
+        stops = x[s], y[s], status[s], lift_off_x[s]
+        # At the first guess, then on to either side.
+        first = end = max(0, min(middle[s] - width // 2, n - width))
+        while end == first or (end < n and not x[s, end - 1 - margin] < low[s]):
+            begin, end = end, min(n, end + width)
+            _fill_stops(cells, starts[s], mu, begin, end, batch, stops)
+        while first > 0 and not _beyond(x[s], status[s], first + margin, high[s]):
+            stop, first = first, max(0, first - width)
+            _fill_stops(cells, starts[s], mu, first, stop, batch, stops)
+        # As if no more had been run than is needed, wherever it began.
+        above, below = first, end - 1
+        while above + 1 < end and _beyond(x[s], status[s], above + 1, high[s]):
+            above += 1
+        while below - 1 >= first and x[s, below - 1] < low[s]:
+            below -= 1
+        first, end = max(above - margin, first), min(below + 1 + margin, end)
+        firsts[s], ends[s] = first, end
+        x[s, :first], y[s, :first], status[s, :first] = x[s, first], y[s, first], status[s, first]
+        x[s, end:], y[s, end:] = x[s, end - 1], y[s, end - 1]
+        status[s, end:] = status[s, end - 1]
+    return x, y, status, lift_off_x, firsts, ends
 
 
-@kernel
-def fill_stops(cells, start, mu, batch, x, y, status):  # type: ignore[no-untyped-def]
-    """Fill in where the blocks of a batch stop, `Stops` `[n]` of their frictions `mu` `[n]`."""
-    n_moving = release(cells, start, mu, 0, batch)
-    for j in range(len(mu)):
-        moves = not np.isnan(batch.w[start & 1, j])
+@kernel(inner=True)
+def _beyond(x, status, j, high):  # type: ignore[no-untyped-def]
+    """Whether friction j brings the block past all that is asked for."""
+    return np.isfinite(high) if status[j] == LEFT_PROFILE else x[j] > high
+
+
+@kernel(inner=True)
+def _fill_stops(cells, start, mu, begin, end, batch, stops):  # type: ignore[no-untyped-def]
+    """Fill in the `Stops` of a start for the frictions from `begin` to `end`, one batch at most."""
+    x, y, status, lift_off_x = stops
+    n_moving = release(cells, start, mu[begin:end], batch)
+    for j in range(begin, end):
+        moves = not np.isnan(batch.w[start & 1, j - begin])
         x[j], y[j] = np.nan, np.nan
         status[j] = LEFT_PROFILE if moves else NOT_RELEASED
         if not moves:
             x[j], y[j] = cells.x[start], cells.y[start]
     march(cells, start, batch, n_moving)
-    for j in range(len(mu)):
-        i = batch.stop_cell[j]
+    for j in range(begin, end):
+        lift_off_x[j] = batch.lost_x[j - begin]
+        i = batch.stop_cell[j - begin]
         if i >= 0:
-            t = batch.stop_t[j]
+            t = batch.stop_t[j - begin]
             status[j] = STOPPED
             x[j] = cells.x[i] + t * (cells.x[i + 1] - cells.x[i])
             y[j] = elevation_in_cell(cells, i, t)

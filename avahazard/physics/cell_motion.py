@@ -11,7 +11,7 @@ from avahazard.kernels import kernel
 from avahazard.physics.cells import GRAVITY, SPEED_STEP, Cells
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def at_speed(table: np.ndarray, w: float) -> float:
     """Value of a table over speed (`cells.SPEEDS`) at speed √w, linear in between."""
     return between(table, table_place(table, w))
@@ -25,14 +25,14 @@ def table_place(table: np.ndarray, w: float) -> float:
     return place if place < last else last  # also for the nan of a block at rest
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def between(table: np.ndarray, place: float) -> float:
     """Value of a table at a place, linear in between."""
     j = np.uint32(min(int(place), len(table) - 2))
     return table[j] + (place - j) * (table[j + np.uint32(1)] - table[j])
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def resisting(cells: Cells, i: int, mu: float, w: float) -> tuple[float, float]:
     """Friction and constant resistance (m/s²) in cell i of a block of friction `mu` and u² = w."""
     constant = cells.constant[i]
@@ -42,7 +42,7 @@ def resisting(cells: Cells, i: int, mu: float, w: float) -> tuple[float, float]:
     return mu * cells.factor[i] + cells.offset[i], constant
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def load(cells: Cells, bend: float, w: float) -> float:
     """N/cosθ if held to the ground, N = g cosθ + κw and κ = -bend cosθ; below zero it flies."""
     return GRAVITY - cells.curvature * bend * w
@@ -69,7 +69,7 @@ def node_acceleration(cells: Cells, i: int, node: int, mu: float, w: float) -> f
     return acceleration(slope, stretch, loaded, friction, constant, cells.drag[i] * w)
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def end_accelerations(cells: Cells, i: int, mu: float, w0: float, w1: float) -> tuple[float, float]:
     """dw/dx at the start and the end of cell i."""
     return node_acceleration(cells, i, i, mu, w0), node_acceleration(cells, i, i + 1, mu, w1)
@@ -90,7 +90,7 @@ def elevation_in_cell(cells: Cells, i: int, t: float) -> float:
     return hermite(t, cells.y[i], -h * cells.slope[i], cells.y[i + 1], -h * cells.slope[i + 1])
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def newton_zero(w0: float, d0: float, w1: float, d1: float) -> float:
     """Zero of the cubic with these end values and slopes that falls from w0 > 0 to w1 ≤ 0.
 

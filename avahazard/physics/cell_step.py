@@ -29,7 +29,7 @@ CORRECTIONS = 3
 GAUSS_LOW, GAUSS_HIGH = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def step(
     cells: Cells, i: int, friction: Floats, w: Floats, row: int, row_new: int
 ) -> tuple[bool, bool]:
@@ -58,7 +58,7 @@ def step(
     return low > 0, high > 0
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def step_by_speed(
     cells: Cells,
     i: int,
@@ -120,7 +120,7 @@ def step_by_speed(
 THIRD = 1.0 / 3.0
 
 
-@kernel(forceinline=True)
+@kernel(inner=True, forceinline=True)
 def step_with_contact(
     cells: Cells,
     i: int,

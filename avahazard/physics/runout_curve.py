@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Bools, Floats, Ints
 from avahazard.kernels import kernel
-from avahazard.physics.block import LEFT_PROFILE, STOPPED, fill_stops, new_batch, run
+from avahazard.physics.block import LEFT_PROFILE, STOPPED, Asked, run, run_near
 from avahazard.physics.cells import Cells
 
 MU_STEP = 0.0025
@@ -314,18 +314,6 @@ WIDTH, SLOW_WIDTH = 32, 16
 """Frictions run at once; the second where resistance depends on speed, and each costs by itself."""
 
 
-class Asked(NamedTuple):
-    """Stops asked for from each start, `[n_starts]`.
-
-    Those between the places `low` and `high` (m); where `high` is inf all that runs beyond the
-    profile is asked for as well. Runs begin about the friction with index `middle`.
-    """
-
-    low: Floats
-    high: Floats
-    middle: Ints
-
-
 class NearStops(NamedTuple):
     """`curve` `[n_starts, n_friction]`, run from index `first` up to before `end` `[n_starts]`.
 
@@ -342,46 +330,6 @@ def near_stops(cells: Cells, starts: NDArray[np.int64], mu: Floats, asked: Asked
 
     `mu` `[n_friction]` rise.
     """
-    mu = np.ascontiguousarray(mu, np.float64)
-    slow = cells.speed_dependent
-    width, margin = (SLOW_WIDTH, SLOW_MARGIN) if slow else (WIDTH, MARGIN)
-    x, y, status, first, end = _near(cells, starts, mu, *asked, width, margin)
-    return NearStops(RunoutCurve(x, y, status, mu), first, end)
-
-
-@kernel
-def _near(cells, starts, mu, low, high, middle, width, margin):  # type: ignore[no-untyped-def]
-    n_starts, n = len(starts), len(mu)
-    x, y = np.empty((n_starts, n)), np.empty((n_starts, n))
-    status = np.empty((n_starts, n), dtype=np.int8)
-    firsts, ends = np.empty(n_starts, dtype=np.int64), np.empty(n_starts, dtype=np.int64)
-    batch = new_batch(2, 1)
-    for s in range(n_starts):
-        # At the first guess, then on to either side.
-        first = end = max(0, min(middle[s] - width // 2, n - width))
-        while end == first or (end < n and not x[s, end - 1 - margin] < low[s]):
-            some = slice(end, min(n, end + width))
-            fill_stops(cells, starts[s], mu[some], batch, x[s, some], y[s, some], status[s, some])
-            end = some.stop
-        while first > 0 and not _beyond(x[s], status[s], first + margin, high[s]):
-            some = slice(max(0, first - width), first)
-            fill_stops(cells, starts[s], mu[some], batch, x[s, some], y[s, some], status[s, some])
-            first = some.start
-        # As if no more had been run than is needed, wherever it began.
-        above, below = first, end - 1
-        while above + 1 < end and _beyond(x[s], status[s], above + 1, high[s]):
-            above += 1
-        while below - 1 >= first and x[s, below - 1] < low[s]:
-            below -= 1
-        first, end = max(above - margin, first), min(below + 1 + margin, end)
-        firsts[s], ends[s] = first, end
-        x[s, :first], y[s, :first], status[s, :first] = x[s, first], y[s, first], status[s, first]
-        x[s, end:], y[s, end:] = x[s, end - 1], y[s, end - 1]
-        status[s, end:] = status[s, end - 1]
-    return x, y, status, firsts, ends
-
-
-@kernel
-def _beyond(x, status, j, high):  # type: ignore[no-untyped-def]
-    """Whether friction j brings the block past all that is asked for."""
-    return np.isfinite(high) if status[j] == LEFT_PROFILE else x[j] > high
+    width, margin = (SLOW_WIDTH, SLOW_MARGIN) if cells.speed_dependent else (WIDTH, MARGIN)
+    stops, first, end = run_near(cells, starts, mu, asked, width, margin)
+    return NearStops(RunoutCurve(stops.x, stops.y, stops.status, mu), first, end)

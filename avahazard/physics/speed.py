@@ -26,20 +26,20 @@ def speeds_along(cells: Cells, start: int, mu: Floats, x: Floats) -> Floats:
     """
     # In one piece: a slice such as MU[::4] would have the kernel compiled again.
     mu, x = np.ascontiguousarray(mu, np.float64), np.ascontiguousarray(x, np.float64)
-    return np.asarray(_speeds(cells, start, mu, x))
+    return np.asarray(_speeds(cells, start, mu, x, np.searchsorted(cells.x, x, side="right") - 1))
 
 
 @kernel
-def _speeds(cells, start, mu, x):  # type: ignore[no-untyped-def]
+def _speeds(cells, start, mu, x, cell):  # type: ignore[no-untyped-def]
     n_cells = len(cells.length)
     speeds = np.zeros((len(mu), len(x)))
     batch = new_batch(n_cells + 1, -1)
     for first in range(0, len(mu), BATCH_SIZE):
-        n_moving = release(cells, start, mu, first, batch)
+        n_moving = release(cells, start, mu[first:], batch)
         march(cells, start, batch, n_moving)
         for k in range(len(x)):
             if cells.x[start] <= x[k] <= cells.x[n_cells]:
-                i = min(np.searchsorted(cells.x, x[k], side="right") - 1, n_cells - 1)
+                i = min(cell[k], n_cells - 1)
                 t = (x[k] - cells.x[i]) / (cells.x[i + 1] - cells.x[i])
                 for j in range(min(BATCH_SIZE, len(mu) - first)):
                     if not np.isnan(batch.w[start, j]):

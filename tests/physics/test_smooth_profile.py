@@ -17,7 +17,6 @@ from avahazard.physics.smooth_profile import (
     GroundPosterior,
     block_length,
     ground_posterior,
-    least_misfit,
     legendre_profile,
     smooth_profile,
 )
@@ -122,38 +121,6 @@ def test_a_long_path_with_many_points_stays_a_band() -> None:
     found = ground_posterior(x, 3000.0 - 0.05 * x, np.ones(len(x)), 1e6, 100.0)
     assert found.factor.shape == (4, len(found.mean)) == (4, 3003)
     np.testing.assert_allclose(found.ground()(x), 3000.0 - 0.05 * x, atol=1e-4)
-
-
-DEGREE = 8
-
-
-def ground(x: np.ndarray) -> np.ndarray:
-    return 900.0 * np.exp(-x / 1200.0) + 5.0 * np.sin(x / 80.0)
-
-
-def test_it_is_that_of_weighted_least_squares() -> None:
-    rng = np.random.default_rng(1)
-    x = np.sort(rng.uniform(0.0, 3000.0, 200))
-    sigma = rng.uniform(0.1, 3.0, 200)
-    y = ground(x) + sigma * rng.standard_normal(200)
-    fit = np.polynomial.Polynomial.fit(x, y, DEGREE, w=1.0 / sigma)
-    expected = np.mean(((y - fit(x)) / sigma) ** 2)
-    assert least_misfit(x, y, sigma, DEGREE) == pytest.approx(expected, rel=1e-6)
-
-
-@pytest.mark.parametrize("seed", range(5))
-def test_no_fit_with_a_penalty_has_less(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    x = np.sort(rng.uniform(0.0, 3000.0, 100))
-    sigma = rng.uniform(0.1, 3.0, 100)
-    y = ground(x) + sigma * rng.standard_normal(100)
-    made = np.mean(((legendre_profile(x, y).height(x) - y) / sigma) ** 2)
-    assert least_misfit(x, y, sigma, DEGREE) <= made
-
-
-def test_where_points_cannot_tell_it_is_nought() -> None:
-    x = np.concatenate([np.linspace(0.0, 1e-6, 99), [1000.0]])
-    assert least_misfit(x, ground(x), np.ones(100), DEGREE) == 0.0
 
 
 X = np.sort(np.random.default_rng(5).uniform(0.0, 3000.0, 90))

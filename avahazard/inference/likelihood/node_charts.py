@@ -33,7 +33,7 @@ from avahazard.inference.likelihood.predicted import (
     sight_is_limited,
 )
 from avahazard.inference.likelihood.star import Star
-from avahazard.inference.likelihood.track_nodes import TrackTables, track_nodes, track_tables
+from avahazard.inference.likelihood.track_nodes import TrackRows, track_nodes, track_rows
 from avahazard.inference.model.layout import Layout
 from avahazard.inference.model.observations import Observations, part_of, whole_paths
 
@@ -185,7 +185,7 @@ class NodeCharts:
         # Runs of parts are kept where they serve other places too.
         self._keeps = len(self._parts) == 1 or (len(layout.tables) > 0 and not self._runs.near)
         self._untracked: dict[tuple[float, ...], Nodes] = {}
-        self._track_tables: dict[tuple[bytes, ...], TrackTables] = {}
+        self._track_rows: dict[tuple[bytes, ...], list[TrackRows]] = {}
         self._track_events = np.array([track.event for track in observations.speeds], np.int64)
         self._chart: Chart | None = None
         self._panels: Ints | None = None
@@ -199,7 +199,7 @@ class NodeCharts:
         """Give back the memory of runs; the chart stays, others are made anew."""
         for runs in (self._runs, *(part.runs for part in self._parts)):
             runs.forget()
-        self._untracked, self._track_tables = {}, {}
+        self._untracked, self._track_rows = {}, {}
 
     def on_star(self, layout: Layout) -> NodeCharts:
         """The same with the star of another layout."""
@@ -244,11 +244,11 @@ class NodeCharts:
         if not self.observations.speeds:
             return self._untracked[at] if at in self._untracked else self._made(at, values)[0]
         key = self._track_key(values)
-        if at not in self._untracked or key not in self._track_tables:
+        if at not in self._untracked or key not in self._track_rows:
             self._made(at, values)
         scatter = float(np.exp(place[-1])) if len(place) > len(at) else 0.0
         panels = self.panels()[self._track_events]
-        tracks = track_nodes(self._track_tables[key], scatter, panels, self.in_log)
+        tracks = track_nodes(self._track_rows[key], scatter, panels, self.in_log)
         return with_tracks(self._untracked[at], self._track_events, tracks)
 
     def near_records(self, u: Floats) -> Predicted:
@@ -286,9 +286,9 @@ class NodeCharts:
         nodes = made[0] if len(made) == 1 else Nodes(*map(self._joined, zip(*made, strict=True)))
         nodes = nodes._replace(log_wrong=self._log_wrong)
         if self.observations.speeds:
-            tables = track_tables(self.observations, predicted)
-            key = self._track_key(values)
-            keep(self._track_tables, key, tables, KEPT_PLACES, tables.nbytes)
+            rows = track_rows(self.observations, predicted)
+            size = sum(track.nbytes for track in rows)
+            keep(self._track_rows, self._track_key(values), rows, KEPT_PLACES, size)
         size = sum(column.nbytes for column in nodes)
         return keep(self._untracked, at, nodes, KEPT_PLACES, size), predicted
 

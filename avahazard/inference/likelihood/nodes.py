@@ -27,9 +27,15 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats, Ints
 from avahazard.inference.likelihood.predicted import Predicted
-from avahazard.inference.likelihood.quadrature import finest, n_panels
-from avahazard.inference.likelihood.record_nodes import fill_record_nodes, hidden_from
-from avahazard.inference.likelihood.track_nodes import TrackNodes, track_nodes, track_tables
+from avahazard.inference.likelihood.quadrature import N_NODES, finest, n_panels, nodes_used
+from avahazard.inference.likelihood.record_nodes import (
+    edges_of_leaving,
+    edges_of_sight,
+    hidden_from,
+    record_density_nodes,
+    straight_density_nodes,
+)
+from avahazard.inference.likelihood.track_nodes import TrackNodes, track_nodes, track_rows
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, Observations
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.cells import GRAVITY
@@ -83,8 +89,8 @@ def build_nodes(
     if not observations.speeds:
         return records
     events = np.array([track.event for track in observations.speeds])
-    tables = track_tables(observations, predicted)
-    tracks = track_nodes(tables, track_scatter, panels[events], in_log)
+    rows = track_rows(observations, predicted)
+    tracks = track_nodes(rows, track_scatter, panels[events], in_log)
     return with_tracks(records, events, tracks)
 
 
@@ -108,30 +114,61 @@ def record_nodes(
     in_log: bool = True,
 ) -> Nodes:
     """Nodes of the events without speeds; those of the others are left blank."""
-    has_speed = np.zeros(observations.n_events, dtype=np.bool_)
+    n, grid, most_apart = observations.n_events, np.log(MU) if in_log else MU, finest(in_log)
+    has_speed = np.zeros(n, dtype=np.bool_)
     has_speed[[m.event for m in observations.speeds]] = True
     seen_limit = observations.limit if limit is None else limit
     declared = np.isfinite(observations.limit)
-    # Elevations are looked at where sight is limited, on profiles alone.
-    elevation = predicted.elevation if observations.sites else np.empty((len(has_speed), 0))
-    built = fill_record_nodes(
-        predicted.record,
-        np.nan_to_num(elevation, nan=0.0),
-        predicted.status == LEFT_PROFILE,
-        observations.kind == LEFT,
-        observations.observed,
-        predicted.sigma,
-        predicted.leaving_sigma,
-        np.where(observations.kind == LENGTH, observations.fall_height, np.nan),
-        np.where(np.isnan(predicted.elevation).all(axis=1) | declared, np.nan, seen_limit),
-        hidden_from(observations, predicted, in_log),
-        has_speed,
-        np.log(MU) if in_log else MU,
-        in_log,
-        panels,
-        finest(in_log),
+    # A limit that is estimated; elevations are looked at on profiles alone.
+    nowhere = np.isnan(predicted.elevation).all(axis=1)
+    estimated = np.where(nowhere | declared, np.nan, seen_limit)
+    hidden = hidden_from(observations, predicted, in_log)
+    left, sigma, observed = predicted.status == LEFT_PROFILE, predicted.sigma, observations.observed
+    has_left = observations.kind == LEFT
+    straight = (observations.kind == LENGTH) & np.isfinite(observations.fall_height * observed)
+    used = nodes_used(panels)
+    place, weight, seen_place, seen_weight = np.zeros((4, n, np.max(used, initial=N_NODES)))
+    tail_place, tail = np.tile(grid[[0, -1]], (n, 1)), np.zeros((n, 2))
+    log_scale, floor, seen_floor = np.zeros(n), np.zeros(n), np.ones(n)
+    no_speed = np.zeros(len(grid))
+    for i in range(n):
+        mine = place[i], weight[i]
+        if has_left[i] and not has_speed[i]:
+            mine = place[i, : used[i]], weight[i, : used[i]]
+            off = predicted.leaving_sigma[i]
+            floor[i] = edges_of_leaving(left[i], off, grid, in_log, most_apart, *mine)
+        elif straight[i]:
+            lengths = observations.fall_height[i], observed[i], sigma[i]
+            log_scale[i], tail_place[i, 1] = straight_density_nodes(
+                *lengths, in_log, panels[i], *mine, tail[i]
+            )
+        elif not has_speed[i]:
+            stops = predicted.record[i], left[i], has_left[i], observed[i], sigma[i]
+            within = no_speed, grid, hidden[i], panels[i], most_apart
+            log_scale[i] = record_density_nodes(*stops, *within, *mine, tail[i])
+        if hidden[i] < np.inf:
+            seen_floor[i], seen_place[i, 0], seen_weight[i, 0] = 0.0, hidden[i], 1.0
+        elif not np.isnan(estimated[i]):
+            elevation = np.nan_to_num(predicted.elevation[i], nan=0.0)
+            seen = seen_place[i], seen_weight[i]
+            seen_floor[i] = edges_of_sight(
+                elevation, left[i], estimated[i], sigma[i], grid, panels[i], most_apart, *seen
+            )
+    return Nodes(
+        place=place,
+        weight=weight,
+        used=used,
+        tail_place=tail_place,
+        tail=tail,
+        log_scale=log_scale,
+        is_probability=has_left & ~has_speed,
+        floor=floor,
+        seen_place=seen_place,
+        seen_weight=seen_weight,
+        seen_floor=seen_floor,
+        has_limit=(hidden < np.inf) | ~np.isnan(estimated),
+        log_wrong=np.full(n, -np.inf),
     )
-    return Nodes(*built, np.full(observations.n_events, -np.inf))  # type: ignore[call-arg]
 
 
 def with_tracks(records: Nodes, events: Ints, tracks: TrackNodes) -> Nodes:

@@ -176,45 +176,40 @@ def newton_offsets(  # type: ignore[no-untyped-def]
     this `precision` `[n_offsets]`. `in_log`: they add to `location`, else they multiply it by
     their exponential.
     """
-    n, n_volumes = location.shape
-    n_groupings = len(index)
-    g, h = _as_if_normal(nodes, location, scatter, in_log, keep)
-    bend, cross, root = offset_system(index, rest, h, keep, precision)
-    offsets = solved(rest, bend, cross, root, by_offset(index, keep, g, len(precision)))
-    for k in range(len(offsets)):
-        offsets[k] = min(max(offsets[k], -LONGEST_STEP), LONGEST_STEP)
-    shifted = location.copy()
+    n = len(location)
+    offsets, shifted, value = np.zeros(len(precision)), location.copy(), np.zeros(n)
     slopes = bool(1)  # for a constant the called kernel would be compiled once more
-    for step in range(EVALUATIONS):
-        for i in range(n):
-            if not keep[i]:
-                continue
-            move = 0.0
-            grouped = False
-            for a in range(n_groupings):
-                if index[a, i] >= 0:
-                    move += offsets[index[a, i]]
-                    grouped = True
-            if grouped:
-                for q in range(n_volumes):
-                    shifted[i, q] = (
-                        location[i, q] + move if in_log else location[i, q] * np.exp(move)
-                    )
-        value, by_location, _, curvature = event_terms_kernel(
-            nodes, shifted, scatter, volume_weight, student, keep, slopes
-        )
-        for i in range(n):
-            # Where the offset acts on log μ, m changes by m per unit.
-            level = 1.0 if in_log else np.mean(shifted[i])
-            g[i] = np.sum(by_location[i]) * level
-            h[i] = min(max(-curvature[i] * level * level, 0.0), LARGEST)
+    g, h = _as_if_normal(nodes, location, scatter, in_log, keep)
+    for step in range(EVALUATIONS + 1):
+        if step > 0:
+            _shift(location, offsets, index, in_log, shifted)
+            value, by_location, _, curvature, _ = event_terms_kernel(
+                nodes, volume_weight, student, keep, slopes, shifted, scatter
+            )
+            for i in range(n):
+                # Where the offset acts on log μ, m changes by m per unit.
+                level = 1.0 if in_log else np.mean(shifted[i])
+                g[i] = np.sum(by_location[i]) * level
+                h[i] = min(max(-curvature[i] * level * level, 0.0), LARGEST)
         bend, cross, root = offset_system(index, rest, h, keep, precision)
-        if step < EVALUATIONS - 1:
+        if step < EVALUATIONS:
             slope = by_offset(index, keep, g, len(precision)) - precision * offsets
             change = solved(rest, bend, cross, root, slope)
             for k in range(len(offsets)):
                 offsets[k] += min(max(change[k], -LONGEST_STEP), LONGEST_STEP)
     return offsets, bend, cross, root, value
+
+
+@kernel(inner=True)
+def _shift(location, offsets, index, in_log, shifted):  # type: ignore[no-untyped-def]
+    """Fill in `shifted` `[n_events, n_volumes]`, the location with the offsets of each event."""
+    for i in range(len(location)):
+        move = 0.0
+        for a in range(len(index)):
+            if index[a, i] >= 0:
+                move += offsets[index[a, i]]
+        for q in range(location.shape[1]):
+            shifted[i, q] = location[i, q] + move if in_log else location[i, q] * np.exp(move)
 
 
 @kernel(inner=True)

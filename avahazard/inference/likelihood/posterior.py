@@ -18,7 +18,7 @@ from avahazard.inference.likelihood.node_charts import NodeCharts
 from avahazard.inference.likelihood.nodes import Nodes, by_wrong_share
 from avahazard.inference.likelihood.offsets import Offsets, newton_offsets
 from avahazard.inference.likelihood.predicted import Values, keep, record_sigma, resistance_of
-from avahazard.inference.likelihood.terms import event_terms, summed_terms
+from avahazard.inference.likelihood.terms import event_terms, event_terms_kernel
 from avahazard.inference.model.friction_model import EventFriction, OffsetPlan, friction_model
 from avahazard.inference.model.layout import Arms, Layout, with_arms
 from avahazard.inference.model.observations import Observations
@@ -189,13 +189,10 @@ class Posterior:
             part = slice(first, first + EVENTS_AT_ONCE)
             some = Nodes._make(column[part] for column in nodes)
             student, keep = self.friction.student, self._keep[part]
-            values = _side_by_side(
-                partial(summed_terms, some, weight[part], student, keep),
-                location[:, None, part],
-                scatter[:, None, part],
-                n_numbers=weight[part].size,
-            )
-            total += np.array([value[0] for value in values])
+            terms_at = partial(event_terms_kernel, some, weight[part], student, keep, False)
+            places = location[:, part], scatter[:, part]
+            terms = _side_by_side(terms_at, *places, n_numbers=weight[part].size)
+            total += np.array([of_all for *_, of_all in terms])
         return total
 
     def _given(

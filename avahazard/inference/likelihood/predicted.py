@@ -27,11 +27,11 @@ from avahazard.effects.effect import (
     ShiftEffect,
     of_kind,
 )
-from avahazard.effects.site import ALL_FRICTIONS, KEPT_TERRAINS, Site
+from avahazard.effects.site import KEPT_TERRAINS, Site
 from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Observations, SpeedRecord
-from avahazard.physics.block import LEFT_PROFILE, STOPPED
+from avahazard.physics.block import LEFT_PROFILE, STOPPED, Asked, every_stop
 from avahazard.physics.cells import Cells, Resistance, no_resistance
-from avahazard.physics.runout_curve import MU, Asked, NearStops, RunoutCurve
+from avahazard.physics.runout_curve import MU, NearStops, RunoutCurve
 from avahazard.workers import ordered_map
 
 SITES_AT_ONCE = KEPT_TERRAINS // 2
@@ -76,14 +76,13 @@ def resistance_of(
 class BlockRuns:
     """Tables of every site, and of each `SpeedRecord` what `Predicted` has of it.
 
-    `middle` are, for runs near some stops, the middles of the frictions run from each release of
-    each site.
+    `middle` are the middles of the frictions run from each release of each site.
     """
 
     tables: tuple[RunoutCurve, ...]
     speeds: tuple[Floats, ...]
     jumped: tuple[JumpedStop, ...]
-    middle: tuple[Ints, ...] | None = None
+    middle: tuple[Ints, ...]
 
 
 def run_blocks(
@@ -104,6 +103,8 @@ def run_blocks(
     tables: list[RunoutCurve] = []
     middle: list[Ints] = []
     told: dict[int, tuple[Floats, JumpedStop]] = {}
+    if asked is None:
+        asked = [every_stop(len(site.release_x)) for site in observations.sites]
     moved = bool(of_kind(effects, MotionEffect))
     # Some at a time: cells are large, and gone when their tables are made.
     for first in range(0, len(observations.sites), SITES_AT_ONCE):
@@ -113,23 +114,18 @@ def run_blocks(
             for site, resistance in zip(sites, resistances, strict=True):
                 site.keep_terrain(resistance)
         cells = list(ordered_map(Site.cells, sites, resistances))
-        if asked is None:
-            tables += ordered_map(lambda site, of: site.table(of), sites, cells)
-            near = None
-        else:
-            near = list(
-                ordered_map(lambda site, *of: site.table_near(*of), sites, cells, asked[first:])
-            )
-            tables += [found.curve for found in near]
-            middle += [(found.first + found.end) // 2 for found in near]
+        near = list(
+            ordered_map(lambda site, *of: site.table_near(*of), sites, cells, asked[first:])
+        )
+        tables += [found.curve for found in near]
+        middle += [(found.first + found.end) // 2 for found in near]
         tracks = [track for k in range(len(sites)) for track in of_path.get(first + k, ())]
         its = [int(path[track.event]) for track in tracks]
         found = ordered_map(
             partial(_speeds_of, observations),
             tracks,
-            [tables[k] for k in its],
             [cells[k - first] for k in its],
-            [None if near is None else near[k - first] for k in its],
+            [near[k - first] for k in its],
         )
         told |= zip((track.event for track in tracks), found, strict=True)
     each = [told[track.event] for track in observations.speeds]
@@ -137,25 +133,22 @@ def run_blocks(
         tables=tuple(tables),
         speeds=tuple(speeds for speeds, _ in each),
         jumped=tuple(jumped for _, jumped in each),
-        middle=None if asked is None else tuple(middle),
+        middle=tuple(middle),
     )
 
 
 def _speeds_of(
     observations: Observations,
     track: SpeedRecord,
-    table: RunoutCurve,
     cells: Cells,
-    near: NearStops | None,
+    near: NearStops,
 ) -> tuple[Floats, JumpedStop]:
     """The speeds of a track, at the frictions that were run, and where F jumps over its stop."""
     release = observations.release[track.event]
     site = observations.sites[int(observations.columns.path_index[track.event])]
-    some = ALL_FRICTIONS
-    if near is not None:
-        some = slice(int(near.first[release]), int(near.end[release]))
+    some = slice(int(near.first[release]), int(near.end[release]))
     speeds = site.speeds(cells, float(site.release_x[release]), track.x, some)
-    return speeds, _jumped(observations, track, table, cells)
+    return speeds, _jumped(observations, track, near.curve, cells)
 
 
 def _jumped(
@@ -360,7 +353,9 @@ def stops_asked(
 ) -> tuple[Asked, ...]:
     """The stops asked for on each site, from each release those of all its events."""
     grounds = [_at_rest(site) for site in observations.sites]
-    at_rest = predict_records(observations, effects, values, runs=BlockRuns(tuple(grounds), (), ()))
+    at_rest = predict_records(
+        observations, effects, values, runs=BlockRuns(tuple(grounds), (), (), ())
+    )
     z = (at_rest.record - observations.observed[:, None]) / at_rest.sigma[:, None]
     first, last = _within(z)
     left = observations.kind == LEFT
@@ -495,7 +490,6 @@ class KeptRuns:
         runs = run_blocks(
             self._observations, self._effects, values, self._curvature, self._asked[key]
         )
-        assert runs.middle is not None
         # The next place is near this one, and so are its frictions.
         self._asked[key] = tuple(
             asked._replace(middle=middle)

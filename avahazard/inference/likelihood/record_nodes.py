@@ -17,7 +17,7 @@ import numpy as np
 
 from avahazard.arrays import Bools, Floats
 from avahazard.inference.likelihood.predicted import Predicted
-from avahazard.inference.likelihood.quadrature import A_PANEL, N_NODES, gauss_nodes, panel_nodes
+from avahazard.inference.likelihood.quadrature import A_PANEL, gauss_nodes, panel_nodes
 from avahazard.inference.model.friction_scatter import HALF_LOG_2PI, normal_below
 from avahazard.inference.model.observations import Observations
 from avahazard.kernels import kernel
@@ -34,27 +34,43 @@ DEPTH = 40.0
 """Frictions whose log density is that much below the best are left out."""
 
 
-@kernel
-def record_density_nodes(  # type: ignore[no-untyped-def]
-    record,
-    left,
-    observed_left,
-    observed,
-    sigma,
-    log_speed,
-    grid,
-    hidden_from,
-    panels,
-    finest,
-    place,
-    weight,
-    tail,
-):
+def record_density_nodes(
+    record: Floats,
+    left: Bools,
+    observed_left: bool,
+    observed: float,
+    sigma: float,
+    log_speed: Floats,
+    grid: Floats,
+    hidden_from: float,
+    panels: int,
+    finest: float,
+    place: Floats,
+    weight: Floats,
+    tail: Floats,
+) -> float:
     """Nodes of p(record | μ) as in `panels`; returns the log of its total mass.
 
-    Points lie no farther apart than `finest`. `tail` `[2]` is filled with p(record | μ) below and
-    beyond the grid, where that of its ends holds, as a share of the total mass. Of frictions from
+    `record`, `left`, `log_speed` `[n_friction]` are those of the frictions `grid`. Points lie no
+    farther apart than `finest`. `tail` `[2]` is filled with p(record | μ) below and beyond the
+    grid, where that of its ends holds, as a share of the total mass. Of frictions from
     `hidden_from` on there would be no record.
+    """
+    tables = record, left, observed, sigma, log_speed, grid, hidden_from
+    points, masses, log_total = _density_points(*tables, observed_left, finest, tail)
+    if not len(points):
+        return float(_nearest(*tables, place, weight))
+    panel_nodes(points, masses, panels, place, weight)
+    return float(log_total)
+
+
+@kernel
+def _density_points(  # type: ignore[no-untyped-def]
+    record, left, observed, sigma, log_speed, grid, hidden_from, observed_left, finest, tail
+):
+    """Points of p(record | μ), none where it is zero everywhere, their masses, and the log of all.
+
+    Masses are shares of the largest; `tail` as in `record_density_nodes`.
     """
     most = (int(np.ceil(2.0 * REACH / PIECE)) + 2) * len(grid)
     points, logs = np.empty(most), np.empty(most)
@@ -66,7 +82,7 @@ def record_density_nodes(  # type: ignore[no-untyped-def]
         )
     tail[:] = 0.0
     if count == 0:
-        return _nearest(record, left, observed, sigma, log_speed, grid, hidden_from, place, weight)
+        return points[:0], logs[:0], 0.0
     top = np.max(logs[:count])
     kept = 0
     for c in range(count):
@@ -74,7 +90,6 @@ def record_density_nodes(  # type: ignore[no-untyped-def]
             points[kept], logs[kept] = points[c], logs[c]
             kept += 1
     masses = np.exp(logs[:kept] - top)
-    panel_nodes(points[:kept], masses, panels, place, weight)
     log_total = top + np.log(np.sum(masses))
     for side in range(2):
         j = -side
@@ -85,7 +100,7 @@ def record_density_nodes(  # type: ignore[no-untyped-def]
             log_end -= 0.5 * ((record[j] - observed) / sigma) ** 2 + np.log(sigma) + HALF_LOG_2PI
         share = np.exp(log_end - log_total)
         tail[side] = share if share > LEAST_TAIL else 0.0
-    return log_total
+    return points[:kept], masses, log_total
 
 
 @kernel(inner=True)
@@ -170,17 +185,15 @@ STEEPEST = 3.0
 """Friction up to which a record with almost no information is followed."""
 STEP, FEWEST, N_POINTS = 0.02, 128, 512
 """Step in log μ, and the fewest and most points."""
-SUM_STEP, FEWEST_OF_SUM = 0.04, 32
-"""The same for sums over a bump that is whole: equal steps up to 0.9 of its standard deviation err
-by less than 1e-9."""
 
 
 @kernel
-def straight_points(height, observed, sigma, in_log, for_sums, points, logs):  # type: ignore[no-untyped-def]
-    """Points in ν = log μ, or in μ, and the log mass of the likelihood at each; returns how many.
+def straight_density_nodes(height, observed, sigma, in_log, panels, place, weight, tail):  # type: ignore[no-untyped-def]
+    """Nodes of p(record | μ) as in `panels`; returns the log of its total mass and the last place.
 
-    `points`, `logs` have room for `N_POINTS`. `height` is the height of fall H, `observed` the
-    runout length with error `sigma`, all in m. Fewer points will do `for_sums` alone.
+    `height` is the height of fall H, `observed` the runout length with error `sigma`, all in m.
+    `tail` `[2]` is filled with p(record | μ) before all places (none) and beyond the last, where
+    it is that of a block which goes nowhere, as shares of the total mass.
     """
     shortest = height / STEEPEST
     if observed > 0.0:
@@ -191,30 +204,16 @@ def straight_points(height, observed, sigma, in_log, for_sums, points, logs):  #
         high = 2.0 * low
     span = np.log(high) - np.log(low)
     count = int(min(max(np.ceil(span / STEP), FEWEST), N_POINTS))
-    if for_sums and low > shortest:
-        count = int(min(max(np.ceil(span / SUM_STEP), FEWEST_OF_SUM), N_POINTS))
     step = span / count
+    points, logs = np.empty(count), np.empty(count)
     for k in range(count):
-        place = np.log(height / high) + (k + 0.5) * step
-        z = (height * np.exp(-place) - observed) / sigma
+        at = np.log(height / high) + (k + 0.5) * step
+        z = (height * np.exp(-at) - observed) / sigma
         logs[k] = np.log(step) - 0.5 * z * z - np.log(sigma) - HALF_LOG_2PI
-        points[k] = place
+        points[k] = at
         if not in_log:
-            points[k] = np.exp(place)
-            logs[k] += place
-    return count
-
-
-@kernel
-def straight_density_nodes(height, observed, sigma, in_log, panels, place, weight, tail):  # type: ignore[no-untyped-def]
-    """Nodes of p(record | μ) as in `panels`; returns the log of its total mass and the last place.
-
-    `tail` `[2]` is filled with p(record | μ) before all places (none) and beyond the last, where
-    it is that of a block which goes nowhere, as shares of the total mass.
-    """
-    points, logs = np.empty(N_POINTS), np.empty(N_POINTS)
-    count = straight_points(height, observed, sigma, in_log, False, points, logs)
-    points, logs = points[:count], logs[:count]
+            points[k] = np.exp(at)
+            logs[k] += at
     top = np.max(logs)
     masses = np.exp(logs - top)
     panel_nodes(points, masses, panels, place, weight)
@@ -269,39 +268,51 @@ def _highest_seen(
     return float(grid[j] + share * (grid[j + 1] - grid[j]))
 
 
-@kernel(inner=True)
-def edges_of_sight(elevation, left, limit, sigma, grid, panels, finest, place, weight):  # type: ignore[no-untyped-def]
+def edges_of_sight(
+    elevation: Floats,
+    left: Bools,
+    limit: float,
+    sigma: float,
+    grid: Floats,
+    panels: int,
+    finest: float,
+    place: Floats,
+    weight: Floats,
+) -> float:
     """P(seen) = w₀ + Σ w_k P(ν < ν_k) by records, with error `sigma`; returns w₀.
 
     It falls as friction rises, all that goes further than what is seen being seen, too: so no
-    weight is negative.
+    weight is negative. Fills in `place` and `weight` `[n_nodes]`.
     """
-    n = len(grid)
-    chance = np.empty(n)
-    furthest = 0.0
-    for j in range(n - 1, -1, -1):
-        below = 1.0 if left[j] else normal_below((limit - elevation[j]) / sigma)
-        furthest = max(furthest, below)
-        chance[j] = furthest
-    points = np.empty(n)
-    drops = np.empty(n)
-    count = 0
-    level = 1.0
-    for j in range(n):
-        if level - chance[j] > 1e-9:
-            points[count] = grid[j] if j == 0 else 0.5 * (grid[j - 1] + grid[j])
-            drops[count] = level - chance[j]
-            level = chance[j]
-            count += 1
-    if count:
-        edges, chances = points[:count], drops[:count] / (1.0 - level)
+    edges, drops, level = _drops_of_sight(elevation, left, limit, sigma, grid)
+    if len(edges):
+        chances = drops / (1.0 - level)
         away = edges - np.sum(chances * edges)
         if np.sqrt(np.sum(chances * away * away)) <= 2.0 * finest:
             gauss_nodes(edges, chances, place[:FEW], weight[:FEW])
         else:
             panel_nodes(edges, chances, panels, place, weight)
         weight *= 1.0 - level
-    return level
+    return float(level)
+
+
+@kernel
+def _drops_of_sight(elevation, left, limit, sigma, grid):  # type: ignore[no-untyped-def]
+    """Where the chance to be seen falls, by how much, and what is left of it in the end."""
+    n = len(grid)
+    chance, points, drops = np.empty(n), np.empty(n), np.empty(n)
+    furthest, count, level = 0.0, 0, 1.0
+    for j in range(n - 1, -1, -1):
+        below = 1.0 if left[j] else normal_below((limit - elevation[j]) / sigma)
+        furthest = max(furthest, below)
+        chance[j] = furthest
+    for j in range(n):
+        if level - chance[j] > 1e-9:
+            points[count] = grid[j] if j == 0 else 0.5 * (grid[j - 1] + grid[j])
+            drops[count] = level - chance[j]
+            level = chance[j]
+            count += 1
+    return points[:count], drops[:count], level
 
 
 SIDE = 6.0
@@ -310,146 +321,32 @@ FEWEST_OF_EDGE, MOST_OF_EDGE = 40, 1000
 """Points of that error."""
 
 
-@kernel
-def fill_record_nodes(  # type: ignore[no-untyped-def]
-    record,
-    elevation,
-    left,
-    observed_left,
-    observed,
-    sigma,
-    leaving_sigma,
-    height,
-    limit,
-    hidden_from,
-    has_speed,
-    grid,
-    in_log,
-    panels,
-    most_apart,
-):
-    """The fields of `Nodes` but the last, for all events without speeds.
-
-    `limit` `[n_events]` are detection limits that are estimated (else nan), `hidden_from` the edges
-    of those that are declared (else inf).
-    """
-    n = len(record)
-    used = np.maximum(A_PANEL * panels, N_NODES)
-    most = N_NODES
-    for i in range(n):
-        most = max(most, used[i])
-    place = np.zeros((n, most))
-    weight = np.zeros((n, most))
-    tail_place = np.empty((n, 2))
-    tail_place[:, 0], tail_place[:, 1] = grid[0], grid[-1]
-    tail = np.zeros((n, 2))
-    log_scale = np.zeros(n)
-    is_probability = np.zeros(n, dtype=np.bool_)
-    seen_place = np.zeros((n, most))
-    seen_weight = np.zeros((n, most))
-    floor = np.zeros(n)
-    seen_floor = np.ones(n)
-    has_limit = np.zeros(n, dtype=np.bool_)
-    no_speed = np.zeros(len(grid))
-    for i in range(n):
-        if observed_left[i] and not has_speed[i]:
-            is_probability[i] = True
-            floor[i] = _edges_of_leaving(
-                left[i],
-                leaving_sigma[i],
-                grid,
-                in_log,
-                most_apart,
-                place[i, : used[i]],
-                weight[i, : used[i]],
-            )
-        elif not np.isnan(height[i]) and not np.isnan(observed[i]):
-            log_scale[i], tail_place[i, 1] = straight_density_nodes(
-                height[i], observed[i], sigma[i], in_log, panels[i], place[i], weight[i], tail[i]
-            )
-        elif not has_speed[i]:
-            log_scale[i] = record_density_nodes(
-                record[i],
-                left[i],
-                observed_left[i],
-                observed[i],
-                sigma[i],
-                no_speed,
-                grid,
-                hidden_from[i],
-                panels[i],
-                most_apart,
-                place[i],
-                weight[i],
-                tail[i],
-            )
-        if hidden_from[i] < np.inf:
-            has_limit[i] = True
-            seen_floor[i] = 0.0
-            seen_place[i, 0], seen_weight[i, 0] = hidden_from[i], 1.0
-        elif not np.isnan(limit[i]):
-            has_limit[i] = True
-            seen_floor[i] = edges_of_sight(
-                elevation[i],
-                left[i],
-                limit[i],
-                sigma[i],
-                grid,
-                panels[i],
-                most_apart,
-                seen_place[i],
-                seen_weight[i],
-            )
-    return (
-        place,
-        weight,
-        used,
-        tail_place,
-        tail,
-        log_scale,
-        is_probability,
-        floor,
-        seen_place,
-        seen_weight,
-        seen_floor,
-        has_limit,
-    )
-
-
-@kernel(inner=True)
-def _edges_of_leaving(left, sigma, grid, in_log, finest, place, weight):  # type: ignore[no-untyped-def]
+def edges_of_leaving(
+    left: Bools,
+    sigma: float,
+    grid: Floats,
+    in_log: bool,
+    finest: float,
+    place: Floats,
+    weight: Floats,
+) -> float:
     """P(leaves) = w₀ + Σ w_k P(ν < ν_k): an edge midway wherever the status changes; returns w₀.
 
-    Where log friction at an edge has an error `sigma`, the edge is the nodes of a normal.
+    Where log friction at an edge has an error `sigma`, the edge is the nodes of a normal. Fills in
+    `place` and `weight` `[n_nodes]`.
     """
-    n_edges = 0
-    for j in range(1, len(left)):
-        n_edges += 1 if left[j - 1] != left[j] else 0
-    room = max(len(place) // max(n_edges, 1), 1) if sigma > 0.0 else 1
-    first = 0
-    for j in range(len(left) - 1, 0, -1):
-        if left[j - 1] != left[j] and first + room <= len(place):
-            edge = 0.5 * (grid[j - 1] + grid[j])
-            here = slice(first, first + room)
-            if room == 1:
-                place[first], weight[first] = edge, 1.0
-            else:
-                _blurred(edge, sigma, in_log, finest, place[here], weight[here])
-            if not left[j - 1]:
-                for k in range(first, first + room):
-                    weight[k] = -weight[k]
-            first += room
-    return 1.0 if left[len(left) - 1] else 0.0
-
-
-@kernel(inner=True)
-def _blurred(edge, sigma, in_log, finest, place, weight):  # type: ignore[no-untyped-def]
-    """Nodes of an edge, in log friction or in friction, whose log friction has an error `sigma`."""
-    width = sigma if in_log else sigma * edge
-    n = int(min(max(2.0 * SIDE * width / finest, FEWEST_OF_EDGE), MOST_OF_EDGE))
-    points, masses = np.empty(n), np.empty(n)
-    for k in range(n):
-        z = SIDE * ((2.0 * k + 1.0) / n - 1.0)
-        points[k] = edge + sigma * z if in_log else edge * np.exp(sigma * z)
-        masses[k] = np.exp(-0.5 * z * z)
-    panel_nodes(points, masses, max(len(place) // A_PANEL, 1), place, weight)
+    changes = np.flatnonzero(left[1:] != left[:-1])[::-1]
+    room = max(len(place) // max(len(changes), 1), 1) if sigma > 0.0 else 1
+    for k, j in enumerate(changes[: len(place) // room].tolist()):
+        edge, here = 0.5 * (grid[j] + grid[j + 1]), slice(k * room, (k + 1) * room)
+        place[here], weight[here] = edge, 1.0
+        if room > 1:
+            width = sigma if in_log else sigma * edge
+            n = int(min(max(2.0 * SIDE * width / finest, FEWEST_OF_EDGE), MOST_OF_EDGE))
+            z = SIDE * ((2.0 * np.arange(n) + 1.0) / n - 1.0)
+            points = edge + sigma * z if in_log else edge * np.exp(sigma * z)
+            masses, panels = np.exp(-0.5 * z * z), max(room // A_PANEL, 1)
+            panel_nodes(points, masses, panels, place[here], weight[here])
+        if not left[j]:
+            weight[here] *= -1.0
+    return float(left[-1])

@@ -7,16 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from avahazard.arrays import Bools, Floats
-from avahazard.inference.likelihood.density_sums import (
-    BLOCK,
-    BlockMemory,
-    SumMemory,
-    block_memory,
-    by_nodes_used,
-    normal_sums,
-    student_sums,
-    sum_memory,
-)
+from avahazard.inference.likelihood.density_sums import density_sums, sum_memory
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.model.friction_scatter import (
     normal_below,
@@ -75,19 +66,6 @@ TINY = 1e-290
 UNDERFLOW = 1e-200
 
 
-class TermMemory(NamedTuple):
-    """Working memory: of sums over nodes, and `parts` `[BLOCK, n_volumes, 4]` of these sums.
-
-    `seen_location`, `seen_scatter` `[n_volumes]` are derivatives of the log chance to be seen.
-    """
-
-    normal: SumMemory
-    student: BlockMemory
-    parts: Floats
-    seen_location: Floats
-    seen_scatter: Floats
-
-
 class EventTerms(NamedTuple):
     """Per event: log likelihood `value` `[n_events]` and its derivatives.
 
@@ -103,60 +81,48 @@ class EventTerms(NamedTuple):
 
 
 @kernel
-def event_terms_kernel(nodes, location, scatter, volume_weight, student, keep, slopes):  # type: ignore[no-untyped-def]
-    """The arrays of `EventTerms`, as `event_terms` has them."""
+def event_terms_kernel(nodes, volume_weight, student, keep, slopes, location, scatter):  # type: ignore[no-untyped-def]
+    """The arrays of `EventTerms`, as `event_terms` has them, and the sum of the values."""
     n, n_volumes = location.shape
-    n_nodes, n_slopes = nodes.place.shape[1], n if slopes else 1
-    terms = EventTerms(
-        np.zeros(n), np.zeros((n_slopes, n_volumes)), np.zeros((n_slopes, n_volumes)), np.zeros(n)
-    )
-    memory = TermMemory(
-        sum_memory(1 if student else n_volumes * n_nodes),
-        block_memory(n_nodes if student else 1),
-        np.zeros((BLOCK, n_volumes, 4)),
-        np.zeros(n_volumes),
-        np.zeros(n_volumes),
-    )
-    order = by_nodes_used(nodes.used, keep)
-    _fill_terms(nodes, order, location, scatter, volume_weight, student, slopes, memory, terms)
-    return terms.value, terms.by_location, terms.by_scatter, terms.curvature
-
-
-@kernel(inner=True)
-def _fill_terms(nodes, order, location, scatter, volume_weight, student, slopes, memory, terms):  # type: ignore[no-untyped-def]
-    """Fill the terms of the events in `order`, block by block."""
-    parts = memory.parts
-    for begin in range(0, len(order), BLOCK):
-        events = order[begin : begin + BLOCK]
+    n_slopes = n if slopes else 1
+    values, curvature = np.zeros(n), np.zeros(n)
+    by_location, by_scatter = np.zeros((n_slopes, n_volumes)), np.zeros((n_slopes, n_volumes))
+    memory, part = sum_memory(n_volumes * nodes.place.shape[1]), np.zeros((n_volumes, 4))
+    seen_location, seen_scatter = np.zeros(n_volumes), np.zeros(n_volumes)
+    total = 0.0
+    for i in range(n):
+        if not keep[i]:
+            continue
+        m, sigma, weights, used = location[i], scatter[i], volume_weight[i], nodes.used[i]
+        lift = _add_to_sums(nodes, i, m, sigma, student, slopes, memory, part)
+        row = i if slopes else 0
+        of_location, of_scatter = by_location[row], by_scatter[row]
+        chance, bend = _gather(part, weights, nodes.floor[i], of_location, of_scatter)
+        value = np.log(max(chance, TINY)) + nodes.log_scale[i] - lift
+        if nodes.has_limit[i]:
+            place, weight = nodes.seen_place[i, :used], nodes.seen_weight[i, :used]
+            for q in range(n_volumes):
+                edge_probability(place, weight, m[q], sigma[q], student, slopes, part[q])
+            chance, seen_bend = _gather(
+                part, weights, nodes.seen_floor[i], seen_location, seen_scatter
+            )
+            value -= np.log(max(chance, TINY))
+            bend -= seen_bend
+            for q in range(n_volumes):
+                of_location[q] -= seen_location[q]
+                of_scatter[q] -= seen_scatter[q]
         if student:
-            student_sums(nodes, events, location, scatter, slopes, memory.student, parts)
-        for e in range(len(events)):
-            i = events[e]
-            m, sigma, part = location[i], scatter[i], parts[e]
-            lift = _add_to_sums(nodes, i, m, sigma, student, slopes, memory.normal, part)
-            row = i if slopes else 0
-            slopes_of = terms.by_location[row], terms.by_scatter[row]
-            total, bend = _gather(part, volume_weight[i], nodes.floor[i], *slopes_of)
-            value = np.log(max(total, TINY)) + nodes.log_scale[i] - lift
-            if nodes.has_limit[i]:
-                log_seen, seen_bend = _chance_to_be_seen(
-                    nodes, i, m, sigma, volume_weight[i], student, slopes, memory, part
-                )
-                value -= log_seen
-                bend -= seen_bend
-                for q in range(len(m)):
-                    terms.by_location[row, q] -= memory.seen_location[q]
-                    terms.by_scatter[row, q] -= memory.seen_scatter[q]
-            if student:
-                value, bend = _or_wrong(nodes.log_wrong[i], value, *slopes_of, bend)
-            terms.value[i], terms.curvature[i] = value, bend
+            value, bend = _or_wrong(nodes.log_wrong[i], value, of_location, of_scatter, bend)
+        values[i], curvature[i] = value, bend
+        total += value
+    return values, by_location, by_scatter, curvature, total
 
 
 @kernel(inner=True)
 def _add_to_sums(nodes, i, location, scatter, student, slopes, memory, part):  # type: ignore[no-untyped-def]
-    """Fill `part` with the sums of event i, those of Student's being there; returns its lift.
+    """Fill `part` with the sums of event i; returns by how much its exponents are lifted far off.
 
-    Far off, the exponents are lifted by the largest.
+    That is by the largest of them.
     """
     used = nodes.used[i]
     place, weight = nodes.place[i, :used], nodes.weight[i, :used]
@@ -164,28 +130,19 @@ def _add_to_sums(nodes, i, location, scatter, student, slopes, memory, part):  #
         for q in range(len(location)):
             edge_probability(place, weight, location[q], scatter[q], student, slopes, part[q])
         return 0.0
-    if not student:
-        normal_sums(place, weight, location, scatter, 0.0, slopes, memory, part)
-    if nodes.tail[i, 0] > 0.0 or nodes.tail[i, 1] > 0.0:
-        for q in range(len(location)):
-            add_tails(nodes.tail_place[i], nodes.tail[i], location[q], scatter[q], student, part[q])
-    if student or _largest(part) >= UNDERFLOW:
-        return 0.0
-    lift = _lift(place, weight, location, scatter)
-    normal_sums(place, weight, location, scatter, lift, slopes, memory, part)
+    lift = 0.0
+    for far_off in range(2):
+        density_sums(place, weight, location, scatter, lift, student, slopes, memory, part)
+        if far_off:
+            break
+        if nodes.tail[i, 0] > 0.0 or nodes.tail[i, 1] > 0.0:
+            tail, at = nodes.tail[i], nodes.tail_place[i]
+            for q in range(len(location)):
+                add_tails(at, tail, location[q], scatter[q], student, part[q])
+        if student or _largest(part) >= UNDERFLOW:
+            break
+        lift = _lift(place, weight, location, scatter)
     return lift
-
-
-@kernel(inner=True)
-def _chance_to_be_seen(nodes, i, location, scatter, weight, student, slopes, memory, part):  # type: ignore[no-untyped-def]
-    """The log chance that event i is seen and its second derivative; fills its slopes."""
-    used = nodes.used[i]
-    place, by_place = nodes.seen_place[i, :used], nodes.seen_weight[i, :used]
-    for q in range(len(location)):
-        edge_probability(place, by_place, location[q], scatter[q], student, slopes, part[q])
-    seen = memory.seen_location, memory.seen_scatter
-    chance, bend = _gather(part, weight, nodes.seen_floor[i], *seen)
-    return np.log(max(chance, TINY)), bend
 
 
 @kernel(inner=True)
@@ -260,18 +217,5 @@ def event_terms(
     another; it takes less time.
     """
     keep = np.ones(len(location), dtype=np.bool_) if keep is None else keep
-    terms = event_terms_kernel(nodes, location, scatter, volume_weight, student, keep, slopes)
-    return EventTerms(*terms)
-
-
-@kernel
-def summed_terms(nodes, volume_weight, student, keep, locations, scatters):  # type: ignore[no-untyped-def]
-    """Sums `[n]` of the events' log likelihoods at `[n, n_events, n_volumes]` of both."""
-    result = np.empty(len(locations))
-    slopes = bool(0)  # for a constant the called kernel would be compiled once more
-    for j in range(len(locations)):
-        terms = event_terms_kernel(
-            nodes, locations[j], scatters[j], volume_weight, student, keep, slopes
-        )
-        result[j] = np.sum(terms[0])
-    return result
+    of_events = nodes, volume_weight, student, keep, slopes
+    return EventTerms(*event_terms_kernel(*of_events, location, scatter)[:-1])

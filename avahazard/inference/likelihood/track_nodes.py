@@ -10,6 +10,7 @@ where nothing but the drive depends on it), unlike u near the stop.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -142,17 +143,13 @@ BESIDE = 4
 
 @kernel
 def rows_left(record, left, observed_left, observed, error):  # type: ignore[no-untyped-def]
-    """First row and end `[n_tracks, 2]` of the frictions `[n_tracks, n_friction]` that count.
+    """The first and the end of the frictions `[n_friction]` of a track that count.
 
     They are those whose cells `cell_bounds` may ask for, and `BESIDE` more.
     """
-    rows = np.empty((len(record), 2), dtype=np.int64)
-    for k in range(len(record)):
-        bound = _by_record(record[k], left[k], observed_left[k], observed[k], error[k])
-        within = np.flatnonzero(bound >= min(np.max(bound), -0.5 * REACH * REACH))
-        rows[k, 0] = max(within[0] - BESIDE, 0)
-        rows[k, 1] = min(within[-1] + 2 + BESIDE, record.shape[1])
-    return rows
+    bound = _by_record(record, left, observed_left, observed, error)
+    within = np.flatnonzero(bound >= min(np.max(bound), -0.5 * REACH * REACH))
+    return max(within[0] - BESIDE, 0), min(within[-1] + 2 + BESIDE, len(record))
 
 
 @kernel
@@ -215,35 +212,29 @@ def _at_ends(cells, predicted, cell, jumped, errors):  # type: ignore[no-untyped
     return result
 
 
-class TrackTables(NamedTuple):
-    """What was measured on the tracks, and what blocks do near their records, all end to end.
+class TrackRows(NamedTuple):
+    """What was measured on a track, and what blocks do at the frictions that its record leaves.
 
-    `speed`, `sigma` `[n_speeds]`: those of track k begin at `at[k]` and end before `at[k + 1]`.
-    `spread` is that of each `SpeedRecord`, row by row, and begins at `at_spread[k]`; `cell`
-    `[n_tracks]` and `jumped` `[n_speeds]` are what each `JumpedStop` has.
-
-    Rows of frictions of track k begin at row `begin[k]`, friction `first[k]` of the tables, and end
-    before row `begin[k + 1]`; `record`, `left` `[n_rows]`, `speeds` `[n_rows, n_places]` (m/s).
-    `observed_left`, `observed`, `error` `[n_tracks]` are those of the record; `unseen_from` is the
-    friction above which stops are undetected.
+    `speed`, `sigma` `[n_speeds]` and `spread` are those of its `SpeedRecord`. `grid` `[n_rows]` are
+    the frictions; `record`, `left` `[n_rows]`, `speeds` `[n_rows, n_speeds]` (m/s) the tables
+    there, `cell`, which counts from the first row, and `jumped` `[n_speeds]` the `JumpedStop`.
+    `observed_left`, `observed`, `error` are those of the record; `unseen_from` is the friction
+    above which stops are undetected.
     """
 
-    at: NDArray[np.int64]
-    at_spread: NDArray[np.int64]
     speed: Floats
     sigma: Floats
     spread: Floats
-    cell: NDArray[np.int64]
-    jumped: Floats
-    begin: NDArray[np.int64]
-    first: NDArray[np.int64]
+    grid: Floats
     record: Floats
     left: NDArray[np.bool_]
     speeds: Floats
-    observed_left: NDArray[np.bool_]
-    observed: Floats
-    error: Floats
-    unseen_from: Floats
+    cell: int
+    jumped: Floats
+    observed_left: bool
+    observed: float
+    error: float
+    unseen_from: float
 
     @property
     def nbytes(self) -> int:
@@ -251,37 +242,36 @@ class TrackTables(NamedTuple):
         return self.speeds.nbytes + self.record.nbytes + self.left.nbytes
 
 
-def track_tables(observations: Observations, predicted: Predicted) -> TrackTables:
-    """The rows of the tables that the records of the tracks leave, with some beyond."""
-    tracks = observations.speeds
-    event = np.array([track.event for track in tracks])
-    left = predicted.status[event] == LEFT_PROFILE
-    observed_left = observations.kind[event] == LEFT
-    observed, error = observations.observed[event], predicted.sigma[event]
-    rows = rows_left(predicted.record[event], left, observed_left, observed, error)
-    begin = np.concatenate([[0], np.cumsum(rows[:, 1] - rows[:, 0])])
-    speeds = np.zeros((begin[-1], max(len(track.x) for track in tracks)))
-    for k, (track, (first, end)) in enumerate(zip(tracks, rows, strict=True)):
-        speeds[begin[k] : begin[k + 1], : len(track.x)] = predicted.speeds[k][first:end]
-    whole = [(i, slice(first, end)) for i, (first, end) in zip(event, rows, strict=True)]
-    return TrackTables(
-        at=np.cumsum([0, *(len(track.x) for track in tracks)]),
-        at_spread=np.cumsum([0, *(len(track.x) ** 2 for track in tracks)]),
-        speed=np.concatenate([track.speed for track in tracks]),
-        sigma=np.concatenate([track.sigma for track in tracks]),
-        spread=np.concatenate([track.spread.ravel() for track in tracks]),
-        cell=np.array([stop.cell for stop in predicted.jumped]),
-        jumped=np.concatenate([stop.square for stop in predicted.jumped]),
-        begin=begin,
-        first=rows[:, 0].copy(),  # of one layout for kernels, however many tracks there are
-        record=np.concatenate([predicted.record[part] for part in whole]),
-        left=np.concatenate([left[k, part] for k, (_, part) in enumerate(whole)]),
-        speeds=speeds,
-        observed_left=observed_left,
-        observed=observed,
-        error=error,
-        unseen_from=hidden_from(observations, predicted, in_log=False)[event],
-    )
+def track_rows(observations: Observations, predicted: Predicted) -> list[TrackRows]:
+    """The rows of the tables that the record of each track leaves, with some beyond."""
+    unseen_from = hidden_from(observations, predicted, in_log=False)
+    tracks = []
+    for track, speeds, stop in zip(
+        observations.speeds, predicted.speeds, predicted.jumped, strict=True
+    ):
+        i = track.event
+        record, left = predicted.record[i], predicted.status[i] == LEFT_PROFILE
+        observed_left = bool(observations.kind[i] == LEFT)
+        observed, error = float(observations.observed[i]), float(predicted.sigma[i])
+        first, end = rows_left(record, left, observed_left, observed, error)
+        tracks.append(
+            TrackRows(
+                speed=track.speed,
+                sigma=track.sigma,
+                spread=track.spread,
+                grid=MU[first:end],
+                record=record[first:end].copy(),
+                left=left[first:end].copy(),
+                speeds=speeds[first:end].copy(),
+                cell=stop.cell - first if stop.cell >= 0 else -1,
+                jumped=stop.square,
+                observed_left=observed_left,
+                observed=observed,
+                error=error,
+                unseen_from=float(unseen_from[i]),
+            )
+        )
+    return tracks
 
 
 SPLIT, POINTS = 15, 128
@@ -310,63 +300,76 @@ class FineTrack(NamedTuple):
     square: Floats
 
 
-def track_nodes(tables: TrackTables, scatter: float, panels: Ints, in_log: bool) -> TrackNodes:
+def track_nodes(
+    tracks: Sequence[TrackRows], scatter: float, panels: Ints, in_log: bool
+) -> TrackNodes:
     """Nodes of all tracks with this `scatter` of friction along them; `panels` `[n_tracks]`."""
-    n = len(panels)
+    n = len(tracks)
     shape = n, int(np.max(nodes_used(panels)))
     nodes = TrackNodes(np.zeros(shape), np.zeros(shape), np.zeros((n, 2)), np.zeros(n))
 
-    def fill(part: NDArray[np.int64]) -> None:
-        fill_speed_nodes(tables, part, scatter, MU, in_log, panels, finest(in_log), nodes)
+    def fill(part: Ints) -> None:
+        for k in part.tolist():
+            mine = nodes.place[k], nodes.weight[k], nodes.tail[k]
+            nodes.log_scale[k] = fill_track_nodes(tracks[k], scatter, int(panels[k]), in_log, *mine)
 
     list(ordered_map(fill, np.array_split(np.arange(n), min(n_workers(), n))))
     return nodes
 
 
-@kernel
-def fill_speed_nodes(tables, tracks, scatter, mu, in_log, panels, finest, nodes):  # type: ignore[no-untyped-def]
-    """Fill in the `TrackNodes` of `tracks`, with `scatter` of friction along them.
+def fill_track_nodes(
+    track: TrackRows,
+    scatter: float,
+    panels: int,
+    in_log: bool,
+    place: Floats,
+    weight: Floats,
+    tail: Floats,
+) -> float:
+    """Fill in the nodes of a track, with `scatter` of friction along it; the log of their mass."""
+    fine, log_speed, grid, unseen_from = likely_frictions(track, scatter, in_log)
+    log_mass = record_density_nodes(
+        fine.record,
+        fine.left,
+        track.observed_left,
+        track.observed,
+        track.error,
+        log_speed,
+        grid,
+        unseen_from,
+        panels,
+        finest(in_log),
+        place,
+        weight,
+        tail,
+    )
+    # Frictions that the speeds rule out lie beyond the fine ones.
+    if fine.grid[0] > MU[0]:
+        tail[0] = 0.0
+    if fine.grid[-1] < MU[-1]:
+        tail[1] = 0.0
+    return log_mass
 
-    `tables` are `TrackTables`, `mu` `[n_friction]` the frictions of the tables.
+
+@kernel
+def likely_frictions(track, scatter, in_log):  # type: ignore[no-untyped-def]
+    """The tables of one of `TrackRows` over fine frictions (`between`), and its speeds there.
+
+    Of these the log density `[n_fine]`, with `scatter` of friction along the track. And the fine
+    frictions `[n_fine]` and the one from which on stops are not seen, or their logs.
     """
-    for k in tracks:
-        a, b = tables.at[k], tables.at[k + 1]
-        first, begin, stop = tables.first[k], tables.begin[k], tables.begin[k + 1]
-        grid = mu[first : first + stop - begin]
-        record, left = tables.record[begin:stop], tables.left[begin:stop]
-        observed_left = tables.observed_left[k]
-        observed, error = tables.observed[k], tables.error[k]
-        mine, jumped = tables.speeds[begin:stop, : b - a], tables.jumped[a:b]
-        cell = tables.cell[k] - first if tables.cell[k] >= 0 else -1
-        spread = tables.spread[tables.at_spread[k] : tables.at_spread[k + 1]]
-        spread = spread.reshape((b - a, b - a))
-        errors = whitening(tables.speed[a:b], tables.sigma[a:b], spread, scatter)
-        told = mine, cell, jumped, errors, record, left
-        bound = cell_bounds(*told, observed_left, observed, error)
-        hidden = grid[:-1] >= tables.unseen_from[k]
-        if not np.all(hidden):
-            bound[hidden] = -np.inf
-        track = between(grid, record, left, mine, cell, jumped, bound, observed_left)
-        nodes.log_scale[k] = record_density_nodes(
-            track.record,
-            track.left,
-            observed_left,
-            observed,
-            error,
-            speed_log_density(track.square, errors),
-            np.log(track.grid) if in_log else track.grid,
-            np.log(tables.unseen_from[k]) if in_log else tables.unseen_from[k],
-            panels[k],
-            finest,
-            nodes.place[k],
-            nodes.weight[k],
-            nodes.tail[k],
-        )
-        # Frictions that the speeds rule out lie beyond the fine ones.
-        if track.grid[0] > mu[0]:
-            nodes.tail[k, 0] = 0.0
-        if track.grid[-1] < mu[-1]:
-            nodes.tail[k, 1] = 0.0
+    errors = whitening(track.speed, track.sigma, track.spread, scatter)
+    predicted = track.speeds, track.cell, track.jumped, errors, track.record, track.left
+    bound = cell_bounds(*predicted, track.observed_left, track.observed, track.error)
+    hidden = track.grid[:-1] >= track.unseen_from
+    if not np.all(hidden):
+        bound[hidden] = -np.inf
+    tables = track.grid, track.record, track.left, track.speeds, track.cell, track.jumped
+    fine = between(*tables, bound, track.observed_left)
+    log_speed = speed_log_density(fine.square, errors)
+    if in_log:
+        return fine, log_speed, np.log(fine.grid), np.log(track.unseen_from)
+    return fine, log_speed, fine.grid, track.unseen_from
 
 
 @kernel

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 import pytest
 from scipy import stats
 
 from avahazard.inference.likelihood.density_sums import (
-    BLOCK,
     LOWEST,
-    block_memory,
-    by_nodes_used,
+    density_sums,
     exp_memory,
     exponentials,
     logarithms,
-    normal_sums,
-    student_sums,
     sum_memory,
 )
 from avahazard.kernels import kernel
@@ -67,12 +61,10 @@ LOCATION, SCATTER = np.array([-0.7, -0.5, -0.9]), np.array([0.2, 0.5, 0.1])
 LIFT, STEP = -0.4, 1e-4
 
 
-class SomeNodes(NamedTuple):
-    """What Student's sums read of `Nodes`."""
-
-    place: np.ndarray
-    weight: np.ndarray
-    used: np.ndarray
+@kernel
+def compiled_sums(place, weight, location, scatter, lift, student, slopes, out):  # type: ignore[no-untyped-def]
+    memory = sum_memory(place.size * location.size)
+    density_sums(place, weight, location, scatter, lift, student, slopes, memory, out)
 
 
 def as_written(student: bool, shift: float = 0.0, stretch: float = 1.0) -> np.ndarray:
@@ -83,13 +75,8 @@ def as_written(student: bool, shift: float = 0.0, stretch: float = 1.0) -> np.nd
 
 
 def sums(student: bool, slopes: bool) -> np.ndarray:
-    if student:
-        nodes = SomeNodes(PLACE[None], WEIGHT[None], np.array([len(PLACE)]))
-        many, memory = np.zeros((BLOCK, 3, 4)), block_memory(len(PLACE))
-        student_sums(nodes, np.zeros(1, int), LOCATION[None], SCATTER[None], slopes, memory, many)
-        return many[0]
-    out, memory = np.full((3, 4), np.nan), sum_memory(len(PLACE) * 3)
-    normal_sums(PLACE, WEIGHT, LOCATION, SCATTER, LIFT, slopes, memory, out)
+    out = np.full((3, 4), np.nan)
+    compiled_sums(PLACE, WEIGHT, LOCATION, SCATTER, LIFT, student, slopes, out)
     return out
 
 
@@ -110,25 +97,3 @@ def test_without_slopes_the_values_are_the_same_and_derivatives_are_nought(stude
     found = sums(student, slopes=False)
     np.testing.assert_allclose(found[:, 0], sums(student, slopes=True)[:, 0], rtol=1e-14)
     np.testing.assert_array_equal(found[:, 1:], 0.0)
-
-
-def test_events_of_a_block_have_nodes_of_their_own() -> None:
-    rng = np.random.default_rng(3)
-    n = BLOCK
-    place, weight = rng.normal(-0.7, 0.3, (2, n, 5))
-    used = rng.integers(1, 6, n)
-    location, scatter = rng.normal(-0.7, 0.2, (n, 2)), rng.uniform(0.1, 0.4, (n, 2))
-    out = np.zeros((BLOCK, 2, 4))
-    events = rng.permutation(n)
-    nodes = SomeNodes(place, weight, used)
-    student_sums(nodes, events, location, scatter, False, block_memory(5), out)
-    for e, i in enumerate(events):
-        z = (place[i, : used[i]] - location[i][:, None]) / scatter[i][:, None]
-        density = stats.t(4).pdf(z) / scatter[i][:, None]
-        np.testing.assert_allclose(out[e, :, 0], density @ weight[i, : used[i]], rtol=1e-12)
-
-
-def test_events_with_few_nodes_come_first() -> None:
-    used, keep = np.array([10, 4, 12, 10, 4]), np.array([True, True, True, False, True])
-    np.testing.assert_array_equal(by_nodes_used(used, keep), [1, 4, 0, 2])
-    assert len(by_nodes_used(used[:0], keep[:0])) == 0

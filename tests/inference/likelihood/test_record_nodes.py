@@ -12,12 +12,9 @@ from scipy.stats import norm
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.likelihood.quadrature import N_NODES
 from avahazard.inference.likelihood.record_nodes import (
-    N_POINTS,
-    REACH,
     hidden_from,
     record_density_nodes,
     straight_density_nodes,
-    straight_points,
 )
 from avahazard.inference.model.observations import ELEVATION
 from avahazard.inference.prediction import look_up
@@ -172,20 +169,6 @@ def test_any_friction_is_told(
     low = max(length - 9 * sigma, 1.0)
     expected = quad(integrand, low, length + 9 * sigma, epsabs=0, limit=500, points=[length])[0]
     assert found == pytest.approx(expected, rel=0.02 if sigma > 500 else 2e-3)
-
-
-@pytest.mark.parametrize(("height", "length", "sigma"), [*CASES, (300.0, 800.0, 110.0)])
-def test_sums_take_fewer_points_to_the_same_end(height: float, length: float, sigma: float) -> None:
-    found = []
-    for for_sums in (False, True):
-        points, logs = np.empty(N_POINTS), np.empty(N_POINTS)
-        n = straight_points(height, length, sigma, True, for_sums, points, logs)
-        mass = np.exp(logs[:n])
-        mean = np.average(points[:n], weights=mass)
-        found.append([mass.sum(), mean, np.average((points[:n] - mean) ** 2, weights=mass), n])
-    assert found[1][:3] == pytest.approx(found[0][:3], rel=1e-8)
-    # A bump cut off at its steep end keeps its points.
-    assert (found[1][3] < found[0][3]) == (length - REACH * sigma > min(height / 3.0, length / 2.0))
 
 
 @pytest.mark.parametrize(("height", "length", "sigma"), CASES)
