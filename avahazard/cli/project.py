@@ -69,6 +69,9 @@ def _show_demo(console: Console, found: Demo) -> None:
         ("its records", str(Path(found.loop.files[-1]).parent)),
     ):
         console.print(f"  {words}: {file}", soft_wrap=True)
+    console.print("\nGo on with it, for example:")
+    for place, words in ((database, f"model {found.model.model}"), (found.loop.database, "ladder")):
+        console.print(f"  avahazard --db {place} {words}", soft_wrap=True)
     console.print(f"\nOne file to open, in a browser: {found.loop.report}", soft_wrap=True)
     console.print(
         f"It is the report of the model “{last_model(found.loop)}” of the synthetic dataset: where "
