@@ -317,7 +317,7 @@ def suspect_figure(events: Sequence[EventView], names: Names, loop: LoopView) ->
     )
 
 
-MOST_APART = 98.0
+MOST_APART = 99.5
 """Percent of the measured forces that the picture has room for, at least."""
 
 
