@@ -209,7 +209,7 @@ def _shown_bounds(terrain: TerrainModel) -> str:
 
 SHAPEFILE_NAME = 10
 NAMING = ("name", "id")
-PATH_COLUMNS = frozenset({*PathRow.model_fields, "width_m"})
+PATH_COLUMNS = frozenset({*PathRow.model_fields, "not_observed", "width_m"})
 POINT_COLUMNS = ("path_id", "x_m", "y_m", "easting_m", "northing_m", "crs", "land_cover")
 
 

@@ -203,9 +203,11 @@ def _words(
             f"; scale and shape with a prior from {counted(others.n_paths, 'other path')} "
             f"({counted(others.n_values, 'volume')})"
         )
+    n = record.n_unobserved
+    unobserved = f", {counted(n, record.seasons[:-1])} not observed" if n else ""
     text += (
         f"; {counted(record.n_events, 'record')} over {record.seasons} {record.first_year} to "
-        f"{record.last_year} ({record.window}): {record.events_per_year:.3g} a year"
+        f"{record.last_year} ({record.window}{unobserved}): {record.events_per_year:.3g} a year"
     )
     if record.n_left_out:
         text += f"; {record.n_left_out} undated or outside these years left out"

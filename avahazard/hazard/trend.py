@@ -85,7 +85,7 @@ def _rate(records: list[VolumeRecord], first: int, last: int) -> Slope | None:
     years = np.concatenate([np.empty(0, np.int64), *(r.event_years for r in records)])
     if not _enough(years):
         return None
-    seen = [r.years for r in records]
+    seen = [r.observed_years() for r in records]
     n = [r.n_events for r in records]
     total, slope = float(np.sum(years)), 0.0
     expected = np.zeros(last - first + 1)
@@ -182,7 +182,7 @@ def rate_factor(
     if trend.rate is None:
         return np.ones(n_draws)
     slope = rng.normal(trend.rate.mean, trend.rate.se, n_draws) / 10.0
-    return np.asarray(1.0 / np.exp(slope[:, None] * (record.years - year)).mean(axis=1))
+    return np.asarray(1.0 / np.exp(slope[:, None] * (record.observed_years() - year)).mean(axis=1))
 
 
 def as_of(

@@ -5,6 +5,7 @@ Alone, and together of scale and shape.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -23,7 +24,7 @@ from avahazard.hazard.extremes import (
     over_locations,
 )
 from avahazard.hazard.volume_source import Family
-from avahazard.records.collection import WINTER_STARTS, Event, Path
+from avahazard.records.collection import WINTER_STARTS, Covariate, Event, Path
 from avahazard.records.errors import AvahazardError
 
 WINDOWS = {
@@ -43,9 +44,9 @@ class VolumeRecord:
     `log_maxima` `[n_maxima]`: log of the largest volume (m3) of each year in which one was
     measured; `log_volumes` `[n_volumes]` those of all measured events; both with the standard
     deviations of the records. `n_events` dated records lie in the observed years, in
-    `n_event_years` of them; `n_left_out` records have no date or lie outside. `window` says where
-    the years come from. `event_years` `[n_events]` and `volume_years` `[n_volumes]` are those of
-    records and volumes.
+    `n_event_years` of them; `n_left_out` records have no date or lie outside. Years `gaps` between
+    the first and the last were not observed. `window` says where the years come from.
+    `event_years` `[n_events]` and `volume_years` `[n_volumes]` are those of records and volumes.
     """
 
     path_id: str
@@ -59,6 +60,7 @@ class VolumeRecord:
     maxima_sigma: Floats
     log_volumes: Floats
     volumes_sigma: Floats
+    gaps: frozenset[int] = frozenset()
     year_starts: int = WINTER_STARTS
     event_years: Ints = field(default_factory=lambda: np.empty(0, np.int64))
     volume_years: Ints = field(default_factory=lambda: np.empty(0, np.int64))
@@ -74,14 +76,19 @@ class VolumeRecord:
         return self.window == WINDOWS[False, False]
 
     @property
-    def years(self) -> Ints:
-        """The observed years."""
-        return np.arange(self.first_year, self.last_year + 1)
+    def n_unobserved(self) -> int:
+        """Years without observation."""
+        return len(self.gaps)
+
+    def observed_years(self) -> Ints:
+        """The years, less those not observed."""
+        years = np.arange(self.first_year, self.last_year + 1)
+        return years[~np.isin(years, list(self.gaps))]
 
     @property
     def n_years(self) -> int:
-        """Observed years, both ends counted."""
-        return self.last_year - self.first_year + 1
+        """Observed years, both ends counted, without the gaps."""
+        return self.last_year - self.first_year + 1 - self.n_unobserved
 
     @property
     def events_per_year(self) -> float:
@@ -105,6 +112,7 @@ class DatedVolumes:
     path_id: str
     observed_from: int | None
     observed_to: int | None
+    not_observed: Covariate | None
     year: NDArray[np.int16]
     month: NDArray[np.int16]
     log_volume: Floats
@@ -126,6 +134,7 @@ def dated_volumes(path: Path, events: Sequence[Event]) -> DatedVolumes:
         path_id=path.path_id,
         observed_from=path.observed_from,
         observed_to=path.observed_to,
+        not_observed=path.covariates.get("not_observed"),
         year=np.array([event.year for event in dated], np.int16),
         month=np.array([int((event.date or "")[5:7] or 1) for event in dated], np.int16),
         log_volume=log_volume,
@@ -166,8 +175,9 @@ def volume_record(
             "of events.",
             hint,
         )
+    gaps = unobserved_years(path_id, own.not_observed) & set(range(first, last + 1))
     winters = own.winters(starts)
-    inside = (winters >= first) & (winters <= last)
+    inside = (winters >= first) & (winters <= last) & ~np.isin(winters, list(gaps))
     if not inside.any():
         raise AvahazardError(
             f"Path {path_id} has no dated event in its observed years {first} to {last}.", hint
@@ -189,10 +199,32 @@ def volume_record(
         maxima_sigma=own.sigma[maxima],
         log_volumes=own.log_volume[measured],
         volumes_sigma=own.sigma[measured],
+        gaps=frozenset(gaps),
         year_starts=starts,
         event_years=winters[inside],
         volume_years=winters[measured],
     )
+
+
+def unobserved_years(path_id: str, text: Covariate | None) -> set[int]:
+    """Winters in which nobody looked, from the path's column `not_observed`: `1914-1918;1943`.
+
+    Raises `AvahazardError` where the column does not read so.
+    """
+    if text is None:
+        return set()
+    if isinstance(text, float):
+        text = f"{text:.0f}"
+    years: set[int] = set()
+    for part in str(text).split(";"):
+        found = re.fullmatch(r"\s*(\d{4})(?:\s*[-–]\s*(\d{4}))?\s*", part)
+        if found is None or int(found[2] or found[1]) < int(found[1]):
+            raise AvahazardError(
+                f"not_observed of path {path_id} is '{text}'.",
+                "Give years and spans of years, such as 1914-1918;1943.",
+            )
+        years |= set(range(int(found[1]), int(found[2] or found[1]) + 1))
+    return years
 
 
 LEAST_SPREAD = 0.1

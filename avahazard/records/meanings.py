@@ -68,6 +68,7 @@ MEANINGS: dict[str, Meaning] = {
     "observed_from": _number("first year of observation"),
     "observed_to": _number("last year of observation"),
     "observed_below_m": _number("stops above are not seen", ABOVE_SEA, ELEVATION),
+    "not_observed": _text("years in which nobody looked", "paths"),
     "width_m": _number("width of the flow", "m", None, "paths"),
     "x_m": _number("horizontal distance from the top", "m", ALONG),
     "y_m": _number("elevation of the point", ABOVE_SEA, ELEVATION),

@@ -154,6 +154,7 @@ class HazardRow(Result):
     n_records: int | None = field(default=None, metadata=ABSENT)
     first_year: int | None = field(default=None, metadata=ABSENT)
     last_year: int | None = field(default=None, metadata=ABSENT)
+    years_not_observed: int | None = field(default=None, metadata=ABSENT)
     years_from: str | None = field(default=None, metadata=ABSENT)
     events_per_year: float | None = field(default=None, metadata=ABSENT)
     natural: RunoutInterval | None = field(default=None, metadata=ABSENT)
@@ -219,6 +220,7 @@ class PathVolumes(Result):
     n_volumes: int | None
     first_year: int | None
     last_year: int | None
+    years_not_observed: int | None
     events_per_year: float | None
     levels: Rows[ReturnLevel]
     maxima: Rows[YearlyMaximum]

@@ -70,6 +70,7 @@ def test_row_of_a_return_period() -> None:
         "first_year": 1950,
         "last_year": 1999,
         "years_from": "the first to the last record of any path",
+        "years_not_observed": 0,
         "events_per_year": 0.4,
         "extrapolated": True,
         "notes": [],

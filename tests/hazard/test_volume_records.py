@@ -18,6 +18,7 @@ from avahazard.hazard.volume_records import (
     data_window,
     dated_volumes,
     region_of,
+    unobserved_years,
     volume_record,
     without_record_error,
 )
@@ -56,6 +57,34 @@ def test_largest_volume_of_each_winter() -> None:
     assert record.n_left_out == 1
     assert record.window == "observed_from to observed_to"
     np.testing.assert_allclose(np.exp(record.log_volumes), [1000, 3000, 500])
+
+
+def test_gaps_are_taken_from_the_years_and_their_records_left_out() -> None:
+    path = Path(
+        "p",
+        observed_from=1941,
+        observed_to=1980,
+        covariates={"not_observed": "1935-1944; 1950;1979 - 1990"},
+    )
+    record = record_of(path, EVENTS)
+    assert (record.n_unobserved, record.n_years) == (4 + 1 + 2, 33)
+    assert (record.n_events, record.n_left_out) == (3, 2)
+    assert record.events_per_year == pytest.approx(3 / 33)
+
+
+@pytest.mark.parametrize(
+    ("text", "years"),
+    [("1943", {1943}), (1943.0, {1943}), ("1914-1916;1943", {1914, 1915, 1916, 1943})],
+)
+def test_years_that_nobody_observed(text: str | float, years: set[int]) -> None:
+    assert unobserved_years("p", text) == years
+
+
+@pytest.mark.parametrize("text", ["the war", "1918-1914", "14-18"])
+def test_gaps_that_do_not_read(text: str) -> None:
+    with pytest.raises(AvahazardError, match="not_observed of path p") as error:
+        unobserved_years("p", text)
+    assert "1914-1918;1943" in error.value.hint
 
 
 def test_the_error_of_the_records_is_taken_from_their_spread() -> None:
@@ -253,7 +282,7 @@ def test_workers_are_given_what_all_say_where_records_are_asked(
 ) -> None:
     known = [
         DatedVolumes(
-            *(r.path_id, r.first_year, r.last_year),
+            *(r.path_id, r.first_year, r.last_year, None),
             *(1961 + np.arange(len(r.log_volumes)), np.ones(len(r.log_volumes), np.int64)),
             *(r.log_volumes, r.volumes_sigma, 0),
         )

@@ -30,7 +30,7 @@ from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.database import import_files
 from avahazard.workflow.hazard import hazard
-from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ZonesRequest
+from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ImportRequest, ZonesRequest
 from avahazard.workflow.stored import load_stored
 from avahazard.workflow.zones import zones
 from tests.workflow.twin import twin_records
@@ -217,6 +217,19 @@ def test_volumes_of_a_table_by_both_ways(mine: str, write: Write) -> None:
     # One volume each 30 years: the farthest of 30 years is a common avalanche, of 300 a rare one.
     assert rows[0].design.runout_x_m.q50 < rows[0].runout_x_m.q05
     assert rows[1].design.runout_x_m.q50 > rows[1].runout_x_m.q50
+
+
+def test_gaps_raise_the_rate(mine: str, write: Write) -> None:
+    (before,) = rows_of(mine, "gibbs", paths=["nants"])
+    first, last = before.first_year, before.last_year
+    text = "path_id,observed_from,observed_to,not_observed\n"
+    text += f"nants,{first},{last},{first - 5}-{first + 40}\n"
+    import_files(mine, [write("paths.csv", text)], ImportRequest(update=True))
+    (after,) = rows_of(mine, "gibbs", paths=["nants"])
+    assert after.years_not_observed == 41
+    years = last - first + 1 - 41
+    assert after.events_per_year == pytest.approx(after.n_records / years)
+    assert "41 winters not observed" in after.volume_method
 
 
 @pytest.mark.parametrize("model", ["gibbs", "constant"])
