@@ -167,7 +167,7 @@ class Stops(NamedTuple):
 class Asked(NamedTuple):
     """Stops asked for from each start, `[n_starts]`.
 
-    Those between the places `low` and `high` (m); where `high` is inf all that leaves the profile
+    Those between the places `low` and `high` (m); where `high` is inf all beyond the profile
     is asked for as well. Runs begin about the friction with index `middle`.
     """
 

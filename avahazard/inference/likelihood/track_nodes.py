@@ -356,7 +356,7 @@ def likely_frictions(track, scatter, in_log):  # type: ignore[no-untyped-def]
     """The tables of one of `TrackRows` over fine frictions (`between`), and its speeds there.
 
     Of these the log density `[n_fine]`, with `scatter` of friction along the track. And the fine
-    frictions `[n_fine]` and the one from which on stops are not seen, or their logs.
+    frictions `[n_fine]` and the one from which on stops are undetected, or their logs.
     """
     errors = whitening(track.speed, track.sigma, track.spread, scatter)
     predicted = track.speeds, track.cell, track.jumped, errors, track.record, track.left
