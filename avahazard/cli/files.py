@@ -22,7 +22,7 @@ from avahazard.results.files import (
     Upgraded,
     WrittenReport,
 )
-from avahazard.workflow.requests import ReportRequest, SynthRequest
+from avahazard.workflow.requests import AvaframeRequest, ReportRequest, SynthRequest
 
 
 def _created(console: Console, found: Created) -> None:
@@ -162,15 +162,23 @@ def _exported(console: Console, found: Export) -> None:
     console.print(table(found.file, ("layer", ">features", "crs"), rows))
 
 
-@answers("export.export", _exported)
 def export(
-    name: Annotated[str, argument("A model with bounds by `hazard`.")],
+    name: Annotated[str, argument("A model with bounds by `hazard`; any model for --avaframe.")],
     file: Annotated[
-        Path,
+        Path | None,
         output_file("Ends in .gpkg, .geojson, .csv or .xlsx. An export that is there is replaced."),
-    ],
+    ] = None,
+    avaframe: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="A new folder for AvaFrame projects (options below)."),
+    ] = None,
+    *,
+    request: AvaframeRequest,
 ) -> None:
-    """Write the bounds and zones of a model for a GIS or a spreadsheet.
+    """Write the bounds and zones of a model for a GIS or a spreadsheet; or AvaFrame projects.
+
+    A project has the inputs of com1DFA, its settings with the median friction, and in `draws`
+    future avalanches for a probability run.
 
     \b
     Examples:
@@ -178,7 +186,15 @@ def export(
       avahazard export first -o first.geojson
       avahazard export first -o first.csv
       avahazard export first -o first.xlsx
+      avahazard export flow --avaframe projects --draws 100
     """
+    if (file is None) == (avaframe is None):
+        raise typer.BadParameter("Give one of -o FILE and --avaframe FOLDER.")
+    if avaframe is None:
+        found = ask("export.export", name=name, file=file)
+    else:
+        found = ask("export_avaframe.write_projects", name=name, folder=avaframe, request=request)
+    emit(found, _exported)
 
 
 def _synthetic(console: Console, found: MadeWorld) -> None:

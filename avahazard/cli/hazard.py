@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from datetime import timedelta
 from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any
 
 from rich.console import Console
 
-from avahazard.cli.options import CalibratedModel, answers, argument, output_file
+from avahazard.cli.options import CalibratedModel, answers, argument, flag, output_file
 from avahazard.cli.output import ask, emit, emit_rows, settings, show, table, warn
-from avahazard.notes import Note, grouped
+from avahazard.notes import Note, counted, grouped
 from avahazard.report import tables
 from avahazard.results.hazard import HazardRow, Zones
-from avahazard.results.terrain import ChanceMap, Simulations
+from avahazard.results.terrain import ChanceMap, SimulationPlan, Simulations
 from avahazard.workflow import requests
 
 
@@ -156,6 +157,7 @@ def simulate(
     ] = None,
     *,
     request: requests.SimulateRequest,
+    dry_run: Annotated[bool, flag("--dry-run", "Estimate time and disk, and run nothing.")] = False,
 ) -> None:
     """Run AvaFrame's com1DFA on the terrain of paths, over friction and volume.
 
@@ -164,12 +166,27 @@ def simulate(
 
     \b
     Examples:
+      avahazard simulate --dry-run
       avahazard simulate P01
       avahazard simulate P01 -V 5000 -V 50000 --drag 0.002
       avahazard simulate --engine processes --workers 8
     """
     asked = replace(request, paths=tuple(paths or ()))
-    emit(ask("simulate.simulate_paths", request=asked), show_simulations)
+    if dry_run:
+        emit(ask("simulate.plan_simulations", request=asked), _plan)
+    else:
+        emit(ask("simulate.simulate_paths", request=asked), show_simulations)
+
+
+def _plan(console: Console, plan: SimulationPlan) -> None:
+    done = f", {plan.n_done} of them stored already" if plan.n_done else ""
+    console.print(f"{counted(plan.n_runs, 'run')}{done}.")
+    by = "the mean of stored runs" if plan.measured else "a guess from the number of cells"
+    console.print(
+        f"Time: about {timedelta(seconds=round(plan.seconds))} (h:min:s) with {plan.workers} "
+        f"workers, {plan.seconds_per_run:.0f} s a run ({by}). Refinement can take three times as "
+        f"long.\nDatabase: about {plan.stored_bytes / 1e6:.2g} MB."
+    )
 
 
 def show_simulations(console: Console, found: Simulations) -> None:

@@ -137,11 +137,17 @@ def write_project(
     ) as file:  # fmt: skip
         file.write(np.where(np.isfinite(crop.elevation_m), crop.elevation_m, NO_DATA), 1)
     _write_shape(inputs / "LINES" / "path_aimec.shp", shapely.LineString(ground.xy), crop.crs)
-    _write_shape(inputs / "REL" / f"{RELEASE}.shp", shapely.Polygon(corners), crop.crs)
+    write_scenario(folder, crop.crs, corners, settings, RELEASE, "Inputs/CFGs/com1DFACfg.ini")
+
+
+def write_scenario(
+    folder: FilePath, crs: str, corners: Floats, settings: Mapping[str, object], name: str, ini: str
+) -> None:
+    """Write the release `name` of a project, and the settings in `ini` that run only this one."""
+    _write_shape(folder / "Inputs" / "REL" / f"{name}.shp", shapely.Polygon(corners), crs)
     lines = ["[GENERAL]", *(f"{key} = {value}" for key, value in settings.items())]
-    lines += ["", "[INPUT]", f"releaseScenario = {RELEASE}"]
-    text = "\n".join(lines) + "\n"
-    (inputs / "CFGs" / "com1DFACfg.ini").write_text(text, encoding="utf-8")
+    lines += ["", "[INPUT]", f"releaseScenario = {name}"]
+    (folder / ini).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def _write_shape(file: FilePath, geometry: shapely.Geometry, crs: str) -> None:

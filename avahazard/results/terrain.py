@@ -195,6 +195,19 @@ class Simulations(Result):
 
 
 @dataclass(frozen=True, slots=True)
+class SimulationPlan(Result):
+    """What `simulate` takes before it refines; `measured`: from stored runs, not from cells."""
+
+    n_runs: int
+    n_done: int
+    workers: int
+    seconds_per_run: float
+    measured: bool
+    seconds: float
+    stored_bytes: int
+
+
+@dataclass(frozen=True, slots=True)
 class MappedBy(Result):
     """A path of a map: by which engine, and its largest annual chance in a cell."""
 

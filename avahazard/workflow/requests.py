@@ -345,6 +345,18 @@ class MapRequest(Request):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class AvaframeRequest(Request):
+    """Paths, releases (as for `simulate`) and volumes of AvaFrame projects; draws for each."""
+
+    paths: Sequence[str] = option((), ONLY_PATHS)
+    draws: int = option(50, "Avalanches for a probability run.", least=1, most=999)
+    release: Path | None = option(None, RELEASE_AREAS)
+    source: VolumeSource = RECORDS
+    seed: int = option(0, SEED)
+    effect_files: Sequence[Path] = option((), EFFECT_FILES)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class VolumesRequest(Request):
     """Return periods (years), where the frequency of volumes comes from, and paths; none: all."""
 

@@ -19,9 +19,10 @@ from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Records, Simulation, find_path, find_profile, ground_of
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Report, Rows, silent
-from avahazard.results.terrain import SimulatedPath, Simulations
+from avahazard.results.terrain import SimulatedPath, SimulationPlan, Simulations
 from avahazard.store.records import load_records, load_simulations, load_terrain, save_simulation
 from avahazard.store.session import reading, writing
+from avahazard.workers import n_workers
 from avahazard.workflow.requests import SimulateRequest
 
 if TYPE_CHECKING:
@@ -31,6 +32,8 @@ LOWEST, HIGHEST, N_FRICTIONS, N_VOLUMES = 0.1, 0.6, 8, 4
 FAR_APART_M, LEAST_STEP, ROUNDS = 50.0, 0.01, 3
 """Stops of neighbours in friction that are farther apart get a run between them, so often."""
 DEFAULT_WIDTH_M = 100.0
+SECONDS_A_CELL, BYTES_A_CELL = 1e-3, 0.5
+"""Time of a run where none is stored, and its size in the database."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,6 +95,27 @@ def simulate_paths(database: str, request: SimulateRequest, report: Report = sil
     if not made:
         notes = (*notes, Note("simulated_before"))
     return Simulations(Rows(rows), notes)
+
+
+def plan_simulations(database: str, request: SimulateRequest) -> SimulationPlan:
+    """Estimate time and disk of `simulate_paths` with this request, before it refines.
+
+    Raises `AvahazardError` as that does, except where the engine is missing.
+    """
+    paths, _ = ready_paths(database, request)
+    n_left = len(_left(database, paths, request, refine=False))
+    done = [one.seconds for path in paths for one in _of(database, path, request)]
+    cells = np.mean([path.ground.crop.elevation_m.size for path in paths])
+    seconds = float(np.mean(done) if done else SECONDS_A_CELL * cells)
+    return SimulationPlan(
+        n_runs=n_left + len(done),
+        n_done=len(done),
+        workers=n_workers(),
+        seconds_per_run=seconds,
+        measured=bool(done),
+        seconds=seconds * n_left / n_workers(),
+        stored_bytes=int(BYTES_A_CELL * cells * n_left),
+    )
 
 
 def ready_paths(database: str, request: SimulateRequest) -> tuple[list[RunPath], tuple[Note, ...]]:

@@ -57,8 +57,16 @@ def test_between_far_stops_more_frictions_are_run(flow_slope: Path) -> None:
     assert all(gap <= 50.0 or step < 0.02 for gap, step in zip(far, steps, strict=True))
 
 
-def test_paths_without_terrain_are_told(flow_slope: Path) -> None:
+def test_a_plan_runs_nothing_and_paths_without_terrain_are_told(flow_slope: Path) -> None:
     run = command_line(flow_slope / "avahazard.db")
+    plan = json.loads(run("--json", "simulate", "--dry-run").stdout)
+    assert plan["n_runs"] >= 32
+    assert plan["measured"]
+    assert plan["seconds"] > 0.0
+    assert plan["stored_bytes"] > 0
+    assert "Refinement" in run("simulate", "--dry-run").stdout
+    with reading(str(flow_slope / "avahazard.db")) as session:
+        assert len(load_simulations(session)) == 18
     bare = flow_slope / "bare"
     bare.mkdir()
     (bare / "paths.csv").write_text("path_id\nP02\n")
