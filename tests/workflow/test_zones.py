@@ -102,7 +102,7 @@ def french(models: str, tmp_path_factory: pytest.TempPathFactory) -> Found:
 def test_an_entry_for_each_path_stored_with_its_model(french: Found) -> None:
     with reading(french.database) as session:
         assert latest_documents(session, ZONES, "gibbs") == plain(french.entries, keyed=True)
-    assert french.picture.count("<!-- yellow zone -->") == 1
+    assert french.picture.count("<!-- zone: yellow -->") == len(french.entries)
     assert [e.path_id for e in french.entries] == ["saugy", "scey"]
     assert any("no drag" in note for note in french.notes)
     # What is said of the model and of the limits goes with the entry of each path too.
