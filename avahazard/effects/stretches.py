@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.effects.columns import EventColumns
+from avahazard.effects.columns import EventColumns, MeasuredTrack
 from avahazard.effects.effect import Curve, Facts, MotionEffect, Parameter, Sites
 from avahazard.effects.site import Site
 from avahazard.notes import Note
@@ -52,6 +52,14 @@ class _Stretch(NamedTuple):
     end_m: float
 
 
+def _stretches(facts: Facts) -> list[_Stretch]:
+    return [_Stretch(*row) for row in facts["stretches"]]
+
+
+def _path_of(columns: EventColumns, track: MeasuredTrack) -> str:
+    return columns.paths[int(columns.path_index[track.event])]
+
+
 def stretch_facts(columns: EventColumns, sites: Sites) -> Facts | None:
     """The stretches that the speeds show, and what they do; None where they show none."""
     bins = _bins(columns, FINER)
@@ -74,7 +82,7 @@ def all_parts(columns: EventColumns, sites: Sites) -> Facts | None:
 
 def build_stretches(key: str, facts: Facts) -> MotionEffect:
     """The effect: of each stretch its amount."""
-    stretches = [_Stretch(*row) for row in facts["stretches"]]
+    stretches = _stretches(facts)
     amount = KINDS[facts["kind"]]
     parameters = tuple(
         Parameter(
@@ -89,7 +97,7 @@ def build_stretches(key: str, facts: Facts) -> MotionEffect:
 
 def stretch_curve(facts: Facts) -> Curve:
     """What is added along the path of the first stretch."""
-    stretches = [_Stretch(*row) for row in facts["stretches"]]
+    stretches = _stretches(facts)
     first, (start, end) = stretches[0].path, facts["ends"]
     ends = [at for s in stretches if s.path == first for at in (s.start_m, s.end_m)]
     x = np.unique(np.concatenate([np.linspace(start, end, N_PLACES), ends]))
@@ -114,8 +122,7 @@ def stretches_found(columns: EventColumns, sites: Sites) -> Note | None:
     facts = stretch_facts(columns, sites)
     if facts is None:
         return None
-    found = [_Stretch(*row) for row in facts["stretches"]]
-    where = [f"{s.path} ({s.start_m:.0f} m – {s.end_m:.0f} m)" for s in found]
+    where = [f"{s.path} ({s.start_m:.0f} m – {s.end_m:.0f} m)" for s in _stretches(facts)]
     return Note("stretches", where=where)
 
 
@@ -137,10 +144,10 @@ def _resistance(
 def _bins(columns: EventColumns, n: int = 1) -> dict[str, Floats]:
     """Ends of the parts `[n * N_PARTS + 1]` (m) of each path that has tracks enough."""
     found = {}
-    for name in dict.fromkeys(columns.paths[columns.path_index[t.event]] for t in columns.tracks):
-        mine = [t for t in columns.tracks if columns.paths[columns.path_index[t.event]] == name]
-        if len(mine) >= LEAST_TRACKS:
-            start, end = min(t.release_x for t in mine), max(float(t.x[-1]) for t in mine)
+    for name in dict.fromkeys(_path_of(columns, t) for t in columns.tracks):
+        mine = [t for t in columns.tracks if _path_of(columns, t) == name]
+        start, end = min(t.release_x for t in mine), max(float(t.x[-1]) for t in mine)
+        if len(mine) >= LEAST_TRACKS and end > start:
             found[name] = np.linspace(start, end, n * N_PARTS + 1)
     return found
 
@@ -165,10 +172,11 @@ def _found(
     }
     names, each = list(tried), np.array(list(tried.values()))
     chosen, total = list[_Stretch](), 0.0
-    while len(chosen) < MOST_STRETCHES:
+    free = len(left) - len(columns.tracks)
+    while names and free > 0 and len(chosen) < MOST_STRETCHES:
         size = np.sqrt(np.maximum(np.sum(each**2, axis=1), 1e-12))
         along = np.where(size > LEAST_SIZE, each @ left / size, 0.0)
-        squares, free = float(left @ left), len(left) - len(columns.tracks)
+        squares = float(left @ left)
         gains = _misfit(squares, free) - _misfit(squares - along**2, free)
         best = int(np.argmax(gains))
         if gains[best] < LEAST_GAIN + np.log(len(names)):
@@ -206,14 +214,14 @@ def _short_fall(
     And the work of each part of a path there `[n, n_bins]`. The friction of each track, and a drag
     everywhere, are taken off both.
     """
-    tracks = [t for t in columns.tracks if columns.paths[columns.path_index[t.event]] in bins]
+    tracks = [t for t in columns.tracks if _path_of(columns, t) in bins]
     rows = [len(t.x) + np.isfinite(t.stop_x) for t in tracks]
     first = np.concatenate([[0], np.cumsum(rows)])
     short, rest = np.empty(first[-1]), np.zeros((first[-1], len(tracks) + 1))
     work = {path: np.zeros((first[-1], len(ends) - 1)) for path, ends in bins.items()}
     by_path = {site.path.path_id: site for site in sites}
     for k, track in enumerate(tracks):
-        path = columns.paths[columns.path_index[track.event]]
+        path = _path_of(columns, track)
         here, smooth = slice(first[k], first[k + 1]), by_path[path].smooth
         ended = np.isfinite(track.stop_x)
         at = np.append(track.x, track.stop_x) if ended else track.x

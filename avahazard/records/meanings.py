@@ -67,7 +67,7 @@ MEANINGS: dict[str, Meaning] = {
     "release_sigma_m": _number("error of the release elevation (sd)", "m", None, "paths", "events"),
     "observed_from": _number("first year of observation"),
     "observed_to": _number("last year of observation"),
-    "observed_below_m": _number("stops above are not seen", ABOVE_SEA, ELEVATION),
+    "observed_below_m": _number("stops above are undetected", ABOVE_SEA, ELEVATION),
     "not_observed": _text("years in which nobody looked", "paths"),
     "width_m": _number("width of the flow", "m", None, "paths"),
     "x_m": _number("horizontal distance from the top", "m", ALONG),

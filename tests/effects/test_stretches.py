@@ -108,3 +108,10 @@ def test_where_it_is_stands_in_a_sentence_and_a_curve() -> None:
     inside = curve.columns[:, 0] > 0.0
     assert curve.x[inside][0] == start
     assert curve.x[np.flatnonzero(inside)[-1] + 1] == end
+
+
+def test_one_speed_of_each_avalanche_shows_no_stretch() -> None:
+    """It goes to the friction of its track."""
+    given = tracks(np.random.default_rng(1), 0.0, 0.5)
+    few = [t._replace(x=t.x[-1:], speed=t.speed[-1:], sigma=t.sigma[-1:]) for t in given.tracks]
+    assert stretch_facts(replace(given, tracks=tuple(few)), sites()) is None

@@ -139,7 +139,7 @@ def _usable(
 ) -> tuple[NDArray[np.bool_], dict[str, int]]:
     """The events that the method can use, and the number of others by their first reason."""
     low, high = MU[EVEN][[0, -1]]
-    reasons = {"left the profile": observations.kind == LEFT}
+    reasons = {"beyond the profile": observations.kind == LEFT}
     if chosen.uses_volume:
         reasons["without a volume"] = ~np.isfinite(observations.columns.log_volume)
     if method == "metropolis":

@@ -79,7 +79,7 @@ def test_the_papers_methods_leave_out_what_left_the_profile(mine: Run, method: s
     document = json.loads(done.stdout)
     left = sum(document["left_out"].values())
     assert document["n_events"] + left == 173
-    assert document["left_out"]["left the profile"] > 0
+    assert document["left_out"]["beyond the profile"] > 0
     assert untold(done.stderr, method, left, 173) == []
     assert document["parameters"]["sigma"]["unit"] == ("m" if method == "metropolis" else "")
 

@@ -58,7 +58,7 @@ def test_gibbs_finds_the_twins_law() -> None:
     for name, value in TRUTH.items():
         assert intervals[name][0] < value < intervals[name][1]
     assert found.n_events + sum(found.left_out.values()) == 173
-    assert "left the profile" in found.notes[0]
+    assert "beyond the profile" in found.notes[0]
 
 
 def test_metropolis_finds_the_law_of_the_mean_stop() -> None:
