@@ -127,10 +127,9 @@ class Measurement(Result):
 class Pair(Result):
     """Two effects, or three, that are needed together, and what they gain (nats).
 
-    `gain` is over the model, `gain_over_best_single` over the best of them alone. `p_value` is that
-    of the last one beside the others, as the best of all; of a pair of which neither shows
-    alone, that among all pairs. `parameters` are those of all of them, fitted together;
-    `error_after_m` is the mean CRPS with them.
+    `gain` is over the model, `gain_over_best_single` over the best of them alone. `p_value` is the
+    largest of theirs; of a pair of which neither shows alone, that among all pairs. `parameters`
+    are those of all of them, fitted together; `error_after_m` is the mean CRPS with them.
     """
 
     effects: tuple[str, ...]
@@ -147,7 +146,7 @@ class Diagnosis(Result):
 
     `missing` holds the effect, the set that cannot be distinguished, or the axis. `groups` are
     those that were let to differ before anything was blamed on physics. `pairs` are effects that
-    are needed together with, or in the place of, the one that is missing. An effect of
+    are needed together, in the place of the one that is missing. An effect of
     `detectable_m` (H/L where `coordinate`, that of the records, says so) would have been seen with
     80 % power. It would be `detectable_share` of the variance of log friction, that of the records'
     errors included (None: stored by a version that did not tell it). `still_needed` is the evidence

@@ -189,7 +189,7 @@ def diagnosis(name: str, found: Findings, seed: int) -> results.Diagnosis:
         missing=found.missing,
         candidates=Rows(_candidate(c, found) for c in found.candidates),
         groups=Rows(results.GroupTest(g.key, g.gain, g.p_value, g.spread) for g in found.groups),
-        pairs=Rows(_pair(more) for more in found.together),
+        pairs=Rows([_pair(found.together)] if found.together else []),
         detectable_m=found.detectable.metres,
         detectable_log_friction=found.detectable.log_friction,
         detectable_share=found.detectable.share,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -50,7 +50,6 @@ from avahazard.criticism.diagnosis.refits import (
     Question,
     Refit,
     held_out_gain,
-    likely_values,
     refit_each,
     refit_with,
     refit_without,
@@ -122,7 +121,7 @@ class Findings:
     heavy_tails: bool
     detectable: Detectable
     suspects: tuple[str, ...]
-    together: tuple[Together, ...]
+    together: Together | None
     impossible_stops: tuple[str, ...]
     laws: tuple[FoundLaw, ...]
 
@@ -201,7 +200,9 @@ def diagnose(
         suspects=suspects(base),
         together=together,
         impossible_stops=impossible_stops(base),
-        laws=(laws.get(smooth) or found_laws(base, fits[smooth], smooth)) if smooth else (),
+        laws=(laws.get(smooth) or found_laws(base, {smooth: fits[smooth]})[smooth])
+        if smooth
+        else (),
     )
     progress(1.0)
     return found
@@ -218,16 +219,16 @@ def leading_smooth(missing: Sequence[str], fits: Mapping[str, Refit]) -> str | N
 
 def verdict_on(
     question: Question, naming: Naming, groups: Sequence[TriedGroup], granted: Sequence[str]
-) -> tuple[str, tuple[str, ...], tuple[Together, ...]]:
+) -> tuple[str, tuple[str, ...], Together | None]:
     """The verdict, the keys that it names, and effects that are needed together.
 
     What else could explain the same is asked in turn: faults of the records, two effects that count
-    only together, groups that differ; last, what is needed beside what is named. `granted` are
-    the nuisances that the base was given, by key.
+    only together, groups that differ; last, whether those that are named are all needed. `granted`
+    are the nuisances that the base was given, by key.
     """
     definition, fits = question.base.definition, question.fits
     verdict, missing = naming.verdict, naming.missing
-    together: tuple[Together, ...] = ()
+    together: Together | None = None
     if missing and missing[0] in fits:
         faults = explained_by_record_faults(question, missing[0])
         if more := tuple(key for key in faults if key not in missing):
@@ -241,14 +242,11 @@ def verdict_on(
         # Of two effects that hide each other the cause of more evidence is named.
         entries = [definition(key) for key in pair.effects]
         verdict, missing = verdict_of([e for e in entries if e.names_cause][:1] or entries)
-        together, rivals = (pair,), (pair.fit,)
+        together, rivals = pair, (pair.fit,)
     if group := named_group(question, rivals, groups, granted):
-        return *verdict_of(map(definition, group)), ()
-    if missing and missing[0] in fits:
-        together = needed_beside(question, missing[0])
-        if any(set(missing) <= set(more.effects) for more in together):
-            # Each is needed beside the others: the data distinguish them.
-            verdict, missing = verdict_of([definition(missing[0])])
+        return *verdict_of(map(definition, group)), None
+    if len(missing) > 1 and missing[0] in fits and (together := needed_beside(question, missing)):
+        verdict, missing = verdict_of([definition(missing[0])])
     return verdict, missing, together
 
 
@@ -321,19 +319,13 @@ def error_of(fit: Refit) -> float:
     return float(np.mean(crps(records.draws, records.observed)))
 
 
-MOST = 3
-"""Effects that are named together at most."""
-TRIED = 2
-"""Candidates beside those already chosen that are fitted in full."""
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Together:
     """Effects fitted together; gains in nats.
 
     `gain` is that over the model without them, `gain_over_best_single` that over the best of
-    them alone, both of log likelihood; `p_value` is that of the last one beside the others, or of
-    a pair of which neither shows alone.
+    them alone, both of log likelihood; `p_value` is the largest of theirs, or that of a pair of
+    which neither shows alone.
     """
 
     effects: tuple[str, ...]
@@ -343,47 +335,24 @@ class Together:
     p_value: float
 
 
-def needed_beside(question: Question, first: str) -> tuple[Together, ...]:
-    """What else is needed once `first` is in the model: a pair, and from it a triple.
+def needed_beside(question: Question, keys: Sequence[str]) -> Together | None:
+    """The effects of a set, if each is needed beside the others: the data distinguish them then.
 
-    A candidate counts where its gain beside those already chosen would be significant as the best
-    of all in the simulated datasets of the screening, and where the model with it has `MARGIN` of
-    evidence over that without, gains on held-out records, and is not better without any of the
-    others. One that faults of the records explain as well is not needed.
+    The first of them was fitted.
     """
-    base, observations = question.base, question.base.observations
-    singles = dict(question.fits)
-    fit = singles[first]
-    chosen: tuple[str, ...] = (first,)
-    found: list[Together] = []
-    while len(chosen) < MOST:
-        entries = candidate_definitions(observations, fit.specification, base.own)
-        beside = screen(fit.posterior, fit.mode.u, entries).candidates
-        p_values = {c.key: c.p_family for c in beside}
-        tried = [c.key for c in beside if c.p_family <= LEVEL][:TRIED]
-        likely = likely_values((c for c in beside if c.key in tried), observations)
-        wider = refit_each(fit, tried, likely=likely)
-        best = _best_needed(replace(question, base=fit, fits=wider))
-        if best is None:
-            break
-        if best not in singles:
-            singles[best] = refit_with(base, best)
-        if wider[best].evidence - singles[best].evidence <= MARGIN:
-            break  # the new one does it alone
-        fit, chosen = wider[best], (*chosen, best)
-        found.append(_together(chosen, fit, base, singles, p_values[best]))
-    return tuple(found)
-
-
-def _best_needed(question: Question) -> str | None:
-    """The candidate of most evidence beside the base that nothing else explains, if needed."""
-    wider = question.fits
-    for key in sorted(wider, key=lambda k: -wider[k].evidence):
-        if not _is_needed(question.base, wider[key], (key,)):
+    base, singles = question.base, dict(question.fits)
+    fit = singles[keys[0]]
+    for key in keys[1:]:
+        wider = refit_with(fit, key)
+        if not _is_needed(fit, wider, (key,)):
             return None
-        if not explained_by_record_faults(question, key):
-            return key
-    return None
+        if key not in singles:
+            singles[key] = refit_with(base, key)
+        if wider.evidence - singles[key].evidence <= MARGIN:
+            return None  # this one does it alone
+        fit = wider
+    p_value = max(c.p_family for c in question.screening.candidates if c.key in keys)
+    return _together(tuple(keys), fit, base, singles, p_value)
 
 
 def masked_pair(question: Question) -> Together | None:

@@ -44,6 +44,7 @@ from avahazard.effects.effect import (
 )
 from avahazard.effects.groups import level_counts
 from avahazard.effects.record import VOLUME_ERROR
+from avahazard.engine import spread_map
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.likelihood.nodes import wrong_ranges
 from avahazard.inference.likelihood.terms import event_terms
@@ -107,7 +108,7 @@ def fitted_in_full(
     """
     observations = base.observations
     likely = likely_values(screening.candidates, observations)
-    strong = [_strong(c, likely, base) for c in screening.candidates]
+    strong = list(spread_map(_strong, (likely, base), screening.candidates))
     likely = likely_values(strong, observations)
     screening = replace(screening, candidates=tuple(sorted(strong, key=lambda c: -c.surprise)))
     worth: list[str] = []
@@ -144,12 +145,13 @@ def fitted_in_full(
     return fits, replace(screening, candidates=found)
 
 
-def _strong(candidate: Screened, likely: Likely, base: Refit) -> Screened:
+def _strong(shared: tuple[Likely, Refit], candidate: Screened) -> Screened:
     """The candidate with the gain of a short ascent and its values, where it shapes the tables.
 
     What gains much is far from neutral, where the tables are no longer linear in it: with speeds
     even the sign of its score may mislead there.
     """
+    likely, base = shared
     known = bool(base.observations.speeds) and not candidate.definition.beyond
     if (candidate.surprise <= WORTH_A_FIT and not known) or candidate.key not in likely:
         return candidate

@@ -88,30 +88,41 @@ class Match:
     spread_out: float
 
 
-def found_laws(base: Refit, fit: Refit, key: str) -> Laws:
-    """The laws that smooth `key` of `fit`, the model `base` with it, may be; the best first.
+def found_laws(base: Refit, fits: Mapping[str, Refit]) -> dict[str, Laws]:
+    """The laws that each smooth may be, of `fits` of the model `base` with it by key; best first.
 
-    Those within `MARGIN` of the best.
+    Those within `MARGIN` of the best. None of a smooth whose laws all fall short by `NEAR` of those
+    of another.
     """
-    entry = base.definition(key)
+    asked = [(key, match) for key, fit in fits.items() for match in _near(base, fit, key)]
+    forces = all(match.form.curve.form != "friction" for _, match in asked)
+    if forces:
+        # A rough mode costs a fifth of a fit: what falls short by far is not fitted.
+        climbs = list(spread_map(_climbed, (base, fits), asked))
+        top = max((reached for reached, _ in climbs), default=0.0)
+        pairs = zip(asked, climbs, strict=True)
+        asked = [
+            (k, replace(m, begin=at)) for (k, m), (reached, at) in pairs if reached > top - NEAR
+        ]
+    fitted = list(spread_map(_fitted, (base, fits), asked))
+    found: dict[str, Laws] = {}
+    for key in fits:
+        laws = [law for (k, _), law in zip(asked, fitted, strict=True) if k == key]
+        laws.sort(key=lambda law: -law.evidence)
+        found[key] = tuple(law for law in laws if law.evidence > laws[0].evidence - MARGIN)
+    return found
+
+
+def _near(base: Refit, fit: Refit, key: str) -> list[Match]:
+    """The forms that stand beside the best, to second order; the best first."""
     curve = curve_of(fit, key)
     if curve is None:
-        return ()
+        return []
     matches, _ = matched(fit, key, curve)
     best = max(m.evidence for m in matches)
     least = best - max(NEAR, NEAR_SHARE * (fit.log_likelihood - base.log_likelihood))
     near = sorted((m for m in matches if m.evidence > least), key=lambda m: -m.evidence)
-    shared = (base, fit, entry.meaning)
-    near = near[:FITTED]
-    if curve.form != "friction":
-        # The mode costs a third of a fit: what falls short by far is not fitted.
-        climbs = list(spread_map(_climbed, shared, near))
-        top = max(reached for reached, _ in climbs)
-        pairs = zip(near, climbs, strict=True)
-        near = [replace(m, begin=at) for m, (reached, at) in pairs if reached > top - NEAR]
-    fitted = list(spread_map(_fitted, shared, near))
-    fitted.sort(key=lambda law: -law.evidence)
-    return tuple(law for law in fitted if law.evidence > fitted[0].evidence - MARGIN)
+    return near[:FITTED]
 
 
 def curve_of(fit: Refit, key: str) -> Curve | None:
@@ -152,10 +163,10 @@ def with_laws(
     close = [key for key in states if found[key] > top - max(NEAR, RIVAL_SHARE * top)]
     if len(places) < 2:
         return found, {}
-    laws = {key: found_laws(base, fits[key], key) for key in close}
+    laws = found_laws(base, {key: fits[key] for key in close})
     for key in close:
         smooth = fits[key].evidence - base.evidence
-        found[key] = evidence[key] + max(0.0, laws[key][0].evidence - smooth)
+        found[key] = evidence[key] + max([0.0, *(law.evidence - smooth for law in laws[key][:1])])
     return found, laws
 
 
@@ -212,29 +223,31 @@ def match(form: LawForm, places: Floats, precision: Floats, pull: Floats) -> Mat
     return Match(form, total, shapes, np.exp(whole - total), begin, total - float(gain[top]))
 
 
-Shared = tuple[Refit, Refit, str]
-"""The model without the smooth, with it, and what it means."""
+Shared = tuple[Refit, Mapping[str, Refit]]
+"""The model without the smooths, and with each."""
 
 
-def _climbed(shared: Shared, found: Match) -> tuple[float, Floats]:
-    """The log density at the mode of a form, and its parameters there."""
-    base, smooth, meaning = shared
-    return peak_with(base, _entry(found, meaning), smooth, _inside(found))
+def _climbed(shared: Shared, asked: tuple[str, Match]) -> tuple[float, Floats]:
+    """The log density at the mode of a form, roughly, and its parameters there."""
+    (base, fits), (key, found) = shared, asked
+    entry = _entry(found, base.definition(key).meaning)
+    return peak_with(base, entry, fits[key], _inside(found))
 
 
-def _fitted(shared: Shared, found: Match) -> FoundLaw:
+def _fitted(shared: Shared, asked: tuple[str, Match]) -> FoundLaw:
     """A form fitted to the records from where it fits the curve.
 
     Where the effect file fixes the shape, it has the likeliest one, and the evidence is that of
     all of them by the curve's likelihood.
     """
-    base, smooth, meaning = shared
+    (base, fits), (key, found) = shared, asked
+    meaning = base.definition(key).meaning
     form = found.form
     entry, inside = _entry(found, meaning), _inside(found)
     fixed = form.curve.form == "friction"
     begin = {form.key: [inside[:1] if fixed else inside]}
     given, own = (base.observations, base.specification, base.facts), (*base.own, entry)
-    fit = refit(*given, (form.key,), own, start=smooth, begin=begin)
+    fit = refit(*given, (form.key,), own, start=fits[key], begin=begin)
     drawn = fit.drawn(form.key)
     evidence = fit.evidence - base.evidence
     if fixed:

@@ -29,6 +29,8 @@ Likely = Mapping[str, Sequence[Floats]]
 """Values of the parameters of effects, by key, from which fits begin."""
 LEAST_START = 0.03
 """Share of a range that a fit begins off a bound which is neutral."""
+ROUGHLY = 0.3
+"""Gain (nats) of the last step to a rough mode."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,14 +154,14 @@ def put(u: Floats, posterior: Posterior, begin: Likely) -> Floats:
 
 
 def peak_with(base: Refit, entry: Definition, start: Refit, values: Floats) -> tuple[float, Floats]:
-    """The log density, and the effect's values there, at the mode of `base` with an effect.
+    """The log density, and the effect's values there, near the mode of `base` with an effect.
 
-    From these values, and all else as it is in `start`: what a full fit begins with.
+    To `ROUGHLY` nats, from these values, and all else as it is in `start`.
     """
     own = (*base.own, entry)
     *_, posterior = _wider(base.observations, base.specification, base.facts, (entry.key,), own)
     begin = {entry.key: [values]}
-    peak = gauss_newton(posterior, put(_carried(start, posterior), posterior, begin))
+    peak = gauss_newton(posterior, put(_carried(start, posterior), posterior, begin), ROUGHLY)
     posterior.nodes.forget_runs()
     return peak.log_density, posterior.layout.effect_values(peak.u)[entry.key]
 

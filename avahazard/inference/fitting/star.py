@@ -92,8 +92,8 @@ def starred(posterior: Posterior, peak: Peak) -> tuple[Posterior, Mode]:
     return local, mode
 
 
-def gauss_newton(posterior: Posterior, u: Floats) -> Peak:
-    """The peak that is reached from u `[n_slots]`.
+def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) -> Peak:
+    """The peak that is reached from u `[n_slots]`, by steps that gain `least` nats or more.
 
     The information is the sum over events of squares of their scores. Against a bound, where the
     density falls as an exponential, the standard deviation is one over its rate.
@@ -127,7 +127,7 @@ def gauss_newton(posterior: Posterior, u: Floats) -> Peak:
                 damping = max(0.1 * damping, DAMPING)
                 break
             damping *= 10.0
-        if gain < SMALLEST_GAIN:
+        if gain < least:
             break
     return Peak(u, sd, -cost)
 
