@@ -8,13 +8,14 @@ what is left of the others is dense, and small.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.inference.likelihood.terms import event_terms_kernel
+from avahazard.inference.likelihood.terms import EventTerms, event_terms_kernel
 from avahazard.kernels import kernel
 
 
@@ -164,6 +165,79 @@ class Offsets(NamedTuple):
     def log_determinant(self) -> float:
         """That of the precision."""
         return float(log_determinant(self.rest, self.bend, self.root))
+
+    def variances(self, index: NDArray[np.int64]) -> tuple[Floats, Floats]:
+        """Variance of each offset `[n_offsets]`, and of each event's sum of them `[n_events]`.
+
+        `index` is as in `OffsetPlan`.
+        """
+        alone, others = 1.0 / self.bend, self.rest >= 0
+        shared = np.zeros((len(alone) + 1, len(self.root)))  # covariance with the others; 0 for -1
+        if others.any():
+            inverse = np.linalg.inv(self.root)
+            shared[:-1] = -(self.cross @ inverse.T @ inverse) * alone[:, None]
+            alone -= np.sum(shared[:-1] * self.cross, axis=1) * alone
+            shared[:-1][others] = inverse.T @ inverse
+            alone[others] = np.diag(inverse.T @ inverse)
+        summed, rest = np.append(alone, 0.0)[index].sum(axis=0), np.append(self.rest, -1)
+        for one in index:
+            for other in index:
+                joined = (rest[other] >= 0) & (one != other) & (one >= 0)
+                # A pair with one of the largest grouping is met once, any other twice.
+                twice = np.where(rest[one] >= 0, 1.0, 2.0)[joined]
+                summed[joined] += twice * shared[one[joined], rest[other[joined]]]
+        return alone, summed
+
+
+APART = 1e-3
+"""Shift of log friction over which derivatives of the events' terms are taken."""
+
+
+class Pulls(NamedTuple):
+    """Derivatives of a likelihood of which offsets of groups are integrated out (`newton_offsets`).
+
+    By location and by log scatter `[n_events, n_volumes]` of the events, and by the log of the
+    spread of each offset `[n_offsets]`, with the normal of the offsets itself.
+    """
+
+    by_location: Floats
+    by_scatter: Floats
+    by_log_spread: Floats
+
+
+def pulls_of_groups(
+    offsets: Offsets,
+    index: NDArray[np.int64],
+    precision: Floats,
+    terms_at: Callable[[Floats], EventTerms],
+) -> Pulls:
+    """The pulls at the mode of the offsets; `terms_at` shifts `[n_events]` of log friction.
+
+    With o the mode, H the precision there and ℓ the log likelihood, the integral is
+    ℓ - oᵀPo/2 - log|H|/2. Its derivatives are those of ℓ and of log|H|, in which events count by
+    the variance of their shift; H changes with what is moved, and as o moves along.
+    """
+    mode = np.append(offsets.mode, 0.0)[index].sum(axis=0)
+    behind, here, ahead = (terms_at(mode + step) for step in (-APART, 0.0, APART))
+
+    def bends(name: str) -> tuple[Floats, Floats, Floats]:
+        a, b, c = (getattr(at, name) for at in (behind, here, ahead))
+        return b, (c - a) / (2.0 * APART), (c - 2.0 * b + a) / APART**2
+
+    variance, of_events = offsets.variances(index)
+    of_events = np.where((here.curvature < 0.0) & (here.curvature > -LARGEST), of_events, 0.0)
+    turned = np.zeros(len(mode := offsets.mode) + 1)
+    third = -of_events * np.sum(bends("by_location")[2], axis=1)
+    np.add.at(turned, index, np.broadcast_to(third, index.shape))
+    system = offsets.rest, offsets.bend, offsets.cross, offsets.root
+    moved = solved(*system, turned[:-1])
+    along = np.append(moved, 0.0)[index].sum(axis=0)
+    by_location, by_scatter = (
+        first + 0.5 * (of_events[:, None] * curved - along[:, None] * bent)
+        for first, bent, curved in map(bends, ("by_location", "by_scatter"))
+    )
+    by_log_spread = precision * (mode**2 + variance - moved * mode) - 1.0
+    return Pulls(by_location, by_scatter, by_log_spread)
 
 
 @kernel

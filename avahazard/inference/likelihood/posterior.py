@@ -16,9 +16,9 @@ from avahazard.effects.effect import Effect, KindsEffect, VolumeErrorEffect, of_
 from avahazard.effects.site import Site
 from avahazard.inference.likelihood.node_charts import NodeCharts
 from avahazard.inference.likelihood.nodes import Nodes, by_wrong_share
-from avahazard.inference.likelihood.offsets import Offsets, newton_offsets
+from avahazard.inference.likelihood.offsets import Offsets, newton_offsets, pulls_of_groups
 from avahazard.inference.likelihood.predicted import Values, keep, record_sigma, resistance_of
-from avahazard.inference.likelihood.terms import event_terms, event_terms_kernel
+from avahazard.inference.likelihood.terms import EventTerms, event_terms, event_terms_kernel
 from avahazard.inference.model.friction_model import EventFriction, OffsetPlan, friction_model
 from avahazard.inference.model.layout import Arms, Layout, with_arms
 from avahazard.inference.model.observations import Observations
@@ -148,30 +148,47 @@ class Posterior:
     def sloped(self) -> NDArray[np.int64]:
         """Slots by which `density_and_slopes` has derivatives: most that shape no tables.
 
-        None where groups have offsets, integrated out by a method whose own error moves with all.
+        Beside groups of events they are there where these move log friction of each event alike.
         """
-        if self.plan:
+        groups = bool(self.plan)
+        if groups and (not self._in_log or self.plan.alone.any()):
             return np.empty(0, dtype=np.int64)
         slots = np.arange(len(self.layout.slots))
         others = [e for e in self.effects if isinstance(e, VolumeErrorEffect | KindsEffect)]
         held = {*self.layout.tables, self.layout.track_scatter}
+        held |= {self.layout.wrong_share} if groups else set()
         held.update(*(slots[self.layout.places[e.key]].tolist() for e in others))
         return np.array([k for k in slots if k not in held], np.int64)
 
     def density_and_slopes(self, u: Floats) -> tuple[float, Floats]:
         """`log_density` at u, within the bounds, and its derivatives `[n_slots]` by `sloped`."""
         nodes = self.nodes_at(u)
-        at = self.location_and_scatter(u)
+        location, scatter = self.location_and_scatter(u)
         weight, student, keep = self.weight(u), self.friction.student, self._keep
-        terms = event_terms(nodes, *at, weight, student, keep)
-        volume = self.volumes(u).volume
-        by_friction = terms.by_location, terms.by_scatter
-        slopes = self.friction.pulled(u, volume, self.of_events, *by_friction)
-        if self.layout.wrong_share is not None:
-            k = self.layout.wrong_share
-            slopes[k] = np.sum(by_wrong_share(nodes.log_wrong, terms.value, float(u[k]))[keep])
-        slopes += self.layout.prior_slopes(u)
-        return float(np.sum(terms.value[keep])) + float(self.layout.log_prior(u)), slopes
+
+        def terms_at(shift: Floats) -> EventTerms:
+            there = self.friction.shifted(location, shift[:, None])
+            return event_terms(nodes, there, scatter, weight, student, keep)
+
+        volume, tau = self.volumes(u).volume, self.layout.spread_values(u)
+        if np.any(tau):
+            value, offsets = self._given(u, nodes, location, scatter)
+            assert offsets is not None
+            precision = tau[self.plan.of] ** -2.0
+            pulls = pulls_of_groups(offsets, self.plan.index, precision, terms_at)
+            slopes = self.friction.pulled(u, volume, self.of_events, *pulls[:2])
+            spreads = list(self.layout.spreads.values())
+            by_grouping = np.bincount(self.plan.of, pulls.by_log_spread, len(spreads))
+            slopes[spreads] = by_grouping / u[spreads]
+        else:
+            terms = event_terms(nodes, location, scatter, weight, student, keep)
+            value = float(np.sum(terms.value[keep]))
+            slopes = self.friction.pulled(u, volume, self.of_events, *terms[1:3])
+            if self.layout.wrong_share is not None:
+                k = self.layout.wrong_share
+                by_share = by_wrong_share(nodes.log_wrong, terms.value, float(u[k]))
+                slopes[k] = np.sum(by_share[keep])
+        return value + float(self.layout.log_prior(u)), slopes + self.layout.prior_slopes(u)
 
     def _log_likelihoods(self, u: Floats) -> Floats:
         """Log likelihoods `[n]` at u `[n, n_slots]`, within the bounds."""

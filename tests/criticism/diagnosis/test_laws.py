@@ -97,7 +97,7 @@ def test_a_form_is_matched_as_by_integration() -> None:
 
 def test_the_law_of_a_step_is_among_the_laws() -> None:
     observations, base, fit = fits()
-    laws = found_laws(base, fit, KEY)
+    laws = found_laws(base, {KEY: fit})[KEY]
     by_name = {law.form.name: law for law in laws}
     assert "step" in by_name
     assert "linear" not in by_name
@@ -150,7 +150,7 @@ def test_a_law_of_the_ground_is_held_against_stretches_of_paths(
     monkeypatch.setattr(laws, "_by_place", lambda _, key: forms[key])
     monkeypatch.setattr(laws, "_law_gain", lambda *_: 20.0)
     fitted = (SimpleNamespace(evidence=by_law),)
-    monkeypatch.setattr(laws, "found_laws", lambda *_: fitted)
+    monkeypatch.setattr(laws, "found_laws", lambda _, of: dict.fromkeys(of, fitted))
     found = {"force:distance": 138.0, "force:elevation": 55.0, "force:slope": 10.0}
     fits: Any = {key: SimpleNamespace(evidence=value) for key, value in found.items()}
     base: Any = SimpleNamespace(evidence=0.0)

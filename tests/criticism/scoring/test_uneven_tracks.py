@@ -52,7 +52,7 @@ def test_intervals_hold_the_speeds_of_avalanches_not_seen(uneven: float) -> None
 
 def asked(seed: int, drag: float) -> Findings:
     records = made(seed, 0.1, drag=drag, level=0.33 if drag else 0.45, share=0.5)
-    return diagnose(build_observations(records), Specification(law="constant"), {}, n_worlds=59)
+    return diagnose(build_observations(records), Specification(law="constant"), {})
 
 
 @pytest.mark.slow

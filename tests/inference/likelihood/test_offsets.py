@@ -26,7 +26,7 @@ def found(index, rest, h, keep, prior, slope):  # type: ignore[no-untyped-def]
     """All that the system gives."""
     bend, cross, root = offset_system(index, rest, h, keep, prior)
     step = solved(rest, bend, cross, root, slope)
-    return bend, root, step, log_determinant(rest, bend, root)
+    return bend, cross, root, step, log_determinant(rest, bend, root)
 
 
 @kernel
@@ -57,17 +57,23 @@ def whole(index: np.ndarray, h: np.ndarray, keep: np.ndarray, prior: np.ndarray)
 def test_steps_and_determinant_are_those_of_the_whole_matrix(seed: int) -> None:
     index, rest, h, keep, prior = crossed(seed)
     slope = np.random.default_rng(seed).standard_normal(8)
-    bend, _, step, determinant = found(index, rest, h, keep, prior, slope)
+    bend, cross, root, step, determinant = found(index, rest, h, keep, prior, slope)
     matrix = whole(index, h, keep, prior)
     np.testing.assert_allclose(bend, np.diag(matrix))
     np.testing.assert_allclose(step, np.linalg.solve(matrix, slope), atol=1e-12)
     assert determinant == pytest.approx(np.linalg.slogdet(matrix)[1])
+    # Variances of all offsets, and of each event's sum of them.
+    inverse = np.linalg.inv(matrix)
+    of_offsets, of_events = Offsets(step, rest, bend, cross, root).variances(index)
+    np.testing.assert_allclose(of_offsets, np.diag(inverse), rtol=1e-10)
+    design = np.array([np.isin(np.arange(8), some) for some in index.T], dtype=float)
+    np.testing.assert_allclose(of_events, np.diag(design @ inverse @ design.T), rtol=1e-10)
 
 
 def test_one_grouping_is_a_diagonal() -> None:
     index, _, h, keep, prior = crossed(1)
     index, prior, slope = index[:1].copy(), prior[:5].copy(), np.arange(5.0)
-    bend, root, step, determinant = found(index, np.full(5, -1), h, keep, prior, slope)
+    bend, _, root, step, determinant = found(index, np.full(5, -1), h, keep, prior, slope)
     assert root.size == 0
     own = np.diag(whole(index, h, keep, prior))
     np.testing.assert_allclose(bend, own)

@@ -268,9 +268,14 @@ def test_densities_are_the_same_by_any_number_of_threads(
         np.testing.assert_array_equal(other, found[0])
 
 
-@pytest.mark.parametrize("name", [*MODELS, "volume errors", "student power"])
+@pytest.mark.parametrize("name", [*MODELS, "volume errors", "student power", "paths", "grouped"])
 def test_exact_slopes_are_what_differences_go_to(name: str) -> None:
-    more = {"volume errors": (("volume-error",), {}), "student power": ((), MIXED)}
+    more: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
+        "volume errors": (("volume-error",), {}),
+        "student power": ((), MIXED),
+        "paths": (("path-effect", "snow-type"), {}),
+        "grouped": (("path-effect", "two-kinds", "observation-limit"), MIXED),
+    }
     effects, settings = {**MODELS, **more}[name]
     model = posterior(observations(), *effects, **settings)
     part = model.restricted(np.arange(model.observations.n_events) % 3 > 0)
@@ -287,14 +292,18 @@ def test_exact_slopes_are_what_differences_go_to(name: str) -> None:
 MIXED = {"law": "power", "tails": "student", "scatter": "volume"}
 
 
-def test_slots_of_tables_and_of_volumes_have_no_exact_slopes_nor_has_any_beside_groups() -> None:
+def test_slots_of_tables_and_of_volumes_have_no_exact_slopes() -> None:
     model = posterior(observations(), "turbulent-drag", "snow-type", "volume-error")
     held = [
         model.layout.slots[k].name for k in set(range(len(model.layout.slots))) - set(model.sloped)
     ]
     assert {"turbulent-drag.drag", "volume-error.log_factor"} <= set(held)
     assert not any(name.startswith("snow-type") for name in held)
-    assert len(posterior(observations(), "path-effect").sloped) == 0
+    # Beside groups neither where the log of friction is not what they shift, nor where single
+    # events have a group to themselves, in their scatter.
+    assert len(posterior(observations(), "path-effect").sloped) == 4
+    assert len(posterior(observations(), "path-effect", distribution="normal").sloped) == 0
+    assert len(posterior(observations(), "storm-effect").sloped) == 0
 
 
 @pytest.mark.parametrize("effects", [(), ("path-effect",), ("turbulent-drag", "record-error")])
