@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime as dt
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -28,14 +28,16 @@ from avahazard.store.tables import (
 
 MADE = ("specification", "parent", "effect_file", "effect_sha256", "created")
 """Columns of a model that say how it was made."""
+CHUNK_NUMBERS = 8000  # 64 kB: what every database takes in one value
+LITTLE_ENDIAN = np.dtype("<f8")
 
 
 @dataclass(frozen=True, slots=True)
 class StoredModel:
-    """A model by name, with its last calibration but for the draws, which `calibration` finds.
+    """A model by name, with its calibration but for the draws, which `calibration` finds.
 
     `effect_file` is the text of a user's own effects, for the record only; `result` is the document
-    of the calibration, empty without one, and `settings` are those of the sampler.
+    of the calibration, and `settings` are those of the sampler.
     """
 
     name: str
@@ -44,9 +46,9 @@ class StoredModel:
     effect_file: str | None
     effect_sha256: str | None
     created: dt.datetime
-    calibration: int = 0
-    settings: dict[str, Any] = field(default_factory=dict)
-    result: dict[str, Any] = field(default_factory=dict)
+    calibration: int
+    settings: dict[str, Any]
+    result: dict[str, Any]
 
     @property
     def effects(self) -> tuple[str, ...]:
@@ -69,13 +71,18 @@ def save_model(
     session: Session,
     name: str,
     specification: dict[str, Any],
+    settings: dict[str, Any],
+    result: dict[str, Any],
+    draws: Mapping[str, NDArray[np.float64]],
     *,
     parent: str | None = None,
     effect_file: str | None = None,
 ) -> None:
-    """Store a new model.
+    """Store a new model with its calibration, and draws `[n_chains, n_draws]` of every parameter.
 
-    Raises `AvahazardError` where the name is taken, or the parent is not there.
+    `result` is the document of the calibration, which holds seed, fingerprint and diagnostics;
+    `settings` are those of the sampler. Raises `AvahazardError` where the name is taken, or the
+    parent is not there.
     """
     refuse_taken_name(session, name)
     if parent is not None:
@@ -83,6 +90,36 @@ def save_model(
     digest = None if effect_file is None else hashlib.sha256(effect_file.encode()).hexdigest()
     made = plain(specification), parent, effect_file, digest, now()
     session.add(ModelTable(name=name, **dict(zip(MADE, made, strict=True))))
+    document = plain(result)
+    row = CalibrationTable(
+        model=name,
+        settings=plain(settings),
+        seed=document["seed"],
+        data_fingerprint=document["data_fingerprint"],
+        diagnostics=document["diagnostics"],
+        converged=document["diagnostics"]["converged"],
+        result=document,
+        created=now(),
+    )
+    session.flush()
+    session.add(row)
+    session.flush()
+    for parameter, values in draws.items():
+        array = np.asarray(values, dtype=LITTLE_ENDIAN)
+        n_chains, n_draws = array.shape
+        step = max(1, CHUNK_NUMBERS // max(1, n_chains))
+        for chunk, start in enumerate(range(0, n_draws, step)):
+            piece = array[:, start : start + step]
+            session.add(
+                DrawChunkTable(
+                    calibration=row.id,
+                    parameter=parameter,
+                    chunk=chunk,
+                    n_chains=n_chains,
+                    n_draws=piece.shape[1],
+                    data=piece.tobytes(),
+                )
+            )
     session.flush()
 
 
@@ -112,19 +149,6 @@ def load_model(session: Session, name: str) -> StoredModel:
     return _stored(session, row)
 
 
-def load_calibrated(session: Session, name: str) -> StoredModel:
-    """Return the model `name` with its calibration.
-
-    Raises `AvahazardError` where there is no such model, or it has not been calibrated.
-    """
-    found = load_model(session, name)
-    if not found.calibration:
-        raise AvahazardError(
-            f"The model {name} has no calibration.", "Calibrate it under another name."
-        )
-    return found
-
-
 def list_models(session: Session) -> list[StoredModel]:
     """Return all models, oldest first."""
     rows = session.scalars(select(ModelTable).order_by(ModelTable.id)).all()
@@ -139,41 +163,11 @@ def now() -> dt.datetime:
 def _stored(session: Session, row: ModelTable) -> StoredModel:
     made: dict[str, Any] = {name: getattr(row, name) for name in ("name", *MADE)}
     query = select(CalibrationTable).where(CalibrationTable.model == row.name)
-    found = session.scalar(query.order_by(CalibrationTable.id.desc()).limit(1))
-    if found is None:
-        return StoredModel(**made)
+    found = session.scalars(query.order_by(CalibrationTable.id.desc()).limit(1)).one()
     return StoredModel(**made, calibration=found.id, settings=found.settings, result=found.result)
 
 
 Draws = dict[str, NDArray[np.float64]]
-
-CHUNK_NUMBERS = 8000  # 64 kB: what every database takes in one value
-LITTLE_ENDIAN = np.dtype("<f8")
-
-
-def save_draws(
-    session: Session, calibration: int, draws: Mapping[str, NDArray[np.float64]]
-) -> None:
-    """Store the draws of every parameter, `[n_chains, n_draws]` each, under `calibration`."""
-    for parameter, values in draws.items():
-        array = np.asarray(values, dtype=LITTLE_ENDIAN)
-        if array.ndim != 2:
-            raise ValueError(f"draws of {parameter} have shape {array.shape}, not two axes")
-        n_chains, n_draws = array.shape
-        step = max(1, CHUNK_NUMBERS // max(1, n_chains))
-        for chunk, start in enumerate(range(0, n_draws, step)):
-            piece = array[:, start : start + step]
-            session.add(
-                DrawChunkTable(
-                    calibration=calibration,
-                    parameter=parameter,
-                    chunk=chunk,
-                    n_chains=n_chains,
-                    n_draws=piece.shape[1],
-                    data=piece.tobytes(),
-                )
-            )
-    session.flush()
 
 
 def load_draws(session: Session, calibration: int) -> Draws:
@@ -219,36 +213,6 @@ def read_draws(session: Session, calibration: int) -> tuple[Draws, list[str]]:
         faults.append(f"the parameters differ in number of chains or draws ({told})")
     joined = () if faults else pieces.items()
     return {name: np.concatenate(arrays, axis=1) for name, arrays in joined}, faults
-
-
-def save_calibration(
-    session: Session,
-    model: str,
-    settings: dict[str, Any],
-    result: dict[str, Any],
-    draws: Mapping[str, NDArray[np.float64]],
-) -> int:
-    """Store a calibration of a stored model, with draws `[n_chains, n_draws]`; return its id.
-
-    `result` is its document, which holds seed, fingerprint and diagnostics. Raises `AvahazardError`
-    where there is no such model.
-    """
-    load_model(session, model)
-    document = plain(result)
-    row = CalibrationTable(
-        model=model,
-        settings=plain(settings),
-        seed=document["seed"],
-        data_fingerprint=document["data_fingerprint"],
-        diagnostics=document["diagnostics"],
-        converged=document["diagnostics"]["converged"],
-        result=document,
-        created=now(),
-    )
-    session.add(row)
-    session.flush()
-    save_draws(session, row.id, draws)
-    return row.id
 
 
 Kind = type[ResultTable]

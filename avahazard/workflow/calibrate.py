@@ -398,7 +398,7 @@ def show_model(database: str, name: str) -> Calibration:
     Raises `AvahazardError` where there is no such model.
     """
     with reading(database) as session:
-        model = store.load_calibrated(session, name)
+        model = store.load_model(session, name)
         known = notes_of(model, load_records(session))
     found = Calibration.from_dict(model.result)
     # Those of the calibration and those of today; the former have not converged in figures.
@@ -416,7 +416,7 @@ def show_provenance(database: str, name: str) -> Provenance:
     Raises `AvahazardError` where there is no such model.
     """
     with reading(database) as session:
-        model = store.load_calibrated(session, name)
+        model = store.load_model(session, name)
         records = load_records(session)
     kept, settings = model.specification, model.settings
     made_with = settings.get("made_with")

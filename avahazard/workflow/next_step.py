@@ -49,9 +49,7 @@ class StoredModels:
         self.session, self.done = session, done
         self.models = {model.name: model for model in list_models(session)}
         self.found = {
-            name: Calibration.from_dict(model.result)
-            for name, model in self.models.items()
-            if model.result
+            name: Calibration.from_dict(model.result) for name, model in self.models.items()
         }
         self.today: dict[tuple[str, ...], str] = {}
 

@@ -200,7 +200,7 @@ def run_project(
     run.answers(model)
     with reading(database) as session:
         # Also where every step is up to date.
-        run.notes += notes_of(store.load_calibrated(session, model), load_records(session))
+        run.notes += notes_of(store.load_model(session, model), load_records(session))
     done = [name for name in ("hazard", "report") if name not in project.skip]
     return run.result(file, model, next_step(database, model, done))
 

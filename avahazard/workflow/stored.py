@@ -83,7 +83,6 @@ def save_calibrated(
     for; `effect_file` is the text of the user's effects. Raises `AvahazardError` for a taken name
     or a parent that is not there.
     """
-    name, document = result.model, plain(result, keyed=True)
     chains = model.chains
     by_chain = chains.draws.shape[:2]
     slots = [slot.name for slot in model.layout.slots]
@@ -98,7 +97,6 @@ def save_calibrated(
         "arms": model.layout.arms,
         "slots": slots,
     }
-    store.save_model(session, name, specification, parent=result.parent, effect_file=effect_file)
     settings = {
         "method": model.method,
         "chains": by_chain[0],
@@ -106,7 +104,16 @@ def save_calibrated(
         "made_with": surroundings().to_dict(),
         "request": request,
     }
-    store.save_calibration(session, name, settings, document, draws)
+    store.save_model(
+        session,
+        result.model,
+        specification,
+        settings,
+        plain(result, keyed=True),
+        draws,
+        parent=result.parent,
+        effect_file=effect_file,
+    )
 
 
 def load_stored(
@@ -192,7 +199,7 @@ def limits_speed(model: FittedModel) -> bool:
 def load_parameter_draws(database: str, name: str) -> dict[str, Floats]:
     """Draws `[n_chains, n_draws]` of the parameters that people read, in the result's order."""
     with reading(database) as session:
-        model = store.load_calibrated(session, name)
+        model = store.load_model(session, name)
         draws = store.load_draws(session, model.calibration)
     return {key: draws[key] for key in model.result["parameters"] if key in draws}
 
@@ -222,7 +229,7 @@ def _load(
     own: Sequence[Definition] | None = None,
 ) -> FittedModel:
     """What is stored of a model, on no events yet."""
-    stored = store.load_calibrated(session, name)
+    stored = store.load_model(session, name)
     own = own_effects(stored, effect_files) if own is None else own
     kept = stored.specification
     fields = kept["specification"]
@@ -407,8 +414,6 @@ def notes_of_fit(model: FittedModel) -> tuple[Note, ...]:
 
 def notes_of(model: store.StoredModel, records: Records) -> tuple[Note, ...]:
     """The notes on a stored model, without loading its draws; `records` are those of today."""
-    if not model.result:  # nothing to say of a model that has not been calibrated
-        return ()
     changed = True
     if {path.path_id for path in records.paths}.issuperset(model.paths):
         mine = only_paths(records, model.paths)

@@ -1,4 +1,4 @@
-"""Runs of `hazard` and `zones` as they lie in the database, from documents alone."""
+"""Models, and runs of `hazard` and `zones` as they lie in the database, from documents alone."""
 
 from __future__ import annotations
 
@@ -6,15 +6,35 @@ from collections.abc import Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
+import numpy as np
 from sqlalchemy.orm import Session
 
+from avahazard.results.base import plain
 from avahazard.store.results import (
     PathResult,
     RunKind,
     begin_run,
     finish_run,
+    save_model,
     save_paths,
 )
+from tests.results.samples import CALIBRATION
+
+KEPT = {"specification": {"effects": []}, "paths": []}
+
+
+def save_bare(
+    session: Session,
+    name: str,
+    specification: dict[str, Any] = KEPT,
+    settings: dict[str, Any] | None = None,
+    result: dict[str, Any] | None = None,
+    draws: Mapping[str, np.ndarray] | None = None,
+    **more: str | None,
+) -> None:
+    """Store a model of which little is known."""
+    document = plain(CALIBRATION, keyed=True) | {"model": name} if result is None else result
+    save_model(session, name, specification, settings or {}, document, draws or {}, **more)
 
 
 def save_documents(

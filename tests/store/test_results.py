@@ -27,28 +27,24 @@ from avahazard.store.results import (
     latest_result,
     latest_run,
     list_models,
-    load_calibrated,
     load_draws,
     load_model,
     read_run,
-    save_calibration,
-    save_draws,
-    save_model,
     save_paths,
     save_result,
 )
 from avahazard.store.session import make_engine, reading, writing
 from avahazard.store.tables import DrawChunkTable
 from avahazard.store.upkeep import check_database
-from tests.store.documents import save_documents
+from tests.store.documents import save_bare, save_documents
 
 SPECIFICATION = {"law": "exponential", "effects": ["turbulent-drag"], "depth": {"x": 1.5}}
 
 
 def test_models_come_back_oldest_first(any_database: str) -> None:
     with writing(any_database) as session:
-        save_model(session, "b", SPECIFICATION)
-        save_model(session, "a", {}, parent="b", effect_file="x = 1\n")
+        save_bare(session, "b", SPECIFICATION)
+        save_bare(session, "a", {}, parent="b", effect_file="x = 1\n")
     with reading(any_database) as session:
         first, second = list_models(session)
         assert load_model(session, "b") == first
@@ -60,9 +56,9 @@ def test_models_come_back_oldest_first(any_database: str) -> None:
 
 def test_a_name_is_taken_once(any_database: str) -> None:
     with writing(any_database) as session:
-        save_model(session, "a", {})
+        save_bare(session, "a", {})
     with pytest.raises(AvahazardError, match="a model a already"), writing(any_database) as session:
-        save_model(session, "a", SPECIFICATION)
+        save_bare(session, "a", SPECIFICATION)
     with reading(any_database) as session:
         assert load_model(session, "a").specification == {}
 
@@ -70,7 +66,7 @@ def test_a_name_is_taken_once(any_database: str) -> None:
 @pytest.mark.parametrize("name", ["", "  ", "x" * 201])
 def test_a_name_is_short_and_not_empty(database: str, name: str) -> None:
     with pytest.raises(AvahazardError, match="1 to 200"), writing(database) as session:
-        save_model(session, name, {})
+        save_bare(session, name, {})
 
 
 def test_a_missing_model_or_parent_is_said(database: str) -> None:
@@ -78,15 +74,15 @@ def test_a_missing_model_or_parent_is_said(database: str) -> None:
         with pytest.raises(AvahazardError) as caught:
             load_model(session, "a")
         assert "avahazard calibrate a" in caught.value.hint
-        save_model(session, "b", {})
+        save_bare(session, "b", {})
         with pytest.raises(AvahazardError, match="no model c") as caught:
-            save_model(session, "d", {}, parent="c")
+            save_bare(session, "d", {}, parent="c")
         assert "Stored are: b" in caught.value.hint
 
 
 def test_the_latest_results_come_back(any_database: str) -> None:
     with writing(any_database) as session:
-        save_model(session, "m", {})
+        save_bare(session, "m", {})
         assert latest_result(session, COMPARISON, "m") is None
         assert latest_result(session, DIAGNOSIS, "m") is None
         assert latest_documents(session, BOUNDS, "m") is None
@@ -120,8 +116,8 @@ DOCUMENT = {**HEAD, "b": [1.0, 0.1, None, 1e-300], "a": {"ü": True, "2": 3}}
 def calibrated(database: str, draws: dict[str, np.ndarray]) -> int:
     """Store the model `m` with draws; returns the key of its calibration."""
     with writing(database) as session:
-        save_model(session, "m", {"paths": []})
-        return save_calibration(session, "m", {}, DOCUMENT, draws)
+        save_bare(session, "m", result=DOCUMENT, draws=draws)
+        return load_model(session, "m").calibration
 
 
 def filled(database: str) -> None:
@@ -219,9 +215,8 @@ DRAWS_DRAWS = {"a": np.random.default_rng(1).normal(size=(4, 5001)), "b": np.zer
 def calibration(any_database: str) -> tuple[str, int]:
     """Give a database with one calibration, and its id."""
     with writing(any_database) as session:
-        save_model(session, "m", {})
-        id_ = save_calibration(session, "m", {}, HEAD, DRAWS_DRAWS)
-    return any_database, id_
+        save_bare(session, "m", result=HEAD, draws=DRAWS_DRAWS)
+        return any_database, load_model(session, "m").calibration
 
 
 def test_draws_come_back_in_chunks_of_64_kb(calibration: tuple[str, int]) -> None:
@@ -272,40 +267,24 @@ def test_lost_draws_are_found(calibration: tuple[str, int]) -> None:
         assert any("there are none" in p for p in check_database(session))
 
 
-def test_draws_have_two_axes(database: str) -> None:
-    with writing(database) as session, pytest.raises(ValueError, match="shape"):
-        save_draws(session, 1, {"a": np.zeros(3)})
-
-
-def test_the_latest_comes_back_with_its_draws(any_database: str) -> None:
+def test_a_model_comes_back_with_its_draws(any_database: str) -> None:
     draws = {"a": np.array([[0.1 + 0.2, 1.0]]), "sigma": np.array([[5e-324, -0.5]])}
     with writing(any_database) as session:
-        save_model(session, "m", {})
-        for seed in (1, 2**62):
-            document = {
-                "seed": seed,
-                "data_fingerprint": "f" * 64,
-                "diagnostics": {"rhat_max": float("nan"), "converged": seed == 1},
-                "parameters": {"a": {"mean": np.float64(0.5)}},
-            }
-            save_calibration(session, "m", {"chains": np.int64(1)}, document, draws)
+        document = {
+            "seed": 2**62,
+            "data_fingerprint": "f" * 64,
+            "diagnostics": {"rhat_max": float("nan"), "converged": False},
+            "parameters": {"a": {"mean": np.float64(0.5)}},
+        }
+        save_bare(session, "m", settings={"chains": np.int64(1)}, result=document, draws=draws)
     with reading(any_database) as session:
-        found = load_calibrated(session, "m")
+        found = load_model(session, "m")
         back = load_draws(session, found.calibration)
     assert (found.result["seed"], found.settings) == (2**62, {"chains": 1})
     assert found.result["parameters"]["a"]["mean"] == 0.5
     assert back.keys() == draws.keys()
     for name, values in draws.items():
         np.testing.assert_array_equal(back[name], values)
-
-
-def test_a_missing_model_or_calibration_is_said(database: str) -> None:
-    with writing(database) as session:
-        with pytest.raises(AvahazardError, match="no model m"):
-            load_calibrated(session, "m")
-        save_model(session, "m", {})
-        with pytest.raises(AvahazardError, match="no calibration"):
-            load_calibrated(session, "m")
 
 
 P = PathResult(0, "P", ({"path_id": "P", "x": 1.5},), ("far",))
@@ -315,7 +294,7 @@ R = PathResult(2, "R", ({"path_id": "R", "x": 0.1 + 0.2},) * 2)
 
 def test_a_run_comes_back_in_the_order_of_its_paths(any_database: str) -> None:
     with writing(any_database) as session:
-        save_model(session, "m", {})
+        save_bare(session, "m", {})
         run, done = begin_run(session, BOUNDS, "m", "key", {"seed": 1})
         assert done == set()
         save_paths(session, run, [R, Q])
@@ -337,7 +316,7 @@ def test_a_run_comes_back_in_the_order_of_its_paths(any_database: str) -> None:
 
 def test_a_run_that_failed_on_all_paths_is_forgotten(any_database: str) -> None:
     with writing(any_database) as session:
-        save_model(session, "m", {})
+        save_bare(session, "m", {})
         run, _ = begin_run(session, BOUNDS, "m", "key", {})
         save_paths(session, run, [replace(Q, position=0), Q])
         assert finish_run(session, run) == Q.failed
@@ -354,7 +333,7 @@ def test_runs_belong_to_a_model(database: str) -> None:
 def test_results_of_an_older_program_are_kept(any_database: str) -> None:
     rows = [{"path_id": "P", "x": 1.0}, {"path_id": "P", "x": 2.0}, {"path_id": "R", "x": 3.0}]
     with writing(any_database) as session:
-        save_model(session, "m", {})
+        save_bare(session, "m", {})
         save_documents(session, BOUNDS, "m", rows)
         save_documents(session, ZONES, "m", rows[2:])
     engine = make_engine(any_database, migrates=True)

@@ -14,7 +14,7 @@ from avahazard.records.collection import Event, Records
 from avahazard.records.errors import AvahazardError
 from avahazard.records.reading import read_records
 from avahazard.store.records import save_records
-from avahazard.store.results import COMPARISON, latest_result, list_models, load_model, save_model
+from avahazard.store.results import COMPARISON, latest_result, list_models, load_model
 from avahazard.store.session import reading, writing
 from avahazard.workflow.calibrate import add, calibrate, show_models
 from avahazard.workflow.compare import ladder, predict
@@ -22,6 +22,7 @@ from avahazard.workflow.effects import own_effects
 from avahazard.workflow.path import run_block
 from avahazard.workflow.requests import CalibrateRequest, RunoutRequest
 from avahazard.workflow.stored import load_stored
+from tests.store.documents import save_bare
 from tests.workflow.twin import FEW_PATHS, twin_records
 
 FEW: dict[str, Any] = {"paths": FEW_PATHS, "chains": 2, "draws": 100}
@@ -209,7 +210,7 @@ def test_a_changed_effect_file_is_not_run(
     with writing(snow_database) as session:
         kept = load_model(session, "base").specification
         kept = {**kept, "specification": {**kept["specification"], "effects": ["snow"]}}
-        save_model(session, "own", kept, effect_file=text)
+        save_bare(session, "own", kept, effect_file=text)
         stored = load_model(session, "own")
     file.write_text(text + "print('it ran')\n", encoding="utf-8")
     for use in (

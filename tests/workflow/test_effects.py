@@ -98,7 +98,9 @@ def files(tmp_path: Path) -> list[Path]:
 def model(text: str | None, *effects: str) -> StoredModel:
     sha = None if text is None else hashlib.sha256(text.encode()).hexdigest()
     made = dt.datetime(2020, 1, 1)
-    return StoredModel("m", {"specification": {"effects": effects}}, None, text, sha, made)
+    return StoredModel(
+        "m", {"specification": {"effects": effects}}, None, text, sha, made, 1, {}, {}
+    )
 
 
 def test_the_order_of_files_does_not_matter(files: list[Path]) -> None:

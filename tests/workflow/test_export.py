@@ -17,13 +17,13 @@ from avahazard.records.errors import AvahazardError
 from avahazard.results.files import Layer
 from avahazard.store import upkeep
 from avahazard.store.records import load_records, save_records
-from avahazard.store.results import BOUNDS, ZONES, save_model
+from avahazard.store.results import BOUNDS, ZONES
 from avahazard.store.session import reading, writing
 from avahazard.workflow.database import import_files
 from avahazard.workflow.export import export
 from tests.gis.results import bounds, profile, zones
 from tests.gis.surface import write_lines
-from tests.store.documents import save_documents
+from tests.store.documents import save_bare, save_documents
 from tests.telling import untold
 
 PATHS = (Path("P", covariates={"width_m": 60.0}), Path("Q", release_elevation_m=1900.0), Path("R"))
@@ -44,8 +44,8 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> str:
     with writing(file) as session:
         records = Records(PATHS, (profile("P"), profile("Q", east=900.0), off), EVENTS)
         save_records(session, records)
-        save_model(session, "base", {})
-        save_model(session, "bare", {})
+        save_bare(session, "base")
+        save_bare(session, "bare")
         save_documents(session, BOUNDS, "base", [bounds("P"), bounds("Q"), bounds("R")])
         save_documents(session, ZONES, "base", [zones("P"), zones("Q")])
     return file
@@ -127,7 +127,7 @@ def test_what_cannot_be_exported(stored: str, tmp_path: FilePath) -> None:
 def test_no_coordinates_at_all(database: str, tmp_path: FilePath) -> None:
     with writing(database) as session:
         save_records(session, Records((Path("P"), Path("Q")), (profile("P", crs=None),)))
-        save_model(session, "base", {})
+        save_bare(session, "base")
         save_documents(session, BOUNDS, "base", [bounds("P")])
     with pytest.raises(
         AvahazardError, match="P: coordinates without a crs; Q: no profile"
@@ -160,7 +160,7 @@ def test_the_tyrol_profiles_go_through_to_a_map(
     names = [path.path_id for path in records.paths]
     assert len(names) == 9
     with writing(database) as session:
-        save_model(session, "base", {})
+        save_bare(session, "base")
         save_documents(session, BOUNDS, "base", [bounds(name) for name in names])
         save_documents(session, ZONES, "base", [zones(name) for name in names])
     done = export(database, "base", tmp_path / "tyrol.gpkg")

@@ -21,7 +21,6 @@ from avahazard.store.results import (
     PathResult,
     begin_run,
     finish_run,
-    save_calibration,
     save_model,
     save_paths,
     save_result,
@@ -70,8 +69,7 @@ def put(
     )
     with writing(database) as session:
         kept = {"specification": {"effects": effects}, "paths": ()}
-        save_model(session, name, kept, parent=parent)
-        save_calibration(session, name, {}, plain(found, keyed=True), {})
+        save_model(session, name, kept, {}, plain(found, keyed=True), {}, parent=parent)
         if error is not None:
             runout = replace(COMPARED.held_out.runout, crps_m=error)
             compared = replace(COMPARED, held_out=replace(COMPARED.held_out, runout=runout))

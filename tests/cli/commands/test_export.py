@@ -10,11 +10,11 @@ import pyogrio
 import pytest
 from typer.testing import Result
 
-from avahazard.store.results import BOUNDS, save_model
+from avahazard.store.results import BOUNDS
 from avahazard.store.session import writing
 from tests.gis.results import bounds
 from tests.gis.surface import BOTTOM, TOP, write_dem, write_lines
-from tests.store.documents import save_documents
+from tests.store.documents import save_bare, save_documents
 
 Run = Callable[..., Result]
 
@@ -32,7 +32,7 @@ def test_from_a_line_to_a_map(avahazard: Run, database: str, lines: Path, tmp_pa
     assert done.exit_code == 0, done.output
     assert json.loads(done.stdout)["records"]["profiles"]["new"] == 1
     with writing(database) as session:
-        save_model(session, "base", {})
+        save_bare(session, "base")
         save_documents(session, BOUNDS, "base", [bounds()])
     file = tmp_path / "map.gpkg"
     done = avahazard("export", "base", "-o", str(file))
