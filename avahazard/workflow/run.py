@@ -240,6 +240,20 @@ class RunningProject:
     notes: list[str] = field(default_factory=list)
     files: list[str] = field(default_factory=list)
 
+    def to_do(self, step: str, stored: str | None) -> bool:
+        """Whether to do a step now: not where it is up to date, nor in a dry run.
+
+        `stored` is in words what there is of it already, None where that is out of date.
+        """
+        dry_run = self.request.dry_run
+        if stored is not None and not self.everything:
+            self.steps.append(Step(step, UP_TO_DATE, stored))
+            return False
+        if dry_run:
+            self.fresh = True
+            self.steps.append(Step(step, TO_DO, ""))
+        return not dry_run
+
     def done(self, step: str, found: str, notes: Sequence[str] = ()) -> None:
         """A step that found something new."""
         self.fresh = True
@@ -251,21 +265,10 @@ class RunningProject:
         """Whether no step is up to date, whatever is stored."""
         return self.request.force or (self.request.dry_run and self.fresh)
 
-    def only_said(self, step: str) -> bool:
-        """In a dry run, that a step is to do; whether it is one."""
-        if self.request.dry_run:
-            self.fresh = True
-            self.steps.append(Step(step, TO_DO, ""))
-        return self.request.dry_run
-
     def result(self, file: FilePath, model: str, step: Note | None = None) -> ProjectRun:
         """What has been done of the project of `file`, and the step to do then."""
         notes, files = tuple(dict.fromkeys(self.notes)), tuple(self.files)
         return ProjectRun(str(file), self.database, model, Rows(self.steps), files, notes, step)
-
-    def up_to_date(self, step: str, found: str = "") -> None:
-        """A step of which all is stored already."""
-        self.steps.append(Step(step, UP_TO_DATE, found))
 
     def import_records(self) -> None:
         """Import what the file names."""
@@ -348,53 +351,41 @@ class RunningProject:
         near = [
             model
             for n, model in models.items()
-            if not self.everything
-            and (n == name or n.removeprefix(f"{name}-").isdigit())
-            and fits(model)
+            if (n == name or n.removeprefix(f"{name}-").isdigit()) and fits(model)
         ]
         today = data_fingerprint(only_paths(records, self.project.model.paths)) if near else ""
         right = [one.name for one in near if one.result["data_fingerprint"] == today]
         free, k = name, 2
         while free in models:
             free, k = f"{name}-{k}", k + 1
-        if right:
-            self.up_to_date(f"{step} {right[-1]}")
-            return right[-1]
-        if not self.only_said(f"{step} {free}"):
+        chosen = right[-1] if right and not self.everything else free
+        if self.to_do(f"{step} {chosen}", None if chosen == free else ""):
             found = made(free)
             words = counted(found.n_events, "event")
             bad = "" if found.diagnostics.converged else "; its chains have NOT converged"
             self.done(f"{step} {free}", words + bad)
-        return free
+        return chosen
 
     def compared(self, model: str) -> None:
         """The comparison of a model."""
-        if self._stored(store.COMPARISON, model) is not None:
-            self.up_to_date(f"compare {model}")
-            return
-        if self.only_said(f"compare {model}"):
-            return
-        found = compare(self.database, model, report=self.report)
-        error = found.held_out.runout.crps_m
-        self.done(f"compare {model}", f"held-out error (CRPS) {error:.1f} m")
+        stored = self._stored(store.COMPARISON, model)
+        if self.to_do(f"compare {model}", None if stored is None else ""):
+            found = compare(self.database, model, report=self.report)
+            error = found.held_out.runout.crps_m
+            self.done(f"compare {model}", f"held-out error (CRPS) {error:.1f} m")
 
     def diagnosed(self, model: str) -> Diagnosis | None:
         """The diagnosis of a model; None where a dry run leaves it open."""
-        wanted = self.project.diagnose
-        document = self._stored(store.DIAGNOSIS, model)
-        if document is not None and document["seed"] == wanted.seed:
+        wanted, document = self.project.diagnose, self._stored(store.DIAGNOSIS, model)
+        found = None
+        if document is not None and document["seed"] == wanted.seed and not self.everything:
             found = Diagnosis.from_dict(document)
-            self.up_to_date(f"diagnose {model}", _verdict(found))
-            return found
-        if self.only_said(f"diagnose {model}"):
-            return None
-        found = diagnose_model(self.database, model, wanted, self.report)
-        self.done(f"diagnose {model}", _verdict(found))
+        if self.to_do(f"diagnose {model}", None if found is None else _verdict(found)):
+            found = diagnose_model(self.database, model, wanted, self.report)
+            self.done(f"diagnose {model}", _verdict(found))
         return found
 
     def _stored(self, kind: store.Kind, model: str) -> dict[str, Any] | None:
-        if self.everything:
-            return None
         with reading(self.database) as session:
             return store.latest_result(session, kind, model)
 
@@ -403,7 +394,7 @@ class RunningProject:
         project, folder = self.project, self.folder
         if "hazard" not in project.skip:
             work = partial(hazard_work, self.database, model, project.hazard)
-            if not (self._paths_found("hazard", work) or self.only_said("hazard")):
+            if self.to_do("hazard", self._paths_found(work)):
                 bounds = hazard(self.database, model, project.hazard, self.report)
                 n = len({row.path_id for row in bounds.rows})
                 self.done("hazard", counted(n, "path"), bounds.notes)
@@ -412,58 +403,47 @@ class RunningProject:
             request = replace(project.zones, paths=project.hazard.paths)
             if limits.is_file():
                 request = replace(request, limits=str(limits))
-            work = partial(zones_work, self.database, model, request)
             try:
-                if not (self._paths_found("zones", work) or self.only_said("zones")):
+                work = partial(zones_work, self.database, model, request)
+                if self.to_do("zones", self._paths_found(work)):
                     along = zones(self.database, model, request, self.report)
                     self.done("zones", counted(len(along.rows), "path"), along.notes)
             except NoDragError as error:
                 self.steps.append(Step("zones", LEFT_OUT, ""))
                 self.notes.append(f"{error.message} To accept it: no_drag = true in [zones].")
-        page = folder / project.report.file
-        if (
-            "report" not in project.skip
-            and self._outdated("report", page)
-            and not self.only_said("report")
-        ):
+        fresh, page = self.fresh, folder / project.report.file
+        if "report" not in project.skip and self.to_do("report", self._written(page, fresh)):
             report = write_report(self.database, model, page, project.project, self.report)
-            self._wrote("report", page, (*report.lacking, *report.notes))
+            self.done("report", page.name, (*report.lacking, *report.notes))
         if "export" not in project.skip and "hazard" not in project.skip:
-            for name in project.export.files:
-                file = folder / name
-                if self._outdated("export", file) and not self.only_said("export"):
-                    self._wrote("export", file, export(self.database, model, file).notes)
+            for file in (folder / name for name in project.export.files):
+                if self.to_do("export", self._written(file, fresh)):
+                    self.done("export", file.name, export(self.database, model, file).notes)
 
-    def _paths_found(self, step: str, plan: Callable[[], tuple[PathWork, Any]]) -> bool:
-        """Whether the last run of this kind hangs on the same as this; it is then up to date."""
-        if self.everything:
-            return False
+    def _paths_found(self, plan: Callable[[], tuple[PathWork, Any]]) -> str | None:
+        """The paths of the last run of this kind, where it hangs on the same as this."""
+        if self.everything:  # the model may be one that is still to be made
+            return None
         work, _ = plan()
         with reading(self.database) as session:
             run = store.latest_run(session, work.kind, work.model.model)
             if run is None or run.key != run_key(work):
-                return False
+                return None
             found = store.latest_documents(session, work.kind, work.model.model) or ()
-        self.up_to_date(step, counted(len({row["path_id"] for row in found}), "path"))
-        return True
+        return counted(len({row["path_id"] for row in found}), "path")
 
-    def _wrote(self, step: str, file: FilePath, notes: Sequence[str]) -> None:
-        self.steps.append(Step(step, DONE, file.name))
-        self.notes += notes
-
-    def _outdated(self, step: str, file: FilePath) -> bool:
-        """Whether the file is missing, older than what it stands on, or something new was found.
+    def _written(self, file: FilePath, fresh: bool) -> str | None:
+        """The name of a file that is as new as what it stands on; `fresh`: there is news.
 
         It stands on the database, and on the file of the project, which has its title and language.
         """
         self.files.append(str(file))
-        if self.fresh or self.everything or not file.is_file():
-            return True
+        if fresh or not file.is_file():
+            return None
         database, made = FilePath(self.database), file.stat().st_mtime
         if self.written > made or (database.is_file() and database.stat().st_mtime > made):
-            return True
-        self.up_to_date(step, file.name)
-        return False
+            return None
+        return file.name
 
 
 def _verdict(found: Diagnosis) -> str:
