@@ -7,13 +7,14 @@ extreme runout lies on the line at α = slope β + intercept, with the scatter o
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
+from avahazard.notes import Note
 from avahazard.physics.smooth_profile import SmoothProfile
+from avahazard.results.terrain import TerrainRunout
 
 BETA_SLOPE_DEG = 10.0
 FLAT_SLOPE = float(np.tan(np.radians(BETA_SLOPE_DEG)))
@@ -35,8 +36,6 @@ def lasting_flats(x: Floats, steepness: Floats) -> Floats:
     ends = ends[np.searchsorted(ends, falls)]
     return np.asarray(falls[ends - falls >= SHORTEST_RUNOUT_ZONE_M])
 
-
-Status = Literal["stopped", "left_profile", "no_beta_point"]
 
 STEP_M = 1.0
 
@@ -71,60 +70,48 @@ REGRESSIONS = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class AlphaBeta:
-    """What one regression says of a path: angles in degrees, x in m, None where there is none.
-
-    `runout_low_x` is that of α + sd (the shorter runout), `runout_high_x` that of α - sd; each is
-    None where its line meets no ground before the profile ends. `further_beta_x` lists the places
-    below the β-point where the path flattens to 10° again. `status` is that of the runout itself.
-    """
-
-    regression: Regression
-    status: Status
-    release_x: float
-    release_y: float
-    beta_deg: float | None = None
-    beta_x: float | None = None
-    alpha_deg: float | None = None
-    runout_x: float | None = None
-    runout_low_x: float | None = None
-    runout_high_x: float | None = None
-    further_beta_x: tuple[float, ...] = ()
-
-
-def alpha_beta(smooth: SmoothProfile, release_x: float, regression: Regression) -> AlphaBeta:
+def alpha_beta(
+    path_id: str, smooth: SmoothProfile, release_x: float, regression: Regression
+) -> TerrainRunout:
     """Apply a regression to the smoothed path from its release at `release_x` (m).
 
     The β-point is the first place below the release from which the smoothed path is no steeper
     than 10° for a runout zone's length of x (or to its end); a release that is itself so flat is
     passed first. The runout is where the line at α from the release meets the path, sought from the
-    β-point on: downhill where α < β, uphill otherwise.
+    β-point on: downhill where α < β, uphill otherwise; None where it meets no ground before the
+    profile ends. `notes` lists the places below where the path flattens to 10° again.
     """
     n = max(int(np.ceil((smooth.x_max - release_x) / STEP_M - 1e-9)), 1)
     x = np.linspace(release_x, smooth.x_max, n + 1)
     y, gradient, _ = smooth.derivatives(x)
     places = lasting_flats(x, -gradient).tolist()
-    if not places:
-        return AlphaBeta(regression, "no_beta_point", release_x, float(y[0]))
-    beta_x = places[0]
-    beta_deg = float(np.degrees(np.arctan2(y[0] - smooth.height(beta_x), beta_x - release_x)))
-    alpha_deg = regression.slope * beta_deg + regression.intercept_deg
-    runout, low, high = (
-        _reach(x, y, beta_x, alpha_deg + shift * regression.sd_deg) for shift in (0.0, 1.0, -1.0)
-    )
-    return AlphaBeta(
-        regression=regression,
-        status="left_profile" if runout is None else "stopped",
-        release_x=release_x,
-        release_y=float(y[0]),
-        beta_deg=beta_deg,
-        beta_x=beta_x,
-        alpha_deg=alpha_deg,
-        runout_x=runout,
-        runout_low_x=low,
-        runout_high_x=high,
-        further_beta_x=tuple(places[1:]),
+    beta_x = beta = alpha = runout = low = high = None
+    notes: tuple[Note, ...] = (Note("no_beta_point", path_id),)
+    if places:
+        beta_x, *again = places
+        beta = float(np.degrees(np.arctan2(y[0] - smooth.height(beta_x), beta_x - release_x)))
+        alpha = regression.slope * beta + regression.intercept_deg
+        runout, low, high = (
+            _reach(x, y, beta_x, alpha + shift * regression.sd_deg) for shift in (0.0, 1.0, -1.0)
+        )
+        told = [f"{place:.0f}" for place in again]
+        notes = (Note("flattens_again", path_id, places=told),) if told else ()
+    status = "stopped" if runout is not None else "left_profile"
+    return TerrainRunout(
+        path_id=path_id,
+        coefficients=regression.name,
+        source=regression.source,
+        status=status if places else "no_beta_point",
+        release_x_m=release_x,
+        beta_deg=beta,
+        beta_x_m=beta_x,
+        alpha_deg=alpha,
+        alpha_sd_deg=regression.sd_deg,
+        runout_x_m=runout,
+        runout_elevation_m=None if runout is None else float(smooth.height(runout)),
+        runout_x_low_m=low,
+        runout_x_high_m=high,
+        notes=notes,
     )
 
 

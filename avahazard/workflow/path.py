@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.effects.site import Site, path_site, release_place, stop_place
-from avahazard.hazard.alpha_beta import REGRESSIONS, AlphaBeta, alpha_beta
+from avahazard.hazard.alpha_beta import REGRESSIONS, alpha_beta
 from avahazard.hazard.future_events import FutureEvents, classes_of
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.prediction import extrapolation
@@ -175,7 +175,7 @@ def alpha_beta_paths(database: str, path_id: str | None = None) -> Rows[TerrainR
         profile = find_profile(records, path)
         smooth = smoothing.smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
         release_x = release_place(smooth, path.release_elevation_m)
-        rows += [_row(path, smooth, alpha_beta(smooth, release_x, by)) for by in REGRESSIONS]
+        rows += [alpha_beta(path.path_id, smooth, release_x, by) for by in REGRESSIONS]
     return Rows(rows)
 
 
@@ -189,36 +189,6 @@ def _paths(records: Records, path_id: str | None) -> list[Path]:
             "There are no paths with a profile.", "Import paths.csv and profiles.csv first."
         )
     return paths
-
-
-def _row(path: Path, smooth: smoothing.SmoothProfile, found: AlphaBeta) -> TerrainRunout:
-    return TerrainRunout(
-        path_id=path.path_id,
-        coefficients=found.regression.name,
-        source=found.regression.source,
-        status=found.status,
-        release_x_m=found.release_x,
-        beta_deg=found.beta_deg,
-        beta_x_m=found.beta_x,
-        alpha_deg=found.alpha_deg,
-        alpha_sd_deg=found.regression.sd_deg,
-        runout_x_m=found.runout_x,
-        runout_elevation_m=(
-            None if found.runout_x is None else float(smooth.height(found.runout_x))
-        ),
-        runout_x_low_m=found.runout_low_x,
-        runout_x_high_m=found.runout_high_x,
-        notes=_beta_notes(path, found),
-    )
-
-
-def _beta_notes(path: Path, found: AlphaBeta) -> tuple[Note, ...]:
-    if found.status == "no_beta_point":
-        return (Note("no_beta_point", path.path_id),)
-    if found.further_beta_x:
-        places = [f"{x:.0f}" for x in found.further_beta_x]
-        return (Note("flattens_again", path.path_id, places=places),)
-    return ()
 
 
 SPEED_EVERY_M, MOST_PLACES = 10.0, 100

@@ -10,7 +10,6 @@ import pytest
 
 from avahazard.hazard.alpha_beta import (
     REGRESSIONS,
-    AlphaBeta,
     Regression,
     alpha_beta,
     lasting_flats,
@@ -42,16 +41,16 @@ def by_hand(regression: Regression, shift: float, start: float = 0.0) -> tuple[f
 @pytest.mark.parametrize("regression", REGRESSIONS)
 @pytest.mark.parametrize("start", [0.0, 300.0])
 def test_a_parabola(regression: Regression, start: float) -> None:
-    found = alpha_beta(parabola_of(2400.0), start, regression)
+    found = alpha_beta("P", parabola_of(2400.0), start, regression)
     beta, runout = by_hand(regression, 0.0, start)
     assert found.status == "stopped"
     assert found.beta_deg == pytest.approx(beta, abs=1e-4)
-    assert found.beta_x == pytest.approx((1 - np.tan(np.radians(10))) / (2 * BEND), abs=0.01)
+    assert found.beta_x_m == pytest.approx((1 - np.tan(np.radians(10))) / (2 * BEND), abs=0.01)
     assert found.alpha_deg == pytest.approx(regression.slope * beta + regression.intercept_deg)
-    assert found.runout_x == pytest.approx(runout, abs=0.01)
-    assert found.runout_low_x == pytest.approx(by_hand(regression, 1.0, start)[1], abs=0.01)
-    assert found.runout_high_x == pytest.approx(by_hand(regression, -1.0, start)[1], abs=0.01)
-    assert found.further_beta_x == ()
+    assert found.runout_x_m == pytest.approx(runout, abs=0.01)
+    assert found.runout_x_low_m == pytest.approx(by_hand(regression, 1.0, start)[1], abs=0.01)
+    assert found.runout_x_high_m == pytest.approx(by_hand(regression, -1.0, start)[1], abs=0.01)
+    assert found.notes == ()
 
 
 def test_the_published_coefficients() -> None:
@@ -61,27 +60,32 @@ def test_the_published_coefficients() -> None:
 
 def test_a_line_that_meets_no_ground_leaves_the_profile() -> None:
     _, runout = by_hand(NORWAY, 0.0)
-    found = alpha_beta(parabola_of(runout - 20.0), 0.0, NORWAY)
-    assert (found.status, found.runout_x, found.runout_high_x) == ("left_profile", None, None)
-    assert found.runout_low_x == pytest.approx(by_hand(NORWAY, 1.0)[1], abs=0.01)
-    longer = alpha_beta(parabola_of(runout + 20.0), 0.0, NORWAY)
-    assert (longer.status, longer.runout_high_x) == ("stopped", None)
+    found = alpha_beta("P", parabola_of(runout - 20.0), 0.0, NORWAY)
+    assert (found.status, found.runout_x_m, found.runout_x_high_m) == ("left_profile", None, None)
+    assert found.runout_x_low_m == pytest.approx(by_hand(NORWAY, 1.0)[1], abs=0.01)
+    longer = alpha_beta("P", parabola_of(runout + 20.0), 0.0, NORWAY)
+    assert (longer.status, longer.runout_x_high_m) == ("stopped", None)
 
 
 def test_a_path_that_never_flattens_has_no_beta_point() -> None:
-    found = alpha_beta(parabola_of(1500.0), 0.0, NORWAY)
-    assert found == AlphaBeta(NORWAY, "no_beta_point", 0.0, found.release_y)
+    found = alpha_beta("P", parabola_of(1500.0), 0.0, NORWAY)
+    assert (found.status, found.beta_deg, found.alpha_deg) == ("no_beta_point", None, None)
+    assert (found.runout_x_m, found.runout_x_low_m, found.runout_x_high_m) == (None, None, None)
+    assert [note.key for note in found.notes] == ["no_beta_point"]
 
 
 def test_an_alpha_over_beta_lies_above_the_beta_point() -> None:
     steep = replace(NORWAY, slope=1.0, intercept_deg=2.0)
-    found = alpha_beta(parabola_of(2400.0), 0.0, steep)
-    assert found.runout_x == pytest.approx(by_hand(steep, 0.0)[1], abs=0.01)
-    assert found.beta_x is not None
-    assert found.runout_x is not None
-    assert found.runout_x < found.beta_x
+    found = alpha_beta("P", parabola_of(2400.0), 0.0, steep)
+    assert found.runout_x_m == pytest.approx(by_hand(steep, 0.0)[1], abs=0.01)
+    assert found.beta_x_m is not None
+    assert found.runout_x_m is not None
+    assert found.runout_x_m < found.beta_x_m
     # Steeper than any line from the release to the ground: the release itself.
-    assert alpha_beta(parabola_of(2400.0), 0.0, replace(steep, intercept_deg=40.0)).runout_x == 1.0
+    assert (
+        alpha_beta("P", parabola_of(2400.0), 0.0, replace(steep, intercept_deg=40.0)).runout_x_m
+        == 1.0
+    )
 
 
 def benched(bench_m: float) -> SmoothProfile:
@@ -114,11 +118,12 @@ def naive_beta(smooth: SmoothProfile) -> list[float]:
 @pytest.mark.parametrize(("bench_m", "n_places"), [(60.0, 1), (300.0, 2)])
 def test_the_first_flattening_that_lasts_and_the_others_told(bench_m: float, n_places: int) -> None:
     smooth = benched(bench_m)
-    found = alpha_beta(smooth, 0.0, AUSTRIA)
+    found = alpha_beta("P", smooth, 0.0, AUSTRIA)
     expected = naive_beta(smooth)
     assert len(expected) == n_places
-    assert found.beta_x == pytest.approx(expected[0], abs=0.5)
-    assert found.further_beta_x == pytest.approx(expected[1:], abs=0.5)
+    assert found.beta_x_m == pytest.approx(expected[0], abs=0.5)
+    again = [float(x) for note in found.notes for x in note.values["places"]]
+    assert again == pytest.approx(expected[1:], abs=1.0)
 
 
 def test_a_flattening_lies_between_places_by_its_steepness() -> None:
@@ -132,13 +137,13 @@ def test_a_flattening_lies_between_places_by_its_steepness() -> None:
 
 def test_runout_by_a_plain_search_on_a_stepped_path() -> None:
     smooth = benched(20.0)
-    found = alpha_beta(smooth, 0.0, AUSTRIA)
+    found = alpha_beta("P", smooth, 0.0, AUSTRIA)
     x = np.arange(1.0, smooth.x_max, 0.05)
     angle = np.degrees(np.arctan2(smooth.height(0.0) - smooth.height(x), x))
-    assert found.beta_x is not None
+    assert found.beta_x_m is not None
     assert found.alpha_deg is not None
-    place = x[(x > found.beta_x) & (angle <= found.alpha_deg)][0]
-    assert found.runout_x == pytest.approx(place, abs=0.1)
+    place = x[(x > found.beta_x_m) & (angle <= found.alpha_deg)][0]
+    assert found.runout_x_m == pytest.approx(place, abs=0.1)
 
 
 def test_real_terrain_by_a_plain_search(shared_data: Path) -> None:
@@ -146,11 +151,13 @@ def test_real_terrain_by_a_plain_search(shared_data: Path) -> None:
     assert len(profiles) == 9
     for profile in profiles:
         smooth = smooth_profile(profile.x_m, profile.y_m)
-        found = alpha_beta(smooth, smooth.x_min, NORWAY)
-        assert found.beta_x == pytest.approx(naive_beta(smooth)[0], abs=0.5)
-        assert found.beta_x is not None
+        found = alpha_beta("P", smooth, smooth.x_min, NORWAY)
+        assert found.beta_x_m == pytest.approx(naive_beta(smooth)[0], abs=0.5)
+        assert found.beta_x_m is not None
         assert found.alpha_deg is not None
         assert 22.0 < found.alpha_deg < 32.0
-        x = np.arange(found.beta_x, smooth.x_max, 0.1)
-        line = found.release_y - np.tan(np.radians(found.alpha_deg)) * (x - found.release_x)
-        assert found.runout_x == pytest.approx(x[np.argmax(smooth.height(x) >= line)], abs=0.3)
+        x = np.arange(found.beta_x_m, smooth.x_max, 0.1)
+        line = smooth.height(smooth.x_min) - np.tan(np.radians(found.alpha_deg)) * (
+            x - found.release_x_m
+        )
+        assert found.runout_x_m == pytest.approx(x[np.argmax(smooth.height(x) >= line)], abs=0.3)

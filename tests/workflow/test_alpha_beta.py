@@ -44,8 +44,8 @@ def test_a_row_for_each_path_and_regression(mine: str) -> None:
     for row, regression in zip(rows, REGRESSIONS, strict=False):
         # Of 1900 m on the bowl.
         assert smooth.height(row.release_x_m) == pytest.approx(1900.0, abs=0.01)
-        expected = alpha_beta(smooth, row.release_x_m, regression)
-        assert row.runout_x_m == expected.runout_x
+        expected = alpha_beta("P", smooth, row.release_x_m, regression)
+        assert row.runout_x_m == expected.runout_x_m
         assert row.runout_elevation_m == pytest.approx(smooth.height(row.runout_x_m))
         assert row.runout_x_low_m < row.runout_x_m < row.runout_x_high_m
         assert row.alpha_sd_deg == regression.sd_deg
