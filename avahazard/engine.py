@@ -60,8 +60,11 @@ def set_engine(
             f"The engine {name} has no scheduler.", "Give --engine dask with --scheduler."
         )
     close_engine()
-    if name == "dask":
-        require_dask()
+    if name == "dask" and find_spec("distributed") is None:
+        raise AvahazardError(
+            "The engine dask needs the package distributed, which is not installed.",
+            "Install it: pip install 'avahazard[cluster]'; or take --engine processes.",
+        )
     set_workers(workers)
     _chosen = Choice(name, scheduler, tell)
 
@@ -72,53 +75,70 @@ def chosen() -> Choice:
 
 
 def close_engine() -> None:
-    """End the processes that the engine has started; it goes back to threads."""
-    global _chosen
+    """End what the engine has started; it goes back to threads."""
+    global _chosen, _client
     before, _chosen = _chosen, Choice()
+    client, _client = _client, None
     if before.name == "processes":
         from loky import get_reusable_executor  # noqa: PLC0415 (slow)
 
         get_reusable_executor(reuse=True).shutdown(wait=True, kill_workers=True)
-    elif before.name == "dask":
-        disconnect()
+    if client is not None:
+        cluster = client.cluster
+        client.close()
+        if cluster is not None:
+            cluster.close()
 
 
 Item = TypeVar("Item")
-Work = TypeVar("Work")
 Out = TypeVar("Out")
 
 AHEAD = 4
 """Items under way for each worker: none waits for work, and few results wait to be taken."""
+MAX_DEATHS = 4
+"""Times that processes may die on one item before it is given up."""
 
 
 def in_order(
     items: Iterable[Item],
     ahead: int,
-    submit: Callable[[Item], Work],
-    first: Callable[[deque[Work]], Out],
-    cancel: Callable[[deque[Work]], object],
+    submit: Callable[[Item], Future[Out]],
+    death: type[Exception] | tuple[()] = (),
 ) -> Iterator[Out]:
     """What comes of every item, in the order of the items, `ahead` of them under way at most.
 
-    `submit` begins the work on one, `first` waits for the oldest of those under way, `cancel`
-    gives up what still is when nobody asks any more, or when `first` has raised.
+    `submit` begins the work on one; what has not begun is given up when nobody asks any more, or
+    when an item has raised. Where a worker's `death` is raised, all that was under way is done
+    again. Raises `AvahazardError` where workers die again and again.
     """
-    waiting: deque[Work] = deque()
+    waiting: deque[tuple[Item, Future[Out]]] = deque()
 
     def take() -> Out:
-        found = first(waiting)
-        waiting.popleft()
-        return found
+        for _ in range(MAX_DEATHS):
+            try:
+                found = waiting[0][1].result()
+            except death:
+                again = [(item, submit(item)) for item, _ in waiting]
+                waiting.clear()
+                waiting.extend(again)
+            else:
+                waiting.popleft()
+                return found
+        raise AvahazardError(
+            f"Worker processes were ended {MAX_DEATHS} times on the same work.",
+            "Most often memory is short: give fewer --workers.",
+        )
 
     try:
         for item in items:
-            waiting.append(submit(item))
+            waiting.append((item, submit(item)))
             if len(waiting) >= ahead:
                 yield take()
         while waiting:
             yield take()
     finally:
-        cancel(waiting)
+        for _, future in waiting:
+            future.cancel()
 
 
 Shared = TypeVar("Shared")
@@ -148,18 +168,8 @@ def spread_map(
         return map_dask(function, shared, items, engine, n_workers())
     if not threads or n_workers() == 1:
         return map(partial(function, shared), items)
-    threads_here, call = pool(), partial(function, shared)
-
-    def submit(item: Item) -> Future[Out]:
-        return threads_here.submit(call, item)
-
-    return in_order(items, AHEAD * n_workers(), submit, lambda w: w[0].result(), cancel_all)
-
-
-def cancel_all(waiting: Iterable[Future[Out]]) -> None:
-    """Give up what has not begun."""
-    for future in waiting:
-        future.cancel()
+    submit = partial(pool().submit, partial(function, shared))
+    return in_order(items, AHEAD * n_workers(), submit)
 
 
 _kept: dict[str, tuple[Callable[[Any, Any], Any], Any]] = {}
@@ -192,10 +202,6 @@ def call_packed(name: str, data: bytes | Path, item: object) -> Any:
         return function(shared, item)
 
 
-Waiting = deque[tuple[object, Future[Any]]]
-
-MAX_DEATHS = 4
-"""Times that processes may die on one item before it is given up."""
 IDLE_S = 600
 """Idle processes end after this time."""
 
@@ -216,45 +222,19 @@ def map_processes(
         file.write_bytes(data)
         del data
 
-        def begin(item: object) -> tuple[object, Future[Any]]:
+        def submit(item: object) -> Future[Any]:
+            # One death breaks the whole pool: another one is made then.
             executor = get_reusable_executor(max_workers=n, timeout=IDLE_S)
-            return item, executor.submit(call_packed, name, file, item)
+            future: Future[Any] = executor.submit(call_packed, name, file, item)
+            return future
 
-        def first(waiting: Waiting) -> Any:
-            for _ in range(MAX_DEATHS):
-                try:
-                    return waiting[0][1].result()
-                except BrokenProcessPool:
-                    # One death breaks the whole pool: all that was under way is done again.
-                    again = [begin(item) for item, _ in waiting]
-                    waiting.clear()
-                    waiting.extend(again)
-            raise AvahazardError(
-                f"Worker processes were ended {MAX_DEATHS} times on the same work.",
-                "Most often memory is short: give fewer --workers.",
-            )
-
-        yield from in_order(items, AHEAD * n, begin, first, _cancel)
-
-
-def _cancel(waiting: Waiting) -> None:
-    for _, future in waiting:
-        future.cancel()
+        yield from in_order(items, AHEAD * n, submit, BrokenProcessPool)
 
 
 TIMEOUT_S = 30
 """How long a scheduler, and its first worker, may take to answer."""
 
 _client: Client | None = None
-
-
-def require_dask() -> None:
-    """Raise `AvahazardError` where dask is not installed."""
-    if find_spec("distributed") is None:
-        raise AvahazardError(
-            "The engine dask needs the package distributed, which is not installed.",
-            "Install it: pip install 'avahazard[cluster]'; or take --engine processes.",
-        )
 
 
 def map_dask(
@@ -281,35 +261,21 @@ def map_dask(
     del data
     ahead = AHEAD * max(sum(client.nthreads().values()), n)
 
-    def first(waiting: deque[Any]) -> Any:
-        try:
-            return waiting[0].result()
-        except KilledWorker as error:
-            raise AvahazardError(
-                f"Workers of the cluster died again and again on the same work: {error}",
-                "Most often memory is short: give a worker more, or fewer threads.",
-            ) from error
-        except FutureCancelledError as error:
-            raise AvahazardError(
-                f"The scheduler {client.scheduler.address if client.scheduler else ''} is gone.",
-                "Start it again, and the command too: it goes on where it can.",
-            ) from error
-
     def submit(item: object) -> Any:
         return client.submit(call_packed, name, held, item, pure=False)
 
-    yield from in_order(items, ahead, submit, first, lambda waiting: client.cancel(list(waiting)))
-
-
-def disconnect() -> None:
-    """Leave the cluster; an own one ends."""
-    global _client
-    client, _client = _client, None
-    if client is not None:
-        cluster = client.cluster
-        client.close()
-        if cluster is not None:
-            cluster.close()
+    try:
+        yield from in_order(items, ahead, submit)
+    except KilledWorker as error:
+        raise AvahazardError(
+            f"Workers of the cluster died again and again on the same work: {error}",
+            "Most often memory is short: give a worker more, or fewer threads.",
+        ) from error
+    except FutureCancelledError as error:
+        raise AvahazardError(
+            f"The scheduler {client.scheduler.address if client.scheduler else ''} is gone.",
+            "Start it again, and the command too: it goes on where it can.",
+        ) from error
 
 
 def _connected(choice: Choice, n: int) -> Client:
