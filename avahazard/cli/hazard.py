@@ -12,7 +12,17 @@ from typing import Annotated, Any
 from rich.console import Console
 
 from avahazard.cli.options import CalibratedModel, answers, argument, flag, output_file
-from avahazard.cli.output import ask, emit, emit_rows, settings, show, table, warn
+from avahazard.cli.output import (
+    ask,
+    emit,
+    emit_rows,
+    output,
+    settings,
+    show,
+    show_next,
+    table,
+    warn,
+)
 from avahazard.notes import Note, counted, grouped
 from avahazard.report import tables
 from avahazard.results.hazard import HazardRow, Zones
@@ -74,6 +84,8 @@ def hazard(
     if found.n_rows > MOST_ROWS:
         warn(f"the first {MOST_ROWS} of {found.n_rows} rows are shown: --json, or export.")
     warn(*_beside_windows(found))
+    if not settings().as_json:
+        show_next(output(), ask("next_step.next_step", name=names[0]))
 
 
 WINDOW = "data_window"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections import Counter
 from collections.abc import Iterator
 from itertools import groupby
@@ -35,7 +36,7 @@ def import_(
     *,
     request: requests.ImportRequest,
     guess_columns: Annotated[
-        bool, flag("--guess-columns", "Write a first columns.toml beside a table; import nothing.")
+        bool, flag("--guess-columns", "Write a first columns.toml beside tables; import nothing.")
     ] = False,
 ) -> None:
     """Import tables, or folders of them, or paths drawn as lines on a terrain model.
@@ -52,14 +53,12 @@ def import_(
       avahazard import events.csv velocities.csv --dry-run
       avahazard import records.xlsx --dry-run
       avahazard import events.csv --dates dmy --update
-      avahazard import cadastre.xlsx --guess-columns
+      avahazard import cadastre.xlsx profiles.csv --guess-columns
       avahazard import slides.csv --unusual --unknown=-9999
       avahazard import lines.gpkg events.csv --dem terrain.tif --land-cover forest.gpkg
     """
     if guess_columns:
-        if len(sources) > 1:
-            raise typer.BadParameter("Name one table to guess its columns.")
-        emit(ask("database.guess_columns", source=sources[0]), _guessed)
+        emit(ask("database.guess_columns", sources=sources), _guessed)
         return
     found = ask("database.import_files", sources=sources, request=request)
     for line in found.read:
@@ -80,13 +79,14 @@ def _imported(console: Console, found: Import) -> None:
 
 def _guessed(console: Console, found: GuessedColumns) -> None:
     columns = ("column", "seems to be", "unit", ">confidence", "because")
-    rows = [(g.source, g.column, g.unit, f"{g.confidence:.0%}", g.reason) for g in found.guesses]
-    console.print(table(f"Columns of {found.file}", columns, rows))
+    for file, guesses in groupby(found.guesses, lambda guess: guess.table):
+        rows = [(g.source, g.column, g.unit, f"{g.confidence:.0%}", g.reason) for g in guesses]
+        console.print(table(f"Columns of {file}", columns, rows))
     for text in found.open:
         console.print(f"Open: {text}", soft_wrap=True)
     console.print(
-        f"Written to {found.written}: read it, correct it, then avahazard import {found.file} "
-        "--dry-run",
+        f"Written to {found.written}: read it, correct it, then avahazard import "
+        f"{shlex.join(found.files)} --dry-run",
         soft_wrap=True,
     )
 

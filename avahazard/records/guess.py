@@ -24,6 +24,7 @@ DATE_PARTS = ("year", "month", "day")
 FROM_UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]|[,;]\s*(\S+)$|_(m3|m2|m|km3|km|ft|ha)$")
 PLAIN = re.compile(r"[0-9]+(?:\.[0-9]*)?")
 MARKS = LIKELY_MARKS | {"unknown"}
+OF_PROFILES = {"path_id", "x_m", "y_m", "easting_m", "northing_m", "lon", "lat"}
 SURE, LIKELY, NEAR = 0.95, 0.8, 87.0
 """Confidence in a name of the list, least one that is written, and least likeness (of 100)."""
 
@@ -83,6 +84,10 @@ def _any_unit(text: str) -> bool:
 
 def _guessed(table: FileTable, layout: SheetLayout) -> GuessedTable:
     candidates = [guess for name in table.header for guess in _candidates(table, name)]
+    likely = {guess.column for guess in candidates if guess.confidence >= LIKELY}
+    profile = likely >= {"x_m", "y_m"} and not likely & {"date", "volume_m3"}
+    others = likely - OF_PROFILES if profile else {"x_m", "y_m"}
+    candidates = [guess for guess in candidates if guess.column not in others]
     candidates.sort(key=lambda guess: -guess.confidence)
     taken: dict[str, Guess] = {}
     open_: list[str] = []
@@ -181,14 +186,18 @@ def _squashed() -> dict[str, list[tuple[str, str]]]:
     }
 
 
-def as_toml(file: FilePath, tables: Sequence[GuessedTable]) -> str:
-    """The guesses as a `columns.toml`, each with its reason, and what is open as comments."""
-    lines = [f"# What the columns of {file.name} seem to be. Read it, correct it, then import.", ""]
-    for found in tables:
+def as_toml(tables: Sequence[tuple[str, GuessedTable]]) -> str:
+    """The guesses on tables of files, by name, as a `columns.toml`.
+
+    Each with its reason, and what is open as comments.
+    """
+    files = ", ".join(dict.fromkeys(file for file, _ in tables))
+    lines = [f"# What the columns of {files} seem to be. Read it, correct it, then import.", ""]
+    for file, found in tables:
         if not found.guesses:
             continue
         table = found.table
-        lines += ["[[table]]", f"file = {_quoted(file.name)}"]
+        lines += ["[[table]]", f"file = {_quoted(file)}"]
         lines += [f"sheet = {_quoted(table.title)}"] if table.title else []
         lines += [f"header = {found.layout.header}"] if found.layout.header != 1 else []
         lines += [f"units = {found.layout.units}"] if found.layout.units else []
@@ -199,7 +208,7 @@ def as_toml(file: FilePath, tables: Sequence[GuessedTable]) -> str:
         lines.append("[table.columns]")
         by_column = {guess.column: guess for guess in found.guesses}
         parts = [by_column[p] for p in DATE_PARTS if p in by_column]
-        if "event_id" not in by_column and len(by_column.keys() - {"path_id", "name"}) > 1:
+        if "event_id" not in by_column and by_column.keys() - {"name"} - OF_PROFILES:
             lines.append('event_id = {value = "{row}"}')
         for guess in found.guesses:
             unit = f", unit = {_quoted(guess.unit)}" if guess.unit else ""

@@ -169,12 +169,14 @@ def _filled(
 
 
 def _separator(text: str) -> str:
-    """The one by which the header has the most known columns; else the most columns."""
+    """The one by which the header has the most known columns; else the most words, or columns."""
 
-    def rank(separator: str) -> tuple[int, int]:
+    def rank(separator: str) -> tuple[int, int, int]:
         begin = list(islice(_records(text, separator), LOOKED_AT))
         known = (sum(known_name(name) is not None for name in row) for row in begin)
-        return max(known, default=0), max(map(len, begin), default=0)
+        # Decimal commas make columns of numbers, but none of a header.
+        words = (sum(not is_number(cell) for cell in row) for row in begin)
+        return max(known, default=0), max(words, default=0), max(map(len, begin), default=0)
 
     return max(SEPARATORS, key=rank)
 

@@ -114,7 +114,7 @@ class Guessed(Result):
 class GuessedColumns(Result):
     """A first `columns.toml` that was written, its guesses, and what they leave open."""
 
-    file: str
+    files: tuple[str, ...]
     written: str
     guesses: Rows[Guessed]
     open: tuple[str, ...]

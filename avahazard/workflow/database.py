@@ -209,35 +209,43 @@ def import_files(
     )
 
 
-def guess_columns(source: str | FilePath) -> GuessedColumns:
-    """Write a first `columns.toml` beside the table `source`, to be read and corrected.
+def guess_columns(sources: Sequence[str | FilePath]) -> GuessedColumns:
+    """Write a first `columns.toml` beside tables of one folder, to be read and corrected.
 
-    Raises `AvahazardError` where there is one, or the file holds no table that can be guessed;
-    `RejectedRows` where it cannot be read.
+    Raises `AvahazardError` where there is one, or a file holds no table that can be guessed;
+    `RejectedRows` where one cannot be read.
     """
     from avahazard.records.guess import as_toml, guess_tables  # noqa: PLC0415 (slow to import)
 
-    file = FilePath(source)
-    if not file.is_file():
-        raise AvahazardError(f"There is no file {file}.", "Name one table (.csv, .xlsx, .ods).")
-    target = file.parent / BESIDE
+    files = [FilePath(source) for source in sources]
+    for file in files:
+        if not file.is_file():
+            raise AvahazardError(f"There is no file {file}.", "Name tables (.csv, .xlsx, .ods).")
+        if file.parent != files[0].parent:
+            raise AvahazardError(
+                f"{file} is in another folder than {files[0]}.",
+                "Put them in one folder: columns.toml stands beside its tables.",
+            )
+    target = files[0].parent / BESIDE
     if target.exists():
         raise AvahazardError(f"{target} is there already.", "Read it, or take it away first.")
-    tables, problems = guess_tables(file)
-    if problems:
-        raise RejectedRows(problems)
-    guesses = [(found.table, guess) for found in tables for guess in found.guesses]
-    if not guesses:
-        raise AvahazardError(
-            f"No column of {file} is like one of the forms.",
-            "docs/data_forms.md has the columns; write a columns.toml by hand.",
-        )
-    target.write_text(as_toml(file, tables), encoding="utf-8")
+    tables = []
+    for file in files:
+        found, problems = guess_tables(file)
+        if problems:
+            raise RejectedRows(problems)
+        if not any(table.guesses for table in found):
+            raise AvahazardError(
+                f"No column of {file} is like one of the forms.",
+                "docs/data_forms.md has the columns; write a columns.toml by hand.",
+            )
+        tables += [(file.name, table) for table in found if table.guesses]
+    target.write_text(as_toml(tables), encoding="utf-8")
     return GuessedColumns(
-        str(file),
+        tuple(map(str, files)),
         str(target),
-        Rows(Guessed(table.file, *guess) for table, guess in guesses),
-        tuple(text for found in tables if found.guesses for text in found.open),
+        Rows(Guessed(found.table.file, *guess) for _, found in tables for guess in found.guesses),
+        tuple(text for _, found in tables for text in found.open),
     )
 
 

@@ -9,6 +9,7 @@ import pytest
 from avahazard.records.errors import AvahazardError
 from avahazard.records.guess import as_toml, guess_tables
 from avahazard.records.mapping import read_mappings
+from avahazard.records.sheet import read_tables
 from avahazard.workflow.database import guess_columns
 
 
@@ -33,7 +34,7 @@ def test_each_guess_has_its_reason_and_the_rest_is_open(tmp_path: Path) -> None:
     assert "is volume_m3: which one?" in said
     assert "'Länge' is mostly below 'Fallhöhe': is it in km?" in said
     assert "the unit of 'Länge' is not said" in said
-    (mapping,) = read_mappings(Path("columns.toml"), as_toml(file, [found]))
+    (mapping,) = read_mappings(Path("columns.toml"), as_toml([(file.name, found)]))
     assert mapping.header == 3
     assert mapping.needed()[0] == "Nr"
 
@@ -41,11 +42,43 @@ def test_each_guess_has_its_reason_and_the_rest_is_open(tmp_path: Path) -> None:
 def test_a_mapping_is_never_overwritten(tmp_path: Path) -> None:
     file = tmp_path / "slides.csv"
     file.write_text("Name,H (m),L (m)\na,500,1200\n", encoding="utf-8")
-    written = guess_columns(file)
+    written = guess_columns([file])
     assert {guess.column for guess in written.guesses} >= {"fall_height_m", "runout_length_m"}
     with pytest.raises(AvahazardError, match="is there already"):
-        guess_columns(file)
+        guess_columns([file])
     (tmp_path / "words.csv").write_text("foo,bar\n1,2\n", encoding="utf-8")
     Path(written.written).unlink()
     with pytest.raises(AvahazardError, match="No column of"):
-        guess_columns(tmp_path / "words.csv")
+        guess_columns([tmp_path / "words.csv"])
+
+
+def test_tables_of_one_folder_have_one_mapping(tmp_path: Path) -> None:
+    events, profiles = tmp_path / "events.csv", tmp_path / "Profile.csv"
+    events.write_text("Nr;Lawinenzug;Jahr;Höhe\n1;Pra;1999;1200\n", encoding="utf-8")
+    profiles.write_text(
+        "Nr;Lawinenzug;Distanz (m);Höhe (m)\n1;Pra;0,0;2400,5\n2;Pra;10,5;2391,0\n",
+        encoding="utf-8",
+    )
+    found = guess_columns([events, profiles])
+    assert [(g.table, g.column) for g in found.guesses if g.column in ("x_m", "y_m")] == [
+        (str(profiles), "x_m"),
+        (str(profiles), "y_m"),
+    ]
+    of_events, of_profiles = read_mappings(
+        Path("columns.toml"), Path(found.written).read_text(encoding="utf-8")
+    )
+    assert "Nr" in of_events.needed()
+    # The number of a point names no event.
+    assert sorted(of_profiles.needed()) == ["Distanz (m)", "Höhe (m)", "Lawinenzug"]
+    (tmp_path / "elsewhere").mkdir()
+    other = tmp_path / "elsewhere" / "more.csv"
+    other.write_text(events.read_text(encoding="utf-8"), encoding="utf-8")
+    with pytest.raises(AvahazardError, match="in another folder"):
+        guess_columns([events, other])
+
+
+def test_decimal_commas_are_no_separators(tmp_path: Path) -> None:
+    file = tmp_path / "unknown.csv"
+    file.write_text("Nummer;Wert;Zahl\nA;1,5;2,5\nB;3,5;4,5\n", encoding="utf-8")
+    (table,) = read_tables(file, [])
+    assert table.header == ("Nummer", "Wert", "Zahl")

@@ -73,7 +73,9 @@ def test_none_is_read_wrong_in_silence(tmp_path: Path, language: str, format: st
         _judge(read_files([file], KNOWN), "mapped", "mapped refused", office, outcomes)
         tables, problems = guess_tables(file)
         assert not problems, office
-        (tmp_path / BESIDE).write_text(as_toml(file, tables), encoding="utf-8")
+        (tmp_path / BESIDE).write_text(
+            as_toml([(file.name, table) for table in tables]), encoding="utf-8"
+        )
         found = read_files([file], KNOWN)
         if not found.problems and values(found) == RIGHT:
             outcomes["guessed"] += 1
