@@ -142,7 +142,10 @@ class Result:
 
         Raises `AvahazardError` where there is no picture of this result.
         """
-        return draw(self, file)
+        if type(self) not in PICTURES:
+            known = ", ".join(sorted(kind.__name__ for kind in PICTURES))
+            raise AvahazardError(f"There is no picture of {type(self).__name__}.", f"Of: {known}.")
+        return drawn(lambda place: PICTURES[type(self)](place, self), file)
 
     def _repr_html_(self) -> str:
         frame = self.to_frame()
@@ -172,14 +175,6 @@ class Rows(tuple[Row_co, ...]):
 
         items = core_schema.tuple_variable_schema(handler.generate_schema(*get_args(source)))
         return core_schema.no_info_after_validator_function(cls, items)
-
-
-def draw(result: object, file: str | Path | None) -> Any:
-    """Draw a result to `file`, or to an image that a notebook shows; see `Result.plot`."""
-    if type(result) not in PICTURES:
-        known = ", ".join(sorted(kind.__name__ for kind in PICTURES))
-        raise AvahazardError(f"There is no picture of {type(result).__name__}.", f"Of: {known}.")
-    return drawn(lambda place: PICTURES[type(result)](place, result), file)
 
 
 def drawn(write: Callable[[Path], Any], file: str | Path | None) -> Any:

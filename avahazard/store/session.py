@@ -193,23 +193,19 @@ def writing(database: str) -> Iterator[Session]:
 
 @contextmanager
 def _session(database: str, *, writes: bool) -> Iterator[Session]:
-    with translated(database):
-        engine = make_engine(database)
-        try:
-            with engine.connect() as connection:
-                require_current(connection)
-            bind = engine.execution_options(writes=writes)
-            with Session(bind) as session:
-                yield session
-        finally:
-            engine.dispose()
+    with engine_of(database) as engine:
+        with engine.connect() as connection:
+            require_current(connection)
+        with Session(engine.execution_options(writes=writes)) as session:
+            yield session
 
 
 @contextmanager
-def translated(database: str) -> Iterator[None]:
-    """Turn what the database refuses into one message."""
+def engine_of(database: str, *, migrates: bool = False) -> Iterator[Engine]:
+    """The engine of a database (`make_engine`) as long as it is used; it refuses in one message."""
+    engine = make_engine(database, migrates=migrates)
     try:
-        yield
+        yield engine
     except IntegrityError as error:
         raise AvahazardError(
             f"The database {database_name(database)} refuses this: {_first_line(error.orig)}",
@@ -225,6 +221,8 @@ def translated(database: str) -> Iterator[None]:
             f"The database {database_name(database)} cannot be used: {_first_line(error)}",
             "Look at it with `avahazard db check`.",
         ) from error
+    finally:
+        engine.dispose()
 
 
 def _hint(reason: str) -> str:

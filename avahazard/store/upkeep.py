@@ -18,9 +18,9 @@ from avahazard.store.results import read_draws
 from avahazard.store.session import (
     database_name,
     database_url,
+    engine_of,
     make_engine,
     sqlite_file,
-    translated,
 )
 from avahazard.whole_file import put_in_place
 
@@ -39,7 +39,7 @@ def create(database: str) -> tables.State:
     Raises `AvahazardError` where it holds other tables or those of another version, or cannot be
     written.
     """
-    return _migrate(database, {"empty"}, make=True)
+    return _migrate(database, make=True)
 
 
 def upgrade(database: str) -> tables.State:
@@ -48,7 +48,7 @@ def upgrade(database: str) -> tables.State:
     Raises `AvahazardError` where it is missing or empty, of another program, or newer than this
     one.
     """
-    return _migrate(database, {"old"}, make=False)
+    return _migrate(database, make=False)
 
 
 def status(database: str) -> DatabaseState:
@@ -56,35 +56,28 @@ def status(database: str) -> DatabaseState:
 
     Raises `AvahazardError` where it is missing or cannot be read.
     """
-    with translated(database):
-        engine = make_engine(database)
-        try:
-            with engine.connect() as connection:
-                state = tables.state(connection)
-                counts = {
-                    name: connection.scalar(select(func.count()).select_from(table)) or 0
-                    for name, table in (COUNTED.items() if state == "current" else ())
-                }
-                revision = tables.revision(connection)
-        finally:
-            engine.dispose()
+    with engine_of(database) as engine, engine.connect() as connection:
+        state = tables.state(connection)
+        counts = {
+            name: connection.scalar(select(func.count()).select_from(table)) or 0
+            for name, table in (COUNTED.items() if state == "current" else ())
+        }
+        revision = tables.revision(connection)
     return DatabaseState(database_name(database), state, revision, tables.head(), counts)
 
 
-def _migrate(database: str, wanted: set[tables.State], *, make: bool) -> tables.State:
-    with translated(database):
-        if not make:
-            make_engine(database).dispose()  # says so when the file is missing
-        engine = make_engine(database, migrates=True).execution_options(writes=True)
-        try:
-            with engine.begin() as connection:
-                before = tables.state(connection)
-                if before in wanted:
-                    tables.upgrade(connection)
-                elif before != "current":
-                    tables.require_current(connection)
-        finally:
-            engine.dispose()
+def _migrate(database: str, *, make: bool) -> tables.State:
+    if not make:
+        make_engine(database).dispose()  # says so when the file is missing
+    with (
+        engine_of(database, migrates=True) as engine,
+        engine.execution_options(writes=True).begin() as connection,
+    ):
+        before = tables.state(connection)
+        if before == ("empty" if make else "old"):
+            tables.upgrade(connection)
+        elif before != "current":
+            tables.require_current(connection)
     return before
 
 

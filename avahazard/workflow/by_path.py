@@ -103,15 +103,8 @@ class PathTask:
     digest: bytes
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PathDocuments:
-    """The documents of a path, and notes for people that are in none of them."""
-
-    documents: Sequence[object]
-    notes: tuple[Note, ...] = ()
-
-
-Answer = Callable[[PathTask], PathDocuments]
+Answer = Callable[[PathTask], tuple[Sequence[object], Sequence[Note]]]
+"""Gives the documents of a path, and notes for people that are in none of them."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -129,6 +122,19 @@ class PathWork:
     survey: Survey
     path_ids: list[str]
     settings: Mapping[str, Any]
+
+    @property
+    def rests_on(self) -> dict[str, Any]:
+        """The readable part of all that the results hang on."""
+        found = {"data_fingerprint": self.survey.fingerprint, "avahazard": version("avahazard")}
+        return {**plain(self.settings), **found}
+
+    @property
+    def key(self) -> str:
+        """The key of all that the results hang on."""
+        whole = {"paths": self.path_ids, "model": plain(self.model, keyed=True)}
+        text = json.dumps({**self.rests_on, **whole}, sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()
 
 
 def path_tasks(
@@ -153,9 +159,9 @@ def run_paths(database: str, work: PathWork, report: Report) -> tuple[int, tuple
     nothing is then kept. It is raised too where somebody has changed the records of a path
     meanwhile.
     """
-    key, settings = _settings(work)
+    key, model = work.key, work.model.model
     with writing(database) as session:
-        run, done = begin_run(session, work.kind, work.model.model, key, settings)
+        run, done = begin_run(session, work.kind, model, key, work.rests_on)
     first_failure: AvahazardError | None = None
     waiting: list[PathResult] = []
     stored_at = time.monotonic()
@@ -174,23 +180,6 @@ def run_paths(database: str, work: PathWork, report: Report) -> tuple[int, tuple
         raise first_failure or AvahazardError(failed)
     went_on = Note("went_on", n=len(done), total=len(work.path_ids))
     return run, (went_on,) if done else ()
-
-
-def run_key(work: PathWork) -> str:
-    """The key of all that the results hang on."""
-    return _settings(work)[0]
-
-
-def _settings(work: PathWork) -> tuple[str, dict[str, Any]]:
-    """The key of all that the results depend on, and its readable part."""
-    told = {
-        **plain(work.settings),
-        "data_fingerprint": work.survey.fingerprint,
-        "avahazard": version("avahazard"),
-    }
-    whole = {**told, "paths": work.path_ids, "model": plain(work.model, keyed=True)}
-    text = json.dumps(whole, sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest(), told
 
 
 STARTING = 2.2
@@ -233,6 +222,5 @@ def path_answer(shared: tuple[Answer, tuple[Event, ...]], task: PathTask) -> Pat
     except FAILURES as error:
         reason = f"{type(error).__name__} on path {task.path_id}: {error}"
         return PathResult(task.position, task.path_id, failed=reason)
-    notes = tuple(note.stored() for note in found.notes)
-    documents = tuple(plain(document, keyed=True) for document in found.documents)
-    return PathResult(task.position, task.path_id, documents, notes)
+    documents, notes = plain(found, keyed=True)
+    return PathResult(task.position, task.path_id, tuple(documents), tuple(notes))

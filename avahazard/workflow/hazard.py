@@ -43,12 +43,7 @@ from avahazard.results.hazard import (
 from avahazard.store.records import load_records
 from avahazard.store.results import AVERAGE, BOUNDS, read_run
 from avahazard.store.session import reading
-from avahazard.workflow.by_path import (
-    PathDocuments,
-    PathTask,
-    PathWork,
-    run_paths,
-)
+from avahazard.workflow.by_path import PathTask, PathWork, run_paths
 from avahazard.workflow.requests import HazardRequest, VolumesRequest
 from avahazard.workflow.stored import (
     load_for_paths,
@@ -212,7 +207,7 @@ def hazard_of_path(
     *,
     n_draws: int,
     seed: int,
-) -> PathDocuments:
+) -> tuple[list[HazardRow], tuple[Note, ...]]:
     """The rows of a path, for return periods (years) and volumes (m3); `notes` go with each.
 
     By one model, or by several averaged with their weights. Raises `AvahazardError` where it lacks
@@ -249,7 +244,7 @@ def hazard_of_path(
         )
         for row in path_rows(each, scenarios, n_draws, seed)
     ]
-    return PathDocuments(rows, tuple(Note("left_out", reason=error.message) for error in refused))
+    return rows, tuple(Note("left_out", reason=error.message) for error in refused)
 
 
 def _scenarios(

@@ -32,7 +32,7 @@ from avahazard.store import results as store
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow import requests
-from avahazard.workflow.by_path import PathWork, run_key
+from avahazard.workflow.by_path import PathWork
 from avahazard.workflow.calibrate import add, calibrate, request_document
 from avahazard.workflow.compare import compare
 from avahazard.workflow.database import database_status, import_files, init_database
@@ -427,7 +427,7 @@ class RunningProject:
         work, _ = plan()
         with reading(self.database) as session:
             run = store.latest_run(session, work.kind, work.model.model)
-            if run is None or run.key != run_key(work):
+            if run is None or run.key != work.key:
                 return None
             found = store.latest_documents(session, work.kind, work.model.model) or ()
         return counted(len({row["path_id"] for row in found}), "path")

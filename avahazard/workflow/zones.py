@@ -21,10 +21,15 @@ from avahazard.results.hazard import Density, ZonedPath, Zones
 from avahazard.store.records import load_records
 from avahazard.store.results import ZONES, read_run
 from avahazard.store.session import reading
-from avahazard.workflow.by_path import PathDocuments, PathTask, PathWork, run_paths
+from avahazard.workflow.by_path import PathTask, PathWork, run_paths
 from avahazard.workflow.hazard import source_settings
 from avahazard.workflow.requests import ZonesRequest
-from avahazard.workflow.stored import limits_speed, load_for_paths, notes_of_fit
+from avahazard.workflow.stored import (
+    limits_speed,
+    load_for_paths,
+    notes_of_fit,
+    require_friction_scatter,
+)
 
 
 class NoDragError(AvahazardError):
@@ -62,11 +67,7 @@ def zones_work(
     """What is done on each path, and the notes that go with all. Raises as `zones`."""
     wanted = load_limits(request.limits)
     model, survey = load_for_paths(database, name, request.effect_files)
-    if model.sigma_m is not None:
-        raise AvahazardError(
-            f"The scatter of {name} is in metres of the stop: it says nothing of speeds.",
-            "Calibrate with the method marginal or gibbs.",
-        )
+    require_friction_scatter(model)
     if not (
         request.no_drag or limits_speed(model) or TRACK_SCATTER_NAME in model.calibration.parameters
     ):
@@ -112,7 +113,7 @@ def zones_of_path(
     task: PathTask,
     *,
     seed: int,
-) -> PathDocuments:
+) -> tuple[list[ZonedPath], tuple[Note, ...]]:
     """The entry of a path (`path_zones`); `notes` go with all.
 
     Raises `AvahazardError` where it has no rate of avalanches.
@@ -125,7 +126,7 @@ def zones_of_path(
     far = {period for period in periods if frequencies.extrapolated(task.path_id, period)}
     entry = path_zones(path, limits, periods, density, far, seed)
     of_rate = [note.about(task.path_id) for note in frequencies.notes(task.path_id)]
-    return PathDocuments([replace(entry, notes=(*of_rate, *entry.notes, *notes))])
+    return [replace(entry, notes=(*of_rate, *entry.notes, *notes))], ()
 
 
 def _draw(

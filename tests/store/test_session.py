@@ -19,9 +19,9 @@ from avahazard.store import tables, upkeep
 from avahazard.store.session import (
     database_name,
     database_url,
+    engine_of,
     make_engine,
     reading,
-    translated,
     writing,
 )
 from avahazard.workflow.database import upgrade_database
@@ -160,6 +160,6 @@ def test_every_commit_is_synced(database: str) -> None:
 
 def test_a_full_disk_of_a_server_is_called_so() -> None:
     reason = Exception("could not extend file: No space left on device")
-    with pytest.raises(AvahazardError) as caught, translated("postgresql+psycopg://h/x"):
+    with pytest.raises(AvahazardError) as caught, engine_of("postgresql+psycopg://h/x"):
         raise OperationalError("INSERT", {}, reason)
     assert "disk is full" in caught.value.hint

@@ -31,7 +31,6 @@ from avahazard.store.session import reading, writing
 from avahazard.synth.making import make_world
 from avahazard.workflow import by_path
 from avahazard.workflow.by_path import (
-    PathDocuments,
     PathTask,
     any_events,
     fingerprint_of,
@@ -91,11 +90,11 @@ def region(folder: FilePath, n: int) -> str:
     return file
 
 
-def nothing(task: PathTask) -> PathDocuments:
+def nothing(task: PathTask) -> tuple[list[dict[str, object]], tuple[()]]:
     """A unit of work that runs no block; connections that are done with wait for no search."""
     if task.position % AT_ONCE == 0:
         gc.collect()
-    return PathDocuments([{"path_id": task.path_id, "notes": []}])
+    return [{"path_id": task.path_id, "notes": []}], ()
 
 
 def run(database: str) -> int:
