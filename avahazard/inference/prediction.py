@@ -288,83 +288,50 @@ BEYOND = 1.001
 """A volume this many times the largest recorded is beyond it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Extrapolation:
-    """A volume (m3) on a path against the records of a calibration, and the friction there.
+def extrapolation(
+    model: FittedModel, path_id: str | None, volume_m3: float, *of: str
+) -> list[Note]:
+    """Notes on a volume on a path (None: of none) against the events that `model` was fitted on.
 
-    `largest_of_path_m3`, `largest_m3`: the largest recorded volumes, None without any.
-    `too_low`, `too_high` are shares of the draws of friction outside what physics allows,
-    `median` is theirs.
-    """
-
-    path_id: str | None
-    volume_m3: float
-    largest_of_path_m3: float | None
-    largest_m3: float | None
-    median: float
-    too_low: float
-    too_high: float
-
-    @property
-    def times_path(self) -> float | None:
-        """The volume over the largest of the path; None where it is not beyond it."""
-        return _times(self.volume_m3, self.largest_of_path_m3)
-
-    @property
-    def times_all(self) -> float | None:
-        """The volume over the largest of all paths; None where it is not beyond it."""
-        return _times(self.volume_m3, self.largest_m3)
-
-    def notes(self, *of: str) -> list[Note]:
-        """What a reader must know where something is extrapolated; `of` is the path, if said."""
-        values = {
-            "volume": _rounded(self.volume_m3, 3),
-            "times_path": _times_rounded(self.times_path),
-            "largest_of_path": _rounded(self.largest_of_path_m3, 3),
-            "times": _times_rounded(self.times_all),
-            "largest": _rounded(self.largest_m3, 3),
-        }
-        notes = []
-        if self.times_path is not None:
-            key = "beyond_path" if self.times_all is None else "beyond_both"
-            notes.append(Note(key, of, **values))
-        elif self.times_all is not None:
-            notes.append(Note("beyond_all", of, **values))
-        for key, share, limit in (
-            ("friction_too_low", self.too_low, LEAST_FRICTION),
-            ("friction_too_high", self.too_high, MOST_FRICTION),
-        ):
-            if share > RARE:
-                drawn = {"share": share, "limit": limit, "median": self.median}
-                notes.append(Note(key, of, volume=values["volume"], **drawn))
-        return notes
-
-
-def extrapolation(model: FittedModel, path_id: str | None, volume_m3: float) -> Extrapolation:
-    """Hold a volume on a path (None: of none) against the events that `model` was fitted on.
-
-    Friction is drawn from the posterior, with its scatter and the path's offset; effects that
-    look at columns of the event are at their reference.
+    On how far it is beyond the largest recorded volumes, of the path and of all, and on the share
+    of its frictions outside what physics allows. `of` is the path, if it is to be said.
     """
     columns = model.columns
-    volume = np.exp(columns.log_volume)
-    mine = np.zeros(len(volume), dtype=np.bool_)
+    recorded = np.exp(columns.log_volume)
+    mine = np.zeros(len(recorded), dtype=np.bool_)
     if path_id in columns.paths:
         mine = columns.path_index == columns.paths.index(path_id)
-    drawn = _frictions(model, path_id, volume_m3)
-    return Extrapolation(
-        path_id=path_id,
-        volume_m3=float(volume_m3),
-        largest_of_path_m3=_largest(volume[mine]),
-        largest_m3=_largest(volume),
-        median=float(np.median(drawn)),
-        too_low=float(np.mean(drawn < LEAST_FRICTION)),
-        too_high=float(np.mean(drawn > MOST_FRICTION)),
-    )
+    largest_of_path, largest = _largest(recorded[mine]), _largest(recorded)
+    past_path, past_all = (volume_m3 > BEYOND * v for v in (largest_of_path, largest))
+    values = {
+        "volume": _rounded(volume_m3, 3),
+        "times_path": _times(volume_m3 / largest_of_path) if past_path else 0.0,
+        "largest_of_path": _rounded(largest_of_path, 3),
+        "times": _times(volume_m3 / largest) if past_all else 0.0,
+        "largest": _rounded(largest, 3),
+    }
+    notes = []
+    if past_path:
+        notes.append(Note("beyond_both" if past_all else "beyond_path", of, **values))
+    elif past_all:
+        notes.append(Note("beyond_all", of, **values))
+    drawn = drawn_frictions(model, path_id, volume_m3)
+    for key, share, limit in (
+        ("friction_too_low", float(np.mean(drawn < LEAST_FRICTION)), LEAST_FRICTION),
+        ("friction_too_high", float(np.mean(drawn > MOST_FRICTION)), MOST_FRICTION),
+    ):
+        if share > RARE:
+            told = {"share": share, "limit": limit, "median": float(np.median(drawn))}
+            notes.append(Note(key, of, volume=values["volume"], **told))
+    return notes
 
 
-def _frictions(model: FittedModel, path_id: str | None, volume_m3: float) -> Floats:
-    """Draws of friction `[n_draws]`; of its middle alone where the stop scatters, not friction."""
+def drawn_frictions(model: FittedModel, path_id: str | None, volume_m3: float) -> Floats:
+    """Draws of friction `[n_draws]` of a volume on a path (None: of none).
+
+    From the posterior, with its scatter and the path's offset; of its middle alone where the stop
+    scatters, not friction. Effects that look at columns of the event are at their reference.
+    """
     friction, u = model.friction, model.draws
     location, scatter = friction.location_and_scatter(u, np.array([[volume_m3]]))
     rng = generator(0, "extrapolation")
@@ -379,23 +346,16 @@ def _frictions(model: FittedModel, path_id: str | None, volume_m3: float) -> Flo
     return friction.draw(u, middle, scatter[:, 0, 0], rng)
 
 
-def _largest(volume: Floats) -> float | None:
+def _largest(volume: Floats) -> float:
+    """The largest of those that are known; inf without any, which nothing is beyond."""
     known = volume[np.isfinite(volume)]
-    return float(known.max()) if len(known) else None
+    return float(known.max()) if len(known) else np.inf
 
 
-def _times_rounded(times: float | None) -> float:
+def _times(times: float) -> float:
     """Two digits, as 1.4 or 140; three below 1.1, and no less than 1.01: it is never once."""
-    if times is None:
-        return 0.0
     return _rounded(max(times, 1.01), 3 if times < 1.1 else 2)
 
 
-def _rounded(value: float | None, digits: int) -> float:
-    return float(f"{value or 0.0:.{digits}g}")
-
-
-def _times(volume: float, largest: float | None) -> float | None:
-    if largest is None or volume <= BEYOND * largest:
-        return None
-    return volume / largest
+def _rounded(value: float, digits: int) -> float:
+    return float(f"{value:.{digits}g}") if np.isfinite(value) else 0.0

@@ -371,7 +371,7 @@ def _of_volume(model: FittedModel, path_id: str | None, volume_m3: float | None)
     if volume_m3 is None or model.ignores_volume:
         return []
     of = () if path_id is None else (path_id,)
-    return extrapolation(model, path_id, volume_m3).notes(*of)
+    return extrapolation(model, path_id, volume_m3, *of)
 
 
 def _has_runout(event: Event) -> bool:

@@ -231,7 +231,7 @@ def hazard_of_path(
     if needs_volume:
         asked = {s.volume_m3 for s in scenarios if s.volume_m3 is not None}
         model = next(m for m, _ in models if not m.ignores_volume)
-        beyond = {v: extrapolation(model, path_id, v).notes() for v in asked}
+        beyond = {v: extrapolation(model, path_id, v) for v in asked}
     rows = [
         replace(
             row,

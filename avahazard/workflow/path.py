@@ -246,7 +246,7 @@ def _by_model(
     notes = list(notes_of_fit(model))
     path_id = future.site.path.path_id
     if volume is not None and not model.ignores_volume:
-        notes += extrapolation(model, path_id, volume).notes(path_id)
+        notes += extrapolation(model, path_id, volume, path_id)
     found = run_site(future.site, mu, resistance)
     return replace(found, model=model.name, volume_m3=volume, mu_from=source, notes=tuple(notes))
 

@@ -17,7 +17,7 @@ from avahazard.inference.fitted_model import FittedModel, fitted_model, table_gr
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.prediction import extrapolation, look_up, predict_stops
+from avahazard.inference.prediction import drawn_frictions, extrapolation, look_up, predict_stops
 from avahazard.physics.runout_curve import MU, MU_STEP
 from avahazard.records.collection import Event, Path, Profile, Records
 from tests.hazard.parabola import volume_bounds
@@ -200,47 +200,42 @@ def _largest(model: FittedModel, path_id: str | None = None) -> float:
 
 def test_within_the_records_nothing_is_said() -> None:
     model = _model(1.0)
-    assert extrapolation(model, "P1", _largest(model, "P1")).notes() == []
+    assert extrapolation(model, "P1", _largest(model, "P1")) == []
 
 
 def test_how_far_beyond_the_path_and_all_paths() -> None:
     model = _model(0.01)
     path = min(model.observations.columns.paths, key=lambda p: _largest(model, p))
     largest, all_paths = _largest(model, path), _largest(model)
-    between = extrapolation(model, path, 0.5 * (largest + all_paths))
-    assert between.times_path == pytest.approx(0.5 * (1.0 + all_paths / largest))
-    assert between.times_all is None
-    (note,) = between.notes(path)
+    (note,) = extrapolation(model, path, 0.5 * (largest + all_paths), path)
+    assert note.values["times_path"] == pytest.approx(0.5 * (1.0 + all_paths / largest), rel=0.05)
     assert note.startswith(f"{path}: ")
     assert "all paths" not in note
-    beyond = extrapolation(model, path, 3.0 * all_paths)
-    assert beyond.times_all == pytest.approx(3.0)
-    assert "and 3 times that of all paths" in beyond.notes()[0]
-    unknown = extrapolation(model, "elsewhere", 3.0 * all_paths)
-    assert unknown.largest_of_path_m3 is None
-    assert "3 times the largest recorded" in unknown.notes()[0]
-    far = replace(unknown, volume_m3=1.36e2 * (unknown.largest_m3 or 0.0))
-    assert "is 140 times the largest recorded" in far.notes()[0]
-    for times, told in ((1.002, "1.01"), (1.032, "1.03"), (1.36, "1.4")):
-        barely = replace(unknown, volume_m3=times * (unknown.largest_m3 or 0.0))
-        assert f"is {told} times the largest recorded" in barely.notes()[0]
+    assert "and 3 times that of all paths" in extrapolation(model, path, 3.0 * all_paths)[0]
+    factors = (3.0, "3"), (136.0, "140"), (1.002, "1.01"), (1.032, "1.03"), (1.36, "1.4")
+    for times, told in factors:
+        found = extrapolation(model, "elsewhere", times * all_paths)[0]
+        assert found.key == "beyond_all"
+        assert f"is {told} times the largest recorded" in found
 
 
 @pytest.mark.parametrize(("n", "side"), [(1.0, "under 0.1"), (-1.0, "over 1.5")])
 def test_friction_that_no_avalanche_has_is_loud(n: float, side: str) -> None:
     found = extrapolation(_model(n), "P0", 5e7)
-    assert found.too_low + found.too_high == pytest.approx(1.0)
-    assert side in found.notes()[-1]
-    assert "OUT OF BOUNDS" in found.notes()[-1]
+    assert found[-1].values["share"] == pytest.approx(1.0)
+    assert side in found[-1]
+    assert "OUT OF BOUNDS" in found[-1]
 
 
 def test_the_bounded_law_stays_within() -> None:
     given = posterior(observations(speeds=False), law="asymptotic")
     u = np.array([near(given) for _ in range(400)])
-    found = extrapolation(fitted_model(given, u, {}), "P0", 1e9)
-    assert (found.too_low, found.too_high) == (0.0, 0.0)
-    assert found.median == pytest.approx(np.exp(-0.8 - 0.5), rel=0.03)
-    assert len(found.notes()) == 1
+    model = fitted_model(given, u, {})
+    drawn = drawn_frictions(model, "P0", 1e9)
+    assert drawn.min() >= 0.1
+    assert drawn.max() <= 1.5
+    assert np.median(drawn) == pytest.approx(np.exp(-0.8 - 0.5), rel=0.03)
+    assert len(extrapolation(model, "P0", 1e9)) == 1
 
 
 def test_draws_have_the_scatter_and_the_offset_of_the_path() -> None:
@@ -249,9 +244,9 @@ def test_draws_have_the_scatter_and_the_offset_of_the_path() -> None:
     u = model.draws.copy()
     u[:, model.posterior.layout.scatter] = np.log(0.6)
     wide = fitted_model(model.posterior, np.repeat(u, 50, axis=0), {"P0": np.full(20000, 0.1)})
-    found = extrapolation(wide, "P0", 1e4)
-    assert found.median == pytest.approx(np.exp(-0.7), rel=0.02)
+    found = extrapolation(wide, "P0", 1e4)[-1].values
+    assert found["median"] == pytest.approx(np.exp(-0.7), rel=0.02)
     from scipy.stats import norm  # noqa: PLC0415
 
     expected = norm.cdf((np.log(0.1) + 0.7) / np.hypot(0.6, 0.02))
-    assert found.too_low == pytest.approx(expected, abs=0.003)
+    assert found["share"] == pytest.approx(expected, abs=0.003)
