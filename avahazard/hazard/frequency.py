@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -61,28 +61,21 @@ USE_VOLUME = "Give the volume itself with --volume."
 class VolumeFrequency:
     """Posterior draws of one path's frequency, and in `method` where they come from.
 
-    `pooled`: scale and shape lean on the other paths' records. `record` is that of the path, None
-    with a table of the user's, which goes from the first to the second of `table_years`.
+    `pooled`: scale and shape lean on the other paths' records. It is known for return periods
+    between `known_years`. `record` is that of the path, None with a table of the user's.
     """
 
     path_id: str
     draws: FrequencyDraws
     method: str
     pooled: bool
+    known_years: tuple[float, float]
     record: VolumeRecord | None = None
-    table_years: tuple[float, float] = (0.0, 0.0)
 
     @property
     def source(self) -> Literal["records", "given"]:
         """The records of events, or a table of the user's."""
         return "given" if self.record is None else "records"
-
-    def extrapolated(self, return_period_years: float) -> bool:
-        """Whether it is past twice the years of the record, or past the ends of the table."""
-        if self.record is not None:
-            return return_period_years > 2 * self.record.n_years
-        first, last = self.table_years
-        return not first <= return_period_years <= last
 
     def volumes(self) -> EventVolumes:
         """Rates and volumes of all avalanches, for the runout exceeded once in T years."""
@@ -141,6 +134,7 @@ def fit_volume_frequency(
         draws=draws,
         method=_words(region, record, own, others if pooled else None),
         pooled=pooled,
+        known_years=record.known_years,
         record=record,
     )
 
@@ -179,7 +173,7 @@ def return_volume(frequency: VolumeFrequency, return_period_years: float) -> Ret
         volume_m3=float(middle),
         q05_m3=float(low),
         q95_m3=float(high),
-        extrapolated=frequency.extrapolated(period),
+        extrapolated=not _between(period, frequency.known_years),
     )
 
 
@@ -273,8 +267,12 @@ def table_frequency(path_id: str, rows: Sequence[tuple[float, float]]) -> Volume
         draws=draws,
         method=f"given: {len(rows)} volumes, {years[0]:g} to {years[-1]:g} years, taken as exact",
         pooled=False,
-        table_years=(float(years[0]), float(years[-1])),
+        known_years=(float(years[0]), float(years[-1])),
     )
+
+
+def _between(period: float, years: tuple[float, float]) -> bool:
+    return years[0] <= period <= years[1]
 
 
 def known_volumes(records: Records) -> list[DatedVolumes]:
@@ -284,7 +282,7 @@ def known_volumes(records: Records) -> list[DatedVolumes]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frequencies:
-    """Frequencies of volumes by path, fitted when they are asked for; `refused` says why not.
+    """Frequencies of volumes by path, each fitted when it is asked for; `refused` says why not.
 
     `table` is what the file of `source` holds, None without one.
     """
@@ -295,29 +293,33 @@ class Frequencies:
     source: VolumeSource
     table: dict[str, list[tuple[float, float]]] | None
     trend: Trend
-    fitted: dict[str, VolumeFrequency] = field(default_factory=dict)
 
     def of(self, path_id: str) -> VolumeFrequency:
         """The frequency of a path. Raises `AvahazardError` where there is none."""
-        if path_id not in self.fitted:
-            rng = generator(self.seed, "frequency", path_id)
-            if self.table is not None:
-                if path_id not in self.table:
-                    raise AvahazardError(
-                        f"The table {self.source.table} has no row of path {path_id}.",
-                        "Add its return periods and volumes, or name other paths with --path.",
-                    )
-                found = table_frequency(path_id, self.table[path_id])
-            elif path_id in self.refused:
-                raise self.refused[path_id]
-            else:
-                found = fit_volume_frequency(self.region, path_id, rng)
-                if (year := self.source.as_of) is not None:
-                    record = self.region.records[path_id]
-                    draws = as_of(found.draws, self.trend, record, year, rng)
-                    found = replace(found, draws=draws, method=f"{found.method}; as of {year}")
-            self.fitted[path_id] = found
-        return self.fitted[path_id]
+        if self.table is not None:
+            if path_id not in self.table:
+                raise AvahazardError(
+                    f"The table {self.source.table} has no row of path {path_id}.",
+                    "Add its return periods and volumes, or name other paths with --path.",
+                )
+            return table_frequency(path_id, self.table[path_id])
+        if path_id in self.refused:
+            raise self.refused[path_id]
+        rng = generator(self.seed, "frequency", path_id)
+        found = fit_volume_frequency(self.region, path_id, rng)
+        year = self.source.as_of
+        if year is None:
+            return found
+        draws = as_of(found.draws, self.trend, self.region.records[path_id], year, rng)
+        return replace(found, draws=draws, method=f"{found.method}; as of {year}")
+
+    def volumes(self, path_id: str, *, by_volume: bool) -> EventVolumes:
+        """Rate and volumes of a path; where these matter not (`by_volume`), its rate alone.
+
+        Raises `AvahazardError` where there is neither.
+        """
+        rate = None if by_volume else self.rate_alone(path_id)
+        return rate or self.of(path_id).volumes()
 
     def rate_alone(self, path_id: str) -> EventVolumes | None:
         """The rate of a path by its record, for models to which volume does not matter.
@@ -347,11 +349,10 @@ class Frequencies:
 
     def extrapolated(self, path_id: str, return_period: float) -> bool:
         """Whether a return period (years) is too long for what is known of a path."""
-        try:
-            return self.of(path_id).extrapolated(return_period)
-        except AvahazardError:
-            # A rate alone.
-            return return_period > 2 * self.region.records[path_id].n_years
+        rows = (self.table or {}).get(path_id)
+        if rows is not None:
+            return not _between(return_period, (rows[0][0], rows[-1][0]))
+        return not _between(return_period, self.region.records[path_id].known_years)
 
 
 def volume_frequencies(

@@ -91,6 +91,11 @@ class VolumeRecord:
         return self.last_year - self.first_year + 1 - self.n_unobserved
 
     @property
+    def known_years(self) -> tuple[float, float]:
+        """Return periods that it says something of: up to twice its own length."""
+        return 0.0, 2.0 * self.n_years
+
+    @property
     def events_per_year(self) -> float:
         """Rate of events."""
         return self.n_events / self.n_years

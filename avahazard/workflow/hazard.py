@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from avahazard.hazard.extremes import EventVolumes
 from avahazard.hazard.frequency import (
     Frequencies,
     VolumeFrequency,
@@ -214,14 +213,28 @@ def hazard_of_path(
     what a return period needs.
     """
     path_id, needs_volume = task.path_id, not all(m.ignores_volume for m, _ in models)
-    if frequencies is not None:
-        # Fits of other paths are not kept.
-        frequencies = replace(frequencies, fitted={})
-    scenarios, refused = _scenarios(path_id, frequencies, return_periods, needs_volume)
+    frequency: VolumeFrequency | None = None
+    scenarios: list[Scenario] = []
+    refused: list[AvahazardError] = []
+    for period in return_periods:
+        assert frequencies is not None
+        try:
+            frequency = frequency or frequencies.of(path_id)
+            returned = return_volume(frequency, period)
+            scenarios.append(Scenario(path_id, returned.volume_m3, period, returned, frequency))
+        except AvahazardError as error:
+            if needs_volume:
+                refused.append(error)
+            else:
+                scenarios.append(Scenario(path_id, None, period))
+    rate = None
+    if frequency is not None and any(scenario.frequency for scenario in scenarios):
+        rate = frequency.volumes()
+    elif frequencies is not None and not needs_volume:
+        rate = frequencies.rate_alone(path_id)
     scenarios += [Scenario(path_id, volume) for volume in volumes]
     if not scenarios:
         raise refused[0]
-    rate = _rate(scenarios, frequencies, needs_volume)
     at = [scenario.any_volume_m3 for scenario in scenarios]
     each = [
         Weighted(m.name, weight, path_hazard(m, task.records, path_id, rate, at, seed=seed))
@@ -245,38 +258,6 @@ def hazard_of_path(
         for row in path_rows(each, scenarios, n_draws, seed)
     ]
     return rows, tuple(Note("left_out", reason=error.message) for error in refused)
-
-
-def _scenarios(
-    path_id: str, frequencies: Frequencies | None, return_periods: Sequence[float], by_volume: bool
-) -> tuple[list[Scenario], list[AvahazardError]]:
-    """What to compute for return periods, and why some are left out."""
-    found: list[Scenario] = []
-    refused: list[AvahazardError] = []
-    for period in return_periods:
-        assert frequencies is not None
-        try:
-            frequency = frequencies.of(path_id)
-            returned = return_volume(frequency, period)
-            found.append(Scenario(path_id, returned.volume_m3, period, returned, frequency))
-        except AvahazardError as error:
-            if by_volume:
-                refused.append(error)
-            else:
-                found.append(Scenario(path_id, None, period))
-    return found, refused
-
-
-def _rate(
-    scenarios: Sequence[Scenario], frequencies: Frequencies | None, by_volume: bool
-) -> EventVolumes | None:
-    """Rate and volumes of a path; None where nothing is known, or no return period is asked."""
-    for scenario in scenarios:
-        if scenario.frequency is not None:
-            return scenario.frequency.volumes()
-    if frequencies is None or by_volume:
-        return None
-    return frequencies.rate_alone(scenarios[0].path_id)
 
 
 def source_settings(source: VolumeSource) -> dict[str, Any]:

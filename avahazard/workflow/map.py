@@ -149,8 +149,7 @@ def map_parts(
         if part is None or (flows and not part.runs):
             left_out.append(path_id)
             continue
-        rate = frequencies.rate_alone(path_id) if model.ignores_volume else None
-        volumes = rate or frequencies.of(path_id).volumes()
+        volumes = frequencies.volumes(path_id, by_volume=not model.ignores_volume)
         avalanches = path_hazard(model, records, path_id, volumes, seed=request.seed).avalanches
         _fill(part, avalanches, limits)
         parts.append(part)

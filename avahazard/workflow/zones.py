@@ -118,10 +118,7 @@ def zones_of_path(
 
     Raises `AvahazardError` where it has no rate of avalanches.
     """
-    # Fits of other paths are not kept.
-    frequencies = replace(frequencies, fitted={})
-    rate = frequencies.rate_alone(task.path_id) if model.ignores_volume else None
-    volumes = rate or frequencies.of(task.path_id).volumes()
+    volumes = frequencies.volumes(task.path_id, by_volume=not model.ignores_volume)
     path = path_hazard(model, task.records, task.path_id, volumes, seed=seed)
     far = {period for period in periods if frequencies.extrapolated(task.path_id, period)}
     entry = path_zones(path, limits, periods, density, far, seed)
