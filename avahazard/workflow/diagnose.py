@@ -9,11 +9,10 @@ from pathlib import Path
 from avahazard.criticism.diagnosis.diagnose import (
     Findings,
     Together,
-    TriedEffect,
     diagnose,
     error_of,
 )
-from avahazard.criticism.diagnosis.laws import FoundLaw, FoundShape
+from avahazard.criticism.diagnosis.laws import FoundLaw
 from avahazard.criticism.diagnosis.measurements import measurement_gains
 from avahazard.criticism.diagnosis.nuisances import MOST_CROSSED
 from avahazard.criticism.screening.screen import candidate_definitions
@@ -164,7 +163,7 @@ def _where(
     with reading(database) as session:
         compared = latest_comparison(session, stored.name)
     notes = [] if compared is None else failing_paths(compared)
-    tried = {c.key for c in found.candidates}
+    tried = {c.effect for c in found.candidates}
     for key in found.missing:
         if key in tried:
             seen = find_definition(key, own).seen_in(observations.columns, observations.sites)
@@ -187,7 +186,7 @@ def diagnosis(name: str, found: Findings, seed: int) -> results.Diagnosis:
         model=name,
         verdict=found.verdict,
         missing=found.missing,
-        candidates=Rows(_candidate(c, found) for c in found.candidates),
+        candidates=found.candidates,
         groups=Rows(results.GroupTest(g.key, g.gain, g.p_value, g.spread) for g in found.groups),
         pairs=Rows([_pair(found.together)] if found.together else []),
         detectable_m=found.detectable.metres,
@@ -219,56 +218,9 @@ def _pair(more: Together) -> results.Pair:
     )
 
 
-def _candidate(candidate: TriedEffect, found: Findings) -> results.Candidate:
-    fit, witness = candidate.fit, candidate.force_witness
-    gain = candidate.screened.gain
-    if fit is not None:
-        gain = fit.log_likelihood - found.base.log_likelihood
-    return results.Candidate(
-        effect=candidate.key,
-        gain=gain,
-        evidence_gain=candidate.evidence_gain,
-        held_out_gain=candidate.held_out_gain,
-        p_value=candidate.screened.p_family,
-        screened_gain=candidate.screened.gain,
-        chance_gain=candidate.screened.null_gain,
-        p_value_alone=candidate.screened.p_single,
-        error_before_m=found.error_before_m,
-        error_after_m=candidate.error_after_m,
-        parameters={} if fit is None else fit.parameters(candidate.key),
-        physics=candidate.screened.definition.meaning,
-        confounded_with=candidate.confounded_with,
-        force_witness=None
-        if witness is None
-        else results.MeasuredAmount(witness.value, witness.se),
-        kinds=candidate.kinds,
-        shape=_shape(candidate.shape),
-        laws=Rows(map(_law, found.laws)) if candidate.key in found.missing[:1] else None,
-    )
-
-
-def _shape(found: FoundShape | None) -> results.Shape | None:
-    if found is None:
-        return None
-    curve = found.curve
-    low, middle, high = (tuple(row.tolist()) for row in found.quantiles)
-    return results.Shape(
-        curve.of, curve.unit, curve.value, tuple(curve.x.tolist()), low, middle, high, curve.path
-    )
-
-
-def _law(found: FoundLaw) -> results.FittedLaw:
-    form = found.form
-    parameters = {}
-    for p in form.parameters:
-        low, middle, high = found.quantiles[p.name].tolist()
-        parameters[p.name] = results.LawParameter(low, middle, high, p.unit)
-    return results.FittedLaw(form.name, form.key, form.formula, parameters, found.evidence)
-
-
 def _measure_next(found: Findings, seed: int) -> Rows[results.Measurement]:
     """What would part the two best explanations, or show an effect that is too small to see."""
-    fits = [c.fit for c in found.candidates if c.fit is not None]
+    fits = list(found.fits.values())
     if len(fits) > 1:
         return measurement_gains(fits[0], fits[1], seed)
     if fits:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from avahazard.criticism.diagnosis.force_witness import ForceWitness, force_witness
+from avahazard.criticism.diagnosis.force_witness import force_witness
 from avahazard.criticism.diagnosis.full_fits import (
     TriedGroup,
     evidence_gain,
@@ -19,7 +19,7 @@ from avahazard.criticism.diagnosis.full_fits import (
 )
 from avahazard.criticism.diagnosis.laws import (
     FoundLaw,
-    FoundShape,
+    Laws,
     curve_of,
     found_laws,
     found_shape,
@@ -70,7 +70,8 @@ from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.seeds import generator
-from avahazard.results.calibration import Kinds
+from avahazard.results.base import Rows
+from avahazard.results.diagnosis import Candidate, FittedLaw, LawParameter, MeasuredAmount
 
 ERROR_DRAWS = 400
 ALIKE = 0.7
@@ -78,43 +79,21 @@ ALIKE = 0.7
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class TriedEffect:
-    """One candidate, screened.
-
-    With its full refit if it survived, and the evidence (nats) that it adds.
-    """
-
-    screened: Screened
-    fit: Refit | None
-    evidence_gain: float | None
-    error_after_m: float | None
-    held_out_gain: float | None
-    confounded_with: tuple[str, ...]
-    force_witness: ForceWitness | None
-    kinds: Kinds | None
-    shape: FoundShape | None
-
-    @property
-    def key(self) -> str:
-        """The effect's key."""
-        return self.screened.key
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Findings:
     """The verdict with all that it rests on; `base` is the model with the nuisances.
 
-    `laws` are those that the leading smooth of `missing` may be. `not_asked` holds, by key, what a
-    column of the records lacks for its effect to be asked about.
+    `fits` has it with each candidate that was fitted, by key, in their order. `laws` are those that
+    the leading smooth of `missing` may be. `not_asked` holds, by key, what a column of the records
+    lacks for its effect to be asked about.
     """
 
     verdict: str
     missing: tuple[str, ...]
-    candidates: tuple[TriedEffect, ...]
+    candidates: Rows[Candidate]
+    fits: Mapping[str, Refit]
     base: Refit
     screening: Screening
     groups: tuple[TriedGroup, ...]
-    error_before_m: float
     still_needed: dict[str, float]
     not_granted: tuple[str, ...]
     not_asked: dict[str, str]
@@ -123,7 +102,7 @@ class Findings:
     suspects: tuple[str, ...]
     together: Together | None
     impossible_stops: tuple[str, ...]
-    laws: tuple[FoundLaw, ...]
+    laws: Laws
 
 
 def diagnose(
@@ -182,16 +161,20 @@ def diagnose(
     lead = evidence.get(missing[0], -np.inf) - left.evidence if missing and left else -np.inf
     if left and (not missing or (left.lasting and lead < MARGIN)):
         verdict, missing = verdict_of(map(base.definition, (*missing, left.key)))
-    smooth = leading_smooth(missing, fits)
+    of_smooth: Laws = ()
+    if smooth := leading_smooth(missing, fits):
+        of_smooth = laws.get(smooth) or found_laws(base, {smooth: fits[smooth]})[smooth]
     named_first = sorted(ranked, key=lambda c: c.key not in missing)
+    tried = candidates(named_first, screening, fits, evidence, naming, base)
+    told = Rows(map(_told, of_smooth))
     found = Findings(
         verdict=verdict,
         missing=missing,
-        candidates=candidates(named_first, screening, fits, evidence, naming, base),
+        candidates=Rows(replace(c, laws=told) if c.effect in missing[:1] else c for c in tried),
+        fits={c.key: fits[c.key] for c in named_first},
         base=base,
         screening=screening,
         groups=groups,
-        error_before_m=error_of(base),
         still_needed=still_needed(plain),
         not_granted=too_many,
         not_asked=not_asked(observations, plain.specification, own),
@@ -200,9 +183,7 @@ def diagnose(
         suspects=suspects(base),
         together=together,
         impossible_stops=impossible_stops(base),
-        laws=(laws.get(smooth) or found_laws(base, {smooth: fits[smooth]})[smooth])
-        if smooth
-        else (),
+        laws=of_smooth,
     )
     progress(1.0)
     return found
@@ -277,26 +258,45 @@ def candidates(
     evidence: Mapping[str, float],
     naming: Naming,
     base: Refit,
-) -> tuple[TriedEffect, ...]:
+) -> list[Candidate]:
     """Every candidate with what is known of it: those refitted (`ranked`) first."""
     rest = [c for c in screening.candidates if c not in ranked]
     alike = look_alikes(fits, base)
     new = base.posterior.layout.kinds is None
     kinds = {key: kinds_of(fit.at_mode()) for key, fit in fits.items()} if new else {}
-    return tuple(
-        TriedEffect(
-            c,
-            fits.get(c.key),
-            evidence.get(c.key),
-            error_of(fits[c.key]) if c.key in fits else None,
-            naming.held_out.get(c.key),
-            alike.get(c.key, ()),
-            naming.witnesses.get(c.key),
-            kinds.get(c.key),
-            found_shape(fits[c.key], c.definition) if c.key in fits else None,
+    before = error_of(base)
+    found = []
+    for c in [*ranked, *rest]:
+        fit, witness = fits.get(c.key), naming.witnesses.get(c.key)
+        found.append(
+            Candidate(
+                effect=c.key,
+                gain=c.gain if fit is None else fit.log_likelihood - base.log_likelihood,
+                evidence_gain=evidence.get(c.key),
+                held_out_gain=naming.held_out.get(c.key),
+                p_value=c.p_family,
+                screened_gain=c.gain,
+                chance_gain=c.null_gain,
+                p_value_alone=c.p_single,
+                error_before_m=before,
+                error_after_m=None if fit is None else error_of(fit),
+                parameters={} if fit is None else fit.parameters(c.key),
+                physics=c.definition.meaning,
+                confounded_with=alike.get(c.key, ()),
+                force_witness=witness and MeasuredAmount(witness.value, witness.se),
+                kinds=kinds.get(c.key),
+                shape=None if fit is None else found_shape(fit, c.definition),
+            )
         )
-        for c in [*ranked, *rest]
-    )
+    return found
+
+
+def _told(found: FoundLaw) -> FittedLaw:
+    form, parameters = found.form, {}
+    for p in form.parameters:
+        low, middle, high = found.quantiles[p.name].tolist()
+        parameters[p.name] = LawParameter(low, middle, high, p.unit)
+    return FittedLaw(form.name, form.key, form.formula, parameters, found.evidence)
 
 
 def look_alikes(fits: Mapping[str, Refit], base: Refit) -> dict[str, tuple[str, ...]]:

@@ -25,6 +25,7 @@ from avahazard.effects.law_forms import LawForm, forms_of, free_curve
 from avahazard.effects.own_file import definition_from
 from avahazard.engine import spread_map
 from avahazard.inference.seeds import generator
+from avahazard.results.diagnosis import Shape
 
 LEVELS = (0.05, 0.5, 0.95)
 PLACES, POINTS = 10, 25
@@ -34,14 +35,6 @@ FITTED, NEAR, NEAR_SHARE = 4, 6.0, 0.1
 a share of what the smooth gains, where the second order is no more exact."""
 RIVAL_SHARE = 0.65
 """Share of the best evidence that a state of the ground may lack before its laws are fitted."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class FoundShape:
-    """A curve with its quantiles `[n_levels, n]` at its places."""
-
-    curve: Curve
-    quantiles: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,13 +55,15 @@ Laws = tuple[FoundLaw, ...]
 """Laws that a smooth may be, the best first."""
 
 
-def found_shape(fit: Refit, entry: Definition) -> FoundShape | None:
+def found_shape(fit: Refit, entry: Definition) -> Shape | None:
     """The curve of a smooth that was fitted, by the posterior; None for what is no curve."""
     curve = entry.curve(fit.facts.get(entry.key, {}))
     if curve is None:
         return None
     curves = fit.drawn(entry.key) @ curve.columns.T
-    return FoundShape(curve, np.quantile(curves, LEVELS, axis=0))
+    low, middle, high = (tuple(row) for row in np.quantile(curves, LEVELS, axis=0).tolist())
+    x = tuple(curve.x.tolist())
+    return Shape(curve.of, curve.unit, curve.value, x, low, middle, high, curve.path)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

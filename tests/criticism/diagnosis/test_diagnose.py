@@ -39,10 +39,10 @@ def test_a_column_that_matters_is_named_as_an_axis() -> None:
     assert found.verdict == "unexplained"
     assert found.missing == ("covariate:column_1",)
     best = found.candidates[0]
-    assert best.key == "covariate:column_1"
-    assert best.fit is not None
+    assert best.effect == "covariate:column_1"
+    assert best.effect in found.fits
     assert best.error_after_m is not None
-    assert best.error_after_m < found.error_before_m
+    assert best.error_after_m < best.error_before_m
     assert best.held_out_gain is not None
     assert best.held_out_gain > 0.0
 
@@ -51,7 +51,7 @@ def test_nothing_is_missing_where_nothing_is() -> None:
     found = on_lengths(0.0, seed=3)
     assert found.verdict == "adequate"
     assert found.missing == ()
-    assert all(c.screened.p_family > 0.05 for c in found.candidates)
+    assert all(c.p_value > 0.05 for c in found.candidates)
     assert not found.heavy_tails
     assert found.detectable.metres > 0.0
     assert 0.02 < found.detectable.share < 0.3
@@ -71,7 +71,7 @@ def test_the_users_own_effect_is_named_before_a_smooth_of_its_column() -> None:
         "covariate:column_1",
     }
     assert found.missing[0] == "first-column"
-    smooth = next(c for c in found.candidates if c.key == "covariate:column_1")
+    smooth = next(c for c in found.candidates if c.effect == "covariate:column_1")
     assert "first-column" in smooth.confounded_with
 
 
@@ -100,9 +100,7 @@ def test_wrong_records_become_suspects_not_an_effect() -> None:
 @pytest.mark.slow
 def test_equal_seeds_give_equal_verdicts() -> None:
     a, b = on_lengths(0.05), on_lengths(0.05)
-    assert [c.screened.p_family for c in a.candidates] == [
-        c.screened.p_family for c in b.candidates
-    ]
+    assert [c.p_value for c in a.candidates] == [c.p_value for c in b.candidates]
     assert a.verdict == b.verdict
 
 

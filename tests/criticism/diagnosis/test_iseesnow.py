@@ -55,7 +55,6 @@ def test_drag_is_named_alone(observations: Observations) -> None:
     found = diagnose(observations, Specification(), {})
     assert (found.verdict, found.missing) == ("missing-effect", (DRAG,))
     leader = found.candidates[0]
-    assert leader.fit is not None
     # To first order at neutral it seems to be no force at all; a short ascent shows it.
-    gained = leader.fit.log_likelihood - found.base.log_likelihood
-    assert leader.screened.gain == pytest.approx(gained, abs=1.0)
+    gained = found.fits[DRAG].log_likelihood - found.base.log_likelihood
+    assert leader.screened_gain == pytest.approx(gained, abs=1.0)

@@ -46,8 +46,7 @@ def test_effects_of_a_set_that_are_both_needed_are_distinguished() -> None:
     more = found.together
     assert more is not None
     assert more.effects == ("by-cold", "by-wind")
-    alone = next(c.fit for c in found.candidates if c.key == "by-cold")
-    assert alone is not None
+    alone = found.fits["by-cold"]
     taken = alone.parameters("by-cold")["by-cold.slope"]
     # What the first took from the second is given back.
     given_back = more.fit.parameters("by-cold")["by-cold.slope"]
@@ -68,7 +67,7 @@ def test_two_that_hide_each_other_are_named_together() -> None:
     assert more is not None
     assert set(more.effects) == {"by-cold", "by-wind"}
     assert found.missing == more.effects[:1]
-    alone = [c.screened.p_family for c in found.candidates if c.key in more.effects]
+    alone = [c.p_value for c in found.candidates if c.effect in more.effects]
     assert min(alone) > 0.03
     assert more.gain_over_best_single > 8.0
     parameters = more.fit.parameters("by-")

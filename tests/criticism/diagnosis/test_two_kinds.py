@@ -98,7 +98,7 @@ def test_a_second_kind_is_named_and_its_model_is_adequate() -> None:
     assert (found.verdict, found.missing) == ("missing-effect", ("two-kinds",))
     best = found.candidates[0]
     assert best.kinds is not None
-    assert best.screened.p_single == pytest.approx(np.exp(-best.screened.gain / CHANCE_GAIN))
+    assert best.p_value_alone == pytest.approx(np.exp(-best.screened_gain / CHANCE_GAIN))
     wider = Specification(law="constant", effects=("two-kinds",))
     assert diagnose(events, wider, {}).verdict == "adequate"
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from avahazard.criticism.diagnosis.diagnose import Findings, diagnose
+from avahazard.criticism.diagnosis.force_witness import ForceWitness
 from avahazard.criticism.scoring.scores import randomised_pit
 from avahazard.criticism.scoring.speed_misfit import matched_speeds
 from avahazard.inference.fitted_model import fitted_model
@@ -64,7 +65,8 @@ def test_uneven_friction_is_no_effect_on_the_motion() -> None:
 def test_drag_is_named_where_friction_is_uneven() -> None:
     found = asked(11, 0.002)
     assert (found.verdict, found.missing) == ("missing-effect", ("turbulent-drag",))
-    drag = next(c for c in found.candidates if c.key == "turbulent-drag")
-    assert drag.force_witness is not None
-    assert not drag.force_witness.denies
-    assert drag.force_witness.value == pytest.approx(0.002, rel=0.3)
+    drag = next(c for c in found.candidates if c.effect == "turbulent-drag")
+    witness, (fitted,) = drag.force_witness, drag.parameters.values()
+    assert witness is not None
+    assert not ForceWitness(witness.value, witness.se, fitted).denies
+    assert witness.value == pytest.approx(0.002, rel=0.3)
