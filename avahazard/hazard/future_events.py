@@ -13,8 +13,12 @@ import numpy as np
 
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.columns import RELEASE_SIGMA, EventColumns, build_columns
-from avahazard.effects.site import Site, build_site, release_places
-from avahazard.inference.model.observations import stated_release_sigma
+from avahazard.effects.site import Site
+from avahazard.inference.model.observations import (
+    release_elevations,
+    released_site,
+    stated_release_sigma,
+)
 from avahazard.inference.seeds import generator
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Event, Records, of_path
@@ -186,19 +190,6 @@ def classes_of(there: Records) -> FutureEvents:
     """The events of one path as classes of future avalanches."""
     ((path,), (profile,)), events = (there.paths, there.profiles), there.events
     smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
-    start = [_start(event, path.release_elevation_m) for event in events]
-    different = list(dict.fromkeys(start))
-    place = dict(zip(different, release_places(smooth, different), strict=True))
-    site = build_site(path, profile, smooth, list(place.values()))
-    elevation = {z: float(smooth.height(x)) for z, x in place.items()}
-    return FutureEvents(
-        site=site,
-        release=np.searchsorted(site.release_x, [place[z] for z in start]),
-        columns=build_columns(
-            events, {path.path_id: path}, np.array([elevation[z] for z in start])
-        ),
-    )
-
-
-def _start(event: Event, own: float | None) -> float | None:
-    return own if event.release_elevation_m is None else event.release_elevation_m
+    site, release = released_site(path, profile, smooth, events)
+    elevation = release_elevations(site)[release]
+    return FutureEvents(site, release, build_columns(events, {path.path_id: path}, elevation))

@@ -25,6 +25,7 @@ from avahazard.inference.fitted_model import FittedModel, table_groups
 from avahazard.inference.likelihood.predicted import Values, front_ahead, fronts
 from avahazard.inference.model.friction_model import FrictionKinds, FrictionModel
 from avahazard.inference.seeds import generator
+from avahazard.notes import Note
 from avahazard.physics.cells import Resistance
 from avahazard.physics.runout_curve import RunoutCurve
 from avahazard.physics.smooth_profile import SmoothProfile
@@ -90,6 +91,8 @@ def _line(profile: Profile) -> tuple[Floats, Floats, Floats, str]:
     return np.empty(0), np.empty(0), np.empty(0), ""
 
 
+WORTH_A_NOTE = 0.05
+"""Share of draws from which something is said of them."""
 MAX_PARAMETERS = 4000
 """Posterior draws that the bounds of a volume take, evenly, of those of the model."""
 MAX_TABLES = 32
@@ -155,18 +158,6 @@ class VolumeFriction(NamedTuple):
     curves: tuple[RunoutCurve, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class RisingFriction:
-    """Share of the draws in which friction is higher at `largest_m3` than at `smallest_m3`.
-
-    These are the ends of the recorded volumes.
-    """
-
-    share: float
-    smallest_m3: float
-    largest_m3: float
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class PathHazard:
     """One path by one model: the unit of work of `hazard` and `zones`, arrays all through.
@@ -174,8 +165,8 @@ class PathHazard:
     `avalanches` are all that come down it, of every volume, at the path's rate (once a year where
     that is not `rate_known`). `draws` are those for the bounds of single volumes, `at_volume` the
     friction of each (m3). Both take the curves of one set of runs. `offset_unknown`: paths differ
-    by the model, and it does not know by how much this one does. `rising`: how sure it is that
-    friction rises with volume.
+    by the model, and it does not know by how much this one does. `rising` says that friction
+    may rise with volume.
     """
 
     path_id: str
@@ -185,7 +176,7 @@ class PathHazard:
     rate_known: bool
     varying: Varying
     offset_unknown: bool
-    rising: RisingFriction | None = None
+    rising: Note | None = None
     recorded: RecordedStops = field(default_factory=RecordedStops)
 
 
@@ -298,15 +289,21 @@ def friction_of_volumes(
 
 def rising_friction(
     friction: FrictionModel, future: FutureEvents, u: Floats, log_volume: Floats
-) -> RisingFriction | None:
-    """Of draws `u` `[n_parameters, n_slots]` over log volumes `[n_events]` (nan: not recorded)."""
+) -> Note | None:
+    """Says that friction rises with volume in some draws `u` `[n_parameters, n_slots]`, if so.
+
+    From the smallest to the largest of log volumes `[n_events]` (nan: not recorded).
+    """
     known = log_volume[np.isfinite(log_volume)]
     if not len(known) or np.ptp(known) == 0.0:
         return None
     ends = np.exp([known.min(), known.max()])
     location, _ = friction_of_volumes(friction, future, u, ends)
     rises = location[:, :, 1].mean(axis=1) > location[:, :, 0].mean(axis=1)
-    return RisingFriction(float(np.mean(rises)), float(ends[0]), float(ends[1]))
+    share, (smallest, largest) = float(np.mean(rises)), (float(f"{v:.2g}") for v in ends)
+    if share <= WORTH_A_NOTE:
+        return None
+    return Note("rising_friction", share=share, smallest=smallest, largest=largest)
 
 
 def limits_of_sight(model: FittedModel, future: FutureEvents, values: Sequence[Values]) -> Floats:

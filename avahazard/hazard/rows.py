@@ -24,7 +24,7 @@ from avahazard.hazard.exceedance import (
 )
 from avahazard.hazard.extremes import ANY_VOLUME_M3
 from avahazard.hazard.frequency import VolumeFrequency
-from avahazard.hazard.path_hazard import PathHazard
+from avahazard.hazard.path_hazard import WORTH_A_NOTE, PathHazard
 from avahazard.inference.model.friction_model import FrictionKinds
 from avahazard.inference.model.friction_scatter import shifted, widening
 from avahazard.inference.seeds import generator
@@ -163,10 +163,6 @@ def scattered_stops(
     return np.where(left, np.inf, place), np.where(left, -np.inf, stop), int(np.sum(held))
 
 
-WORTH_A_NOTE = 0.05
-"""Share of draws from which something is said of them."""
-
-
 def row_notes(path: PathHazard, row: HazardRow) -> tuple[Note, ...]:
     """The notes on one row, without the name of its path."""
     notes = []
@@ -182,12 +178,8 @@ def row_notes(path: PathHazard, row: HazardRow) -> tuple[Note, ...]:
         notes.append(Note("extrapolated", period=period))
     if row.n_nonpositive_friction:
         notes.append(Note("not_positive"))
-    if path.rising is not None and path.rising.share > WORTH_A_NOTE:
-        smallest, largest = (
-            float(f"{v:.2g}") for v in (path.rising.smallest_m3, path.rising.largest_m3)
-        )
-        share = path.rising.share
-        notes.append(Note("rising_friction", share=share, smallest=smallest, largest=largest))
+    if path.rising is not None:
+        notes.append(path.rising)
     return tuple(notes)
 
 

@@ -146,8 +146,7 @@ def test_friction_rises_in_the_draws_whose_law_does() -> None:
     u[:, 1] = [2.0, 1.0, -1.0, 3.0]
     found = rising_friction(law_alone(), future(RELEASES), u, np.log([np.nan, 3e4, 1e4, 2e5]))
     assert found is not None
-    assert found.share == 0.25
-    assert (found.smallest_m3, found.largest_m3) == pytest.approx((1e4, 2e5))
+    assert found.values == {"share": 0.25, "smallest": 1e4, "largest": 2e5}
 
 
 @pytest.mark.parametrize("volumes", [[np.nan, np.nan], [1e4, 1e4, np.nan]])

@@ -218,7 +218,7 @@ def frequency() -> VolumeFrequency:
     """Volumes of a period about which the draws differ."""
     location = np.log(5e4) + np.linspace(-0.5, 0.5, N)
     gev = Gev(np.full(N, 0.1), location, np.full(N, 0.3))
-    return VolumeFrequency("p", GevDraws(np.full(N, 0.4), gev), "a test", pooled=False)
+    return VolumeFrequency("p", GevDraws(np.full(N, 0.4), gev), "a test", False, (0.0, 80.0))
 
 
 def volumes() -> EventVolumes:

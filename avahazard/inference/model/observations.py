@@ -367,25 +367,36 @@ def build_observations(
     known |= {profile.path_id: smooth for profile, smooth in zip(new, _grounds(new), strict=True)}
     runs = runs_by_path(records, prior, forward)
     for name, mine in of_path.items():
-        profile, smooth = profiles[name], known[name]
-        if runs is not None:
-            found, rows = _simulated(paths[name], profile, smooth, [events[i] for i in mine], runs)
-            sites.append(found)
-            release[mine] = rows
-            elevation[mine] = float(smooth.height(found.release_x[0]))
-            continue
-        own = paths[name].release_elevation_m
-        stated = {i: events[i].release_elevation_m for i in mine}
-        start = {i: own if z is None else z for i, z in stated.items()}
-        different = list(dict.fromkeys(start.values()))
-        place = dict(zip(different, release_places(smooth, different), strict=True))
-        keeps = len(sites) < KEPT_SITES
-        site = build_site(paths[name], profile, smooth, list(place.values()), keeps=keeps)
+        ground, own = (paths[name], profiles[name], known[name]), [events[i] for i in mine]
+        if runs is None:
+            site, rows = released_site(*ground, own, keeps=len(sites) < KEPT_SITES)
+        else:
+            site, rows = _simulated(*ground, own, runs)
         sites.append(site)
-        for i in mine:
-            release[i] = np.searchsorted(site.release_x, place[start[i]])
-            elevation[i] = float(smooth.height(place[start[i]]))
+        release[mine], elevation[mine] = rows, release_elevations(site)[rows]
     return _arranged(records, prior, tuple(sites), release, elevation)
+
+
+def released_site(
+    path: Path,
+    profile: Profile,
+    smooth: SmoothProfile,
+    events: Sequence[Event],
+    *,
+    keeps: bool = True,
+) -> tuple[Site, Ints]:
+    """The path cut at the releases of its events, and which of these `[n_events]` is each one's."""
+    own = path.release_elevation_m
+    start = [own if e.release_elevation_m is None else e.release_elevation_m for e in events]
+    different = list(dict.fromkeys(start))
+    place = dict(zip(different, release_places(smooth, different), strict=True))
+    site = build_site(path, profile, smooth, list(place.values()), keeps=keeps)
+    return site, np.searchsorted(site.release_x, [place[z] for z in start])
+
+
+def release_elevations(site: Site) -> Floats:
+    """Elevations (m) of the releases of a site `[n_releases]`."""
+    return np.array([float(site.smooth.height(x)) for x in site.release_x])
 
 
 Runs = Mapping[str, Sequence[Simulation]]
