@@ -124,7 +124,7 @@ class Result:
     @classmethod
     def from_dict(cls, document: dict[str, Any]) -> Self:
         """Return the result of a document that `to_dict` made."""
-        result: Self = _validator(cls)(document)  # type: ignore[arg-type]
+        result: Self = reader_of(cls)(document)  # type: ignore[arg-type]
         return result
 
     def to_frame(self) -> pd.DataFrame:
@@ -201,7 +201,8 @@ class Picture:
 
 
 @cache
-def _validator(kind: Any) -> Callable[[Any], Any]:
+def reader_of(kind: Any) -> Callable[[Any], Any]:
+    """A function that reads a dataclass of this kind from a document that `plain` made of one."""
     from pydantic import TypeAdapter  # noqa: PLC0415 (slow to import)
 
     return TypeAdapter(kind).validate_python

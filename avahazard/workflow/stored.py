@@ -45,7 +45,7 @@ from avahazard.records.collection import (
 )
 from avahazard.records.errors import AvahazardError
 from avahazard.results import calibration as results
-from avahazard.results.base import plain
+from avahazard.results.base import plain, reader_of
 from avahazard.results.calibration import Surroundings
 from avahazard.store import results as store
 from avahazard.store.records import load_records
@@ -232,15 +232,7 @@ def _load(
     stored = store.load_model(session, name)
     own = own_effects(stored, effect_files) if own is None else own
     kept = stored.specification
-    fields = kept["specification"]
-    specification = spec.Specification(
-        **{
-            **fields,
-            "effects": tuple(fields["effects"]),
-            "prior": spec.prior_from_document(fields.get("prior")),
-            "given": tuple(spec.GivenPrior(**told) for told in fields.get("given", ())),
-        }
-    )
+    specification = reader_of(spec.Specification)(kept["specification"])
     effects = build_effects(specification, kept["facts"], own)
     slots = kept["slots"]
     draws = {key: v.ravel() for key, v in store.load_draws(session, stored.calibration).items()}

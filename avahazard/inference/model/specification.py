@@ -11,7 +11,7 @@ has that normal. One that is positive is sampled by its log, and has the lognorm
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -88,18 +88,6 @@ def prior_of_fit(
     slope = ((ahead - behind) / 2e-5 / scale[:, None]).T
     spread = slope @ covariance @ slope.T * (free / (free - 2.0))
     return law_prior(source, law, law.from_natural(natural), spread)
-
-
-def prior_from_document(document: Mapping[str, Any] | None) -> LawPrior | None:
-    """The prior of a stored specification; None where it has none."""
-    if document is None:
-        return None
-    return LawPrior(
-        document["source"],
-        document["law"],
-        tuple(document["mean"]),
-        tuple(map(tuple, document["covariance"])),
-    )
 
 
 GIVEN = "given:"

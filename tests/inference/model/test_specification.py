@@ -21,13 +21,13 @@ from avahazard.inference.model.specification import (
     given_law_prior,
     law_prior,
     positive_parameters,
-    prior_from_document,
     prior_of_fit,
     require_possible,
 )
 from avahazard.inference.paper.least_squares import fit_law
 from avahazard.records.collection import Event, Records
 from avahazard.records.errors import AvahazardError
+from avahazard.results.base import reader_of
 from tests.inference.new_law import halving
 
 EXPONENTIAL = law("exponential")
@@ -82,9 +82,10 @@ def test_another_law_has_its_own_prior() -> None:
 
 
 def test_it_comes_back_from_the_store() -> None:
-    kept = json.loads(json.dumps(asdict(Specification(prior=PRIOR))))
-    assert prior_from_document(kept["prior"]) == PRIOR
-    assert prior_from_document(None) is None
+    given = (GivenPrior("sigma", 0.2, 0.1),)
+    for made in (Specification(prior=PRIOR), Specification(given=given, effects=("season",))):
+        kept = json.loads(json.dumps(asdict(made)))
+        assert reader_of(Specification)(kept) == made
 
 
 @pytest.mark.parametrize(
