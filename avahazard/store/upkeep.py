@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sqlite3
 from collections.abc import Iterator
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, suppress
 from pathlib import Path as FilePath
 
 from sqlalchemy import func, select, text
@@ -94,13 +94,6 @@ def backup(database: str, target: str | FilePath) -> None:
         raise AvahazardError(
             f"{copy} is there already; nothing was written.", "Name a file that is not there."
         )
-    with _copied(database, copy) as part:
-        put_in_place(part, copy)
-
-
-@contextmanager
-def _copied(database: str, target: FilePath) -> Iterator[FilePath]:
-    """A whole copy of `database` beside `target`, under a name that none takes for a copy."""
     url = database_url(database)
     file = sqlite_file(url)
     if file is None:
@@ -110,21 +103,22 @@ def _copied(database: str, target: FilePath) -> Iterator[FilePath]:
             f"Use the database's own tool, such as {TOOLS.get(backend, 'its dump program')}.",
         )
     make_engine(database).dispose()  # says so when the file is missing
-    part = target.with_name(f".{target.name}.{os.getpid()}.part")
+    # Under a name that none takes for a copy.
+    part = copy.with_name(f".{copy.name}.{os.getpid()}.part")
     part.unlink(missing_ok=True)  # of a process that was killed
     try:
         part.open("xb").close()
         with closing(sqlite3.connect(file)) as source, closing(sqlite3.connect(part)) as sink:
             source.backup(sink)
             sink.execute("PRAGMA journal_mode = DELETE")  # the copy is one file
-        yield part
+        put_in_place(part, copy)
     except sqlite3.Error as error:
         raise AvahazardError(
             f"The database {file} could not be copied: {error}",
             "Look at it with `avahazard db check`.",
         ) from error
     except OSError as error:
-        error.filename = str(target)  # the name that was asked for
+        error.filename = str(copy)  # the name that was asked for
         raise
     finally:
         with suppress(OSError):

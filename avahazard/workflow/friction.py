@@ -159,20 +159,28 @@ def from_reference(model: FittedModel) -> Floats:
 
     Less of them, a friction may stand beside the law alone. nan for an event without a volume.
     """
-    friction, columns = model.friction, model.columns
+    middle, by_law, _ = _located(model)
+    return np.where(np.isfinite(model.columns.log_volume), middle - by_law, np.nan)
+
+
+def _located(model: FittedModel) -> tuple[Floats, Floats, Floats]:
+    """Log friction of the events at the median of the posterior, by the law alone, and the scatter.
+
+    `[n_events]` each; an event without a volume has some volume.
+    """
+    friction, columns, layout = model.friction, model.columns, model.layout
     u = np.median(model.draws, axis=0)
     volume = np.exp(columns.log_volume)
     known = np.where(np.isfinite(volume), volume, 1e4)
     events = friction.of_events(columns)
-    location, _ = friction.location_and_scatter(u, known[:, None], events)
-    law = model.layout.law
-    at = location[:, 0] if model.layout.log_scatter else np.log(location[:, 0])
-    added = at - law.log_friction(u[: len(law.coordinates)], known)
+    location, scatter = friction.location_and_scatter(u, known[:, None], events)
+    middle = location[:, 0] if layout.log_scatter else np.log(location[:, 0])
     by_path = [
         float(np.median(model.offsets[p])) if p in model.offsets else 0.0 for p in columns.paths
     ]
-    offsets = np.array([*by_path, 0.0])[columns.path_index]
-    return np.where(np.isfinite(volume), added + offsets, np.nan)
+    middle = middle + np.array([*by_path, 0.0])[columns.path_index]
+    law = layout.law
+    return middle, law.log_friction(u[: len(law.coordinates)], known), scatter[:, 0]
 
 
 def _draws(friction: FrictionModel, u: Floats, volume: Floats) -> Floats:
@@ -201,7 +209,7 @@ def show_frictions(
     """
     plot, model = request.plot, request.model
     require_picture(plot)
-    fitted = None
+    fitted = reference = None
     if model is not None:
         stored, records = load_stored(database, model, request.effect_files)
         fitted = (
@@ -209,6 +217,7 @@ def show_frictions(
         )
         observations = fitted.observations
         found, _ = apparent_friction(fitted)
+        reference = found.mu * np.exp(-from_reference(fitted))
     else:
         with reading(database) as session:
             records = load_records(session)
@@ -217,20 +226,16 @@ def show_frictions(
         observations = build_observations(records)
         found = apparent.back_calculate(observations, predict_records(observations, (), {}))
     frictions = Frictions(
-        events=_events(found, observations),
+        model=model,
+        notes=None if fitted is None else notes_of_fit(fitted),
+        events=_events(found, observations, reference),
         density=friction_densities(found.mu, observations, request.kappa),
         perturbation=perturbation_check(found, observations),
     )
-    if fitted is not None:
-        reference = found.mu * np.exp(-from_reference(fitted))
-        events = zip(frictions.events, reference, strict=True)
-        rows = Rows(replace(event, mu_reference=finite(mu)) for event, mu in events)
-        notes = notes_of_fit(fitted)
-        frictions = replace(frictions, model=model, notes=notes, events=rows)
     if plot is not None:
         from avahazard.report import friction_pictures  # noqa: PLC0415 (slow)
 
-        if fitted is None:
+        if fitted is None or reference is None:
             frictions.plot(plot)
         else:
             volume, view = np.exp(observations.columns.log_volume), friction_view(fitted)
@@ -248,7 +253,9 @@ def _events_of(records: Records, path_id: str) -> tuple[Event, ...]:
     return mine
 
 
-def _events(found: apparent.BackCalculation, observations: Observations) -> Rows[ApparentEvent]:
+def _events(
+    found: apparent.BackCalculation, observations: Observations, reference: Floats | None
+) -> Rows[ApparentEvent]:
     columns = observations.columns
     return Rows(
         ApparentEvent(
@@ -259,6 +266,7 @@ def _events(found: apparent.BackCalculation, observations: Observations) -> Rows
             status=apparent.STATUSES[found.status[i]],
             mu_low=finite(found.mu_low[i]),
             mu_high=finite(found.mu_high[i]),
+            mu_reference=None if reference is None else finite(reference[i]),
         )
         for i, k in enumerate(columns.path_index)
     )
@@ -339,17 +347,11 @@ def standardised_residuals(model: FittedModel) -> tuple[Floats, str]:
         stop = look_up(predicted, median[:, None])[2][:, 0]
         off = (recorded_elevation(model.observations) - stop) / float(np.median(model.sigma_m))
         return np.where(np.isfinite(volume), off, np.nan), "elevation"
-    friction, layout = model.friction, model.layout
-    u = np.median(model.draws, axis=0)
-    known = np.where(np.isfinite(volume), volume, 1e4)[:, None]
-    events = friction.of_events(model.columns)
-    _, scatter = friction.location_and_scatter(u, known, events)
-    law = layout.law
-    reference = law.log_friction(u[: len(law.coordinates)], known[:, 0])
-    middle = reference + from_reference(model)
-    if layout.log_scatter:
-        return (np.log(found.mu) - middle) / scatter[:, 0], "log μ"
-    return (found.mu - np.exp(middle)) / scatter[:, 0], "μ"
+    middle, _, scatter = _located(model)
+    middle = np.where(np.isfinite(volume), middle, np.nan)
+    if model.layout.log_scatter:
+        return (np.log(found.mu) - middle) / scatter, "log μ"
+    return (found.mu - np.exp(middle)) / scatter, "μ"
 
 
 def plot_residuals(stored: FittedModel, file: Path) -> None:
