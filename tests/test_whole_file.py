@@ -7,22 +7,26 @@ from pathlib import Path
 
 import pytest
 
-from avahazard.whole_file import put_in_place
+from avahazard.whole_file import written_whole
 
 
 @pytest.fixture
-def part_and_file(tmp_path: Path) -> tuple[Path, Path]:
-    """Give what is to be put in place, which says new, and the file there, which says old."""
-    part, file = tmp_path / "part", tmp_path / "whole"
-    part.write_bytes(b"new")
+def file(tmp_path: Path) -> Path:
+    """Give a file that says old."""
+    file = tmp_path / "whole.txt"
     file.write_bytes(b"old")
-    return part, file
+    return file
+
+
+def renew(file: Path) -> None:
+    with written_whole(file) as part:
+        assert part.suffix == file.suffix
+        part.write_bytes(b"new")
 
 
 def test_what_is_put_in_place_is_synced_before_it_has_its_name(
-    part_and_file: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
+    file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    part, file = part_and_file
     seen = []
     sync = os.fsync
 
@@ -31,22 +35,22 @@ def test_what_is_put_in_place_is_synced_before_it_has_its_name(
         sync(opened)
 
     monkeypatch.setattr(os, "fsync", watched)
-    put_in_place(part, file)
+    renew(file)
     assert seen[0] == b"old"
     assert seen[1:] == [b"new"]  # the folder, which knows the name
     assert file.read_bytes() == b"new"
-    assert not part.exists()
+    assert list(file.parent.iterdir()) == [file]
 
 
 def test_a_disk_that_refuses_leaves_the_file_as_it_was(
-    part_and_file: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch
+    file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    part, file = part_and_file
 
     def full(_opened: int) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(OSError, match="No space left"):
-        put_in_place(part, file)
+        renew(file)
     assert file.read_bytes() == b"old"
+    assert list(file.parent.iterdir()) == [file]

@@ -16,7 +16,7 @@ from avahazard.results.base import PICTURES
 from avahazard.results.comparison import Comparison, Ladder
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.friction import Frictions
-from avahazard.whole_file import put_in_place
+from avahazard.whole_file import written_whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,12 +42,8 @@ def figure(file: Path, size_in: tuple[float, float]) -> Iterator[Figure]:
     drawn = Figure(figsize=size_in, layout="constrained")
     FigureCanvasAgg(drawn)
     yield drawn
-    part = file.with_name(f".{file.stem}.part{file.suffix}")
-    try:
+    with written_whole(file) as part:
         drawn.savefig(part, dpi=150)
-        put_in_place(part, file)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 @contextmanager

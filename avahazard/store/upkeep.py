@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import sqlite3
 from collections.abc import Iterator
-from contextlib import closing, suppress
+from contextlib import closing
 from pathlib import Path as FilePath
 
 from sqlalchemy import func, select, text
@@ -22,7 +21,7 @@ from avahazard.store.session import (
     make_engine,
     sqlite_file,
 )
-from avahazard.whole_file import put_in_place
+from avahazard.whole_file import written_whole
 
 COUNTED: dict[str, type[tables.Base]] = {
     "paths": tables.PathTable,
@@ -103,15 +102,12 @@ def backup(database: str, target: str | FilePath) -> None:
             f"Use the database's own tool, such as {TOOLS.get(backend, 'its dump program')}.",
         )
     make_engine(database).dispose()  # says so when the file is missing
-    # Under a name that none takes for a copy.
-    part = copy.with_name(f".{copy.name}.{os.getpid()}.part")
-    part.unlink(missing_ok=True)  # of a process that was killed
     try:
-        part.open("xb").close()
-        with closing(sqlite3.connect(file)) as source, closing(sqlite3.connect(part)) as sink:
-            source.backup(sink)
-            sink.execute("PRAGMA journal_mode = DELETE")  # the copy is one file
-        put_in_place(part, copy)
+        with written_whole(copy) as part:
+            part.open("xb").close()
+            with closing(sqlite3.connect(file)) as source, closing(sqlite3.connect(part)) as sink:
+                source.backup(sink)
+                sink.execute("PRAGMA journal_mode = DELETE")  # the copy is one file
     except sqlite3.Error as error:
         raise AvahazardError(
             f"The database {file} could not be copied: {error}",
@@ -120,9 +116,6 @@ def backup(database: str, target: str | FilePath) -> None:
     except OSError as error:
         error.filename = str(copy)  # the name that was asked for
         raise
-    finally:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
 
 
 def check_database(session: Session) -> list[str]:

@@ -21,7 +21,7 @@ from avahazard.results.hazard import HazardRow
 from avahazard.store import results as store
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
-from avahazard.whole_file import put_in_place
+from avahazard.whole_file import written_whole
 from avahazard.workflow.stored import notes_of
 
 if TYPE_CHECKING:
@@ -97,13 +97,8 @@ def replace_file(
             f"{file} is there already, and no export made it; nothing was written.",
             "Name another file, or remove that one first.",
         )
-    part = file.with_name(f".{file.stem}.part{file.suffix}")
-    part.unlink(missing_ok=True)
-    try:
+    with written_whole(file) as part:
         write(part)
-        put_in_place(part, file)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 Documents = Sequence[Mapping[str, Any]]

@@ -50,7 +50,7 @@ from avahazard.store.results import (
     list_models,
 )
 from avahazard.store.session import Session, reading
-from avahazard.whole_file import put_in_place
+from avahazard.whole_file import written_whole
 from avahazard.workflow import friction as frictions
 from avahazard.workflow.calibrate import show_model
 from avahazard.workflow.compare import COORDINATES, RECORD_DRAWS, ladder_rows, latest_comparison
@@ -93,12 +93,10 @@ def write_report(
     content = gather(database, name, request, report)
     with speaking(language):
         text = render(content).encode("utf-8")
-    whole = file.with_name(f".{file.name}.part")
     try:
-        whole.write_bytes(text)
-        put_in_place(whole, file)
+        with written_whole(file) as part:
+            part.write_bytes(text)
     except OSError as error:
-        whole.unlink(missing_ok=True)
         raise AvahazardError(
             f"{file} cannot be written: {error.strerror}.", "Name another file: -o FILE.html."
         ) from error

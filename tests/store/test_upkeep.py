@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -123,15 +125,17 @@ def test_a_copy_has_its_name_when_it_is_whole(
     database: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     copy = tmp_path / "copy.db"
-    put = upkeep.put_in_place
+    whole = upkeep.written_whole
 
-    def watched(part: Path, file: Path) -> None:
-        assert not copy.exists()  # who kills it until now leaves nothing that looks like a copy
-        with reading(str(part)) as session:
-            assert load_records(session).paths == ()
-        put(part, file)
+    @contextmanager
+    def watched(file: Path) -> Iterator[Path]:
+        with whole(file) as part:
+            yield part
+            assert not copy.exists()  # who kills it until now leaves nothing that looks like a copy
+            with reading(str(part)) as session:
+                assert load_records(session).paths == ()
 
-    monkeypatch.setattr(upkeep, "put_in_place", watched)
+    monkeypatch.setattr(upkeep, "written_whole", watched)
     backup(database, copy)
     assert copy.exists()
     assert [file.name for file in tmp_path.iterdir() if ".part" in file.name] == []
