@@ -33,7 +33,7 @@ N_RELEASES = 8
 
 @dataclass(frozen=True, slots=True)
 class ReleaseZone:
-    """Elevations from `low_m` to `high_m`, Beta(a, b) between them; from `n` records.
+    """Elevations from `low_m` to `high_m`, Beta(a, b) between them.
 
     Over the top of a profile stands for its top.
     """
@@ -42,7 +42,6 @@ class ReleaseZone:
     high_m: float
     a: float
     b: float
-    n: int
 
     def elevations(self, n: int = N_RELEASES) -> Floats:
         """Elevations (m) `[n]` in the middle of n equally probable parts, lowest first."""
@@ -73,7 +72,7 @@ def release_zone(
     mean, variance = float(np.mean(share)), float(np.var(share, ddof=1))
     # Beta's variance is under mean (1 - mean): at the limit all mass lies at the ends.
     strength = max(mean * (1.0 - mean) / variance - 1.0, 0.1)
-    return ReleaseZone(low, high, mean * strength, (1.0 - mean) * strength, n)
+    return ReleaseZone(low, high, mean * strength, (1.0 - mean) * strength)
 
 
 def without_error(elevations: Floats, sigma: Floats | float) -> Floats:
@@ -96,7 +95,7 @@ def stated_zone(elevation_m: float, sigma_m: float) -> ReleaseZone | None:
     side = float(np.sqrt(3.0)) * sigma_m
     if 2.0 * side < LEAST_SPREAD_M:
         return None
-    return ReleaseZone(elevation_m - side, elevation_m + side, 1.0, 1.0, 0)
+    return ReleaseZone(elevation_m - side, elevation_m + side, 1.0, 1.0)
 
 
 def path_release_zone(records: Records, path_id: str) -> ReleaseZone | None:

@@ -129,12 +129,11 @@ def left_by_chance(
 
 
 def look_up(
-    tables: Predicted, friction: Floats, broken: NDArray[np.bool_] | None = None
+    tables: Predicted, friction: Floats
 ) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
     """Records, places and elevations at drawn frictions `[n_events, n_draws]`.
 
-    Draws with μ ≤ 0 left. `broken` are the broken cells of the tables' curves, where many look-ups
-    share them.
+    Draws with μ ≤ 0 left.
     """
     straight = np.isnan(tables.elevation).all(axis=1)
     # Without a profile the energy line holds exactly, for any friction: L = H / μ.
@@ -150,9 +149,7 @@ def look_up(
     for first in range(0, len(friction), n_rows):
         some = slice(first, first + n_rows)
         curve = tables.curve[some]
-        cell, share = located(
-            steps_of(friction[some]), curve.broken if broken is None else broken[some]
-        )
+        cell, share = located(steps_of(friction[some]), curve.broken)
         record[some] = between(tables.record[some], cell, share)
         x[some], elevation[some] = between(curve.x, cell, share), between(curve.y, cell, share)
         left[some] = (nearest(curve.status, cell, share) == LEFT_PROFILE) | (friction[some] <= 0.0)

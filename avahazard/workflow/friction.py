@@ -89,7 +89,7 @@ def perturbation_check(
     found: apparent.BackCalculation, observations: Observations
 ) -> PerturbationCheck:
     """What the errors of the records do to the frictions, and to the law fitted to them."""
-    sd = found.perturbation.mu_sd[np.isfinite(found.perturbation.mu_sd)]
+    sd = found.mu_sd[np.isfinite(found.mu_sd)]
     volume = np.exp(observations.columns.log_volume)
     check = PerturbationCheck(
         n_replicates=apparent.N_REPLICATES,
@@ -101,10 +101,11 @@ def perturbation_check(
     )
     try:
         fit = fit_law(law(LAW), volume, found.mu)
-        mean, spread = found.perturbation.law_spread(law(LAW), volume)
+        moved = np.array([fit_law(law(LAW), volume, mu).parameters for mu in found.moved])
     except AvahazardError:  # too few events with a volume for a law
         return check
-    figures = np.column_stack([fit.parameters, fit.standard_errors, mean, spread]).tolist()
+    spread = moved.mean(axis=0), moved.std(axis=0, ddof=1)
+    figures = np.column_stack([fit.parameters, fit.standard_errors, *spread]).tolist()
     parameters = {
         name: PerturbedParameter(*row) for name, row in zip(fit.law.names, figures, strict=True)
     }
@@ -262,7 +263,7 @@ def _events(
             event_id=columns.event_id[i],
             path_id=columns.paths[k] if k >= 0 else None,
             mu=finite(found.mu[i]),
-            mu_sd=finite(found.perturbation.mu_sd[i]),
+            mu_sd=finite(found.mu_sd[i]),
             status=apparent.STATUSES[found.status[i]],
             mu_low=finite(found.mu_low[i]),
             mu_high=finite(found.mu_high[i]),

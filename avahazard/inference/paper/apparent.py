@@ -25,9 +25,7 @@ import numpy as np
 
 from avahazard.arrays import Bools, Floats, Ints
 from avahazard.inference.likelihood.predicted import Predicted
-from avahazard.inference.model.laws import Law
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, Observations
-from avahazard.inference.paper.least_squares import fit_law
 from avahazard.inference.seeds import generator
 from avahazard.kernels import kernel
 from avahazard.physics.block import NOT_RELEASED, STOPPED
@@ -65,29 +63,15 @@ class ApparentFriction:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Perturbation:
-    """`mu` [n_replicates, n_events], nan where no friction stops at the moved record.
+class BackCalculation(ApparentFriction):
+    """Apparent friction of events, each `[n_events]`, and that of records moved by their errors.
 
-    `mu_sd` [n_events] is its spread, nan where fewer than half of the replicates have a friction.
+    `moved` `[N_REPLICATES, n_events]`, nan where no friction stops at the moved record; `mu_sd`
+    `[n_events]` is its spread, nan where fewer than half of the replicates have a friction.
     """
 
-    mu: Floats
+    moved: Floats
     mu_sd: Floats
-
-    def law_spread(self, law: Law, volume: Floats) -> tuple[Floats, Floats]:
-        """Mean and sd [n_parameters] of the law's parameters, refitted to every replicate.
-
-        `volume` [n_events] in m3. Raises `AvahazardError` when there are too few events.
-        """
-        fitted = np.array([fit_law(law, volume, mu).parameters for mu in self.mu])
-        return fitted.mean(axis=0), fitted.std(axis=0, ddof=1)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class BackCalculation(ApparentFriction):
-    """Apparent friction of events, each `[n_events]`, and that of the moved records."""
-
-    perturbation: Perturbation
 
 
 def back_calculate(observations: Observations, predicted: Predicted) -> BackCalculation:
@@ -115,23 +99,16 @@ def back_calculate(observations: Observations, predicted: Predicted) -> BackCalc
         held_from = np.where(held.any(axis=1), MU[held.argmax(axis=1)], np.inf)
         high[rows] = np.minimum(inverse.mu_high, held_from)
         status[rows] = inverse.status
-        spread = perturb(
-            records[rows], observations.sigma[rows], *tables, seed=SEED, n_replicates=N_REPLICATES
-        )
-        moved[:, rows], sd[rows] = spread.mu, spread.mu_sd
+        moved[:, rows], sd[rows] = perturb(records[rows], observations.sigma[rows], *tables)
     if np.any(straight):
-        moved[:, straight] = _perturb_straight(observations, straight)
+        noise = generator(SEED, "perturbation", "straight").standard_normal(
+            (N_REPLICATES, int(np.sum(straight)))
+        )
+        length = observations.observed[straight] + observations.sigma[straight] * noise
+        fall = observations.fall_height[straight]
+        moved[:, straight] = np.where(length > 0.0, fall / length, np.nan)
         sd[straight] = np.nanstd(moved[:, straight], axis=0, ddof=1)
-    return BackCalculation(mu, low, high, status, Perturbation(moved, sd))
-
-
-def _perturb_straight(observations: Observations, straight: Bools) -> Floats:
-    """H/L of moved lengths, `[N_REPLICATES, n_straight]`; nan where a length fell below zero."""
-    noise = generator(SEED, "perturbation", "straight").standard_normal(
-        (N_REPLICATES, int(np.sum(straight)))
-    )
-    length = observations.observed[straight] + observations.sigma[straight] * noise
-    return np.where(length > 0.0, observations.fall_height[straight] / length, np.nan)
+    return BackCalculation(mu, low, high, status, moved, sd)
 
 
 def apparent_friction(
@@ -157,12 +134,13 @@ def perturb(
     stop_y: Floats,
     curves: RunoutCurve,
     *,
-    seed: int,
+    seed: int = SEED,
     n_replicates: int = N_REPLICATES,
-) -> Perturbation:
-    """Apparent friction of `n_replicates` sets of records, each moved by its normal error.
+) -> tuple[Floats, Floats]:
+    """Apparent friction `[n_replicates, n_events]` of records moved by their normal errors.
 
-    `runout`, `runout_sigma` [n_events] in m; the curves as in `apparent_friction`.
+    `runout`, `runout_sigma` [n_events] in m; the curves as in `apparent_friction`. Returns `moved`
+    and `mu_sd` as in `BackCalculation`.
     """
     noise = generator(seed, "perturbation").standard_normal((n_replicates, runout.size))
     mu = apparent_friction(runout + runout_sigma * noise, table, stop_y, curves).mu
@@ -171,7 +149,7 @@ def perturb(
         found = mu[np.isfinite(mu[:, i]), i]
         if found.size > 1 and found.size >= ENOUGH * n_replicates:
             mu_sd[i] = found.std(ddof=1)
-    return Perturbation(mu, mu_sd)
+    return mu, mu_sd
 
 
 @kernel
