@@ -60,20 +60,17 @@ def dispersed_state(
 ) -> State:
     """Starts of the chains, dispersed about the mode where the density is not zero."""
     factor = np.asarray(np.linalg.cholesky(mode.covariance), dtype=np.float64)
-    starts = [_dispersed(posterior, mode, factor, rng) for rng in generators]
-    return State(np.array([u for u, _ in starts]), np.array([v for _, v in starts]), generators)
 
-
-def _dispersed(
-    posterior: Posterior, mode: Mode, factor: Floats, rng: np.random.Generator
-) -> tuple[Floats, float]:
-    for scale in (DISPERSION, 1.0, 0.3, 0.1, 0.03):
-        for _ in range(20):
+    def start(rng: np.random.Generator) -> tuple[Floats, float]:
+        for scale in np.repeat((DISPERSION, 1.0, 0.3, 0.1, 0.03), 20).tolist():
             u = mode.u + scale * factor @ rng.standard_normal(len(mode.u))
             value = posterior.log_density(u)
             if np.isfinite(value):
                 return u, value
-    return mode.u.copy(), posterior.log_density(mode.u)
+        return mode.u, posterior.log_density(mode.u)
+
+    u, value = zip(*map(start, generators), strict=True)
+    return State(np.array(u), np.array(value), generators)
 
 
 def walk(

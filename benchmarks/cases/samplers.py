@@ -90,7 +90,7 @@ def mh_emcee() -> Row:
 
     def ours() -> float:
         begin = time.perf_counter()
-        found = (-0.5, 0.0), start, np.diag([0.03, 0.15]), next(seeds), 4, N_DRAWS, 2400
+        found = (-0.5, 0.0), start, np.diag([0.03, 0.15]), next(seeds), 4, N_DRAWS
         draws, sigma, _ = walk(records, mean, sd, *found)
         taken = time.perf_counter() - begin
         both = np.concatenate([draws, np.log(sigma)[..., None]], axis=2)

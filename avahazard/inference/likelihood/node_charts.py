@@ -146,12 +146,6 @@ class Part(NamedTuple):
     runs: KeptRuns
 
 
-def in_parts(observations: Observations) -> bool:
-    """Whether the events are many, on profiles and without speeds."""
-    many = observations.n_events > MANY_EVENTS
-    return many and len(observations.sites) > 1 and not observations.speeds
-
-
 class NodeCharts:
     """What the records say of friction, for every value of the parameters that shape the tables.
 
@@ -178,7 +172,8 @@ class NodeCharts:
         of_block = effects, curvature, self._in_sight
         self._runs = KeptRuns(observations, *of_block)
         self._parts = [Part(np.arange(observations.n_events), observations, self._runs)]
-        if in_parts(observations):
+        many = observations.n_events > MANY_EVENTS and len(observations.sites) > 1
+        if many and not observations.speeds:
             events = whole_paths(observations, EVENTS_AT_ONCE)
             parts = [(mine, part_of(observations, mine)) for mine in events]
             self._parts = [Part(*part, KeptRuns(part[1], *of_block)) for part in parts]

@@ -144,31 +144,21 @@ def _speeds_of(
     near: NearStops,
 ) -> tuple[Floats, JumpedStop]:
     """The speeds of a track, at the frictions that were run, and where F jumps over its stop."""
-    release = observations.release[track.event]
+    release = int(observations.release[track.event])
     site = observations.sites[int(observations.columns.path_index[track.event])]
+    release_x = float(site.release_x[release])
     some = slice(int(near.first[release]), int(near.end[release]))
-    speeds = site.speeds(cells, float(site.release_x[release]), track.x, some)
-    return speeds, _jumped(observations, track, near.curve, cells)
-
-
-def _jumped(
-    observations: Observations, track: SpeedRecord, table: RunoutCurve, cells: Cells
-) -> JumpedStop:
-    """Where F jumps over the stop of a track."""
-    i = track.event
-    none = JumpedStop(-1, np.zeros(len(track.x)))
-    if observations.kind[i] == LEFT:
-        return none
-    curve = table[int(observations.release[i])]
-    passes = curve.left | (curve.x > track.stop_x)
-    ends = np.flatnonzero(passes[:-1] & ~passes[1:])
-    over = [cell for cell in ends.tolist() if curve.is_broken(cell)]
+    speeds = site.speeds(cells, release_x, track.x, some)
+    over: list[int] = []
+    if observations.kind[track.event] != LEFT:
+        curve = near.curve[release]
+        passes = curve.left | (curve.x > track.stop_x)
+        ends = np.flatnonzero(passes[:-1] & ~passes[1:])
+        over = [cell for cell in ends.tolist() if curve.is_broken(cell)]
     if not over:
-        return none
-    site = observations.sites[int(observations.columns.path_index[i])]
-    release_x = float(site.release_x[observations.release[i]])
+        return speeds, JumpedStop(-1, np.zeros(len(track.x)))
     square = site.squares_to_rest(cells, release_x, track.stop_x, track.x)
-    return JumpedStop(int(over[-1]), square)
+    return speeds, JumpedStop(int(over[-1]), square)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats
 from avahazard.inference.fitted_model import Chains, FittedModel, chains, fitted_model, in_slots
 from avahazard.inference.likelihood.assemble import assemble
-from avahazard.inference.likelihood.predicted import Predicted, predict_records
+from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.choices import MethodName
 from avahazard.inference.model.laws import Law, law
 from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.apparent import back_calculate
-from avahazard.inference.paper.metropolis import metropolis
+from avahazard.inference.paper.metropolis import metropolis, runout_records
 from avahazard.inference.seeds import generator
 from avahazard.kernels import kernel
 from avahazard.notes import Note
@@ -96,9 +96,13 @@ def calibrate_paper(
         drawn = gibbs(chosen, volume, mu[keep], **length)
     else:
         stops = recorded_elevation(observations)[keep]
-        tables = *_tables(observations, predicted, keep), float(MU[EVEN][0]), MU_STEP
-        start = chosen.start(volume, mu[keep])
-        drawn = metropolis(chosen, volume, stops, *tables, start, **length)
+        # A table for each path and release, over the frictions with one spacing, for which the
+        # method's loops are made.
+        places = np.column_stack([observations.columns.path_index, observations.release])[keep]
+        _, first, row = np.unique(places, axis=0, return_index=True, return_inverse=True)
+        tables = row.ravel(), predicted.elevation[keep][first][:, EVEN], float(MU[EVEN][0]), MU_STEP
+        records = runout_records(chosen, volume, stops, *tables)
+        drawn = metropolis(chosen, volume, records, chosen.start(volume, mu[keep]), **length)
     if np.any(drawn.draws[..., -1] <= 0.0):
         raise AvahazardError(
             "One friction law stops every block exactly where its record says, which leaves no "
@@ -162,19 +166,6 @@ def _usable(
             "Take --method marginal, or import more events.",
         )
     return keep, left_out
-
-
-def _tables(
-    observations: Observations, predicted: Predicted, keep: NDArray[np.bool_]
-) -> tuple[NDArray[np.int64], Floats]:
-    """Row `[n_kept]` of each event's table, and the tables `[n_tables, n_friction]`.
-
-    One for each path and release, over the frictions with one spacing, for which the method's loops
-    are made.
-    """
-    places = np.column_stack([observations.columns.path_index, observations.release])[keep]
-    _, first, row = np.unique(places, axis=0, return_index=True, return_inverse=True)
-    return row.ravel(), predicted.elevation[keep][first][:, EVEN]
 
 
 N_BURN = 200  # far more than two nearly independent normals need

@@ -24,6 +24,7 @@ from avahazard.kernels import kernel
 
 FLAT_ON_SIGMA = (-0.5, 0.0)  # inverse-gamma shape and scale of σ² whose limit is flat on σ
 TARGET_ACCEPTANCE = 0.35
+WARM_UP = 2400
 WINDOWS = 12  # of the warm-up; the shape of the proposal is frozen in the last third
 LOG_SCATTER = 0.2  # of log friction, for the first proposals only
 FAST_BUT_NAN = {"reassoc", "contract", "nsz", "arcp"}  # all but nnan and ninf
@@ -50,11 +51,7 @@ class FitRecords(NamedTuple):
 def metropolis(
     law: Law,
     volume: Floats,
-    runout: Floats,
-    table: Ints,
-    stop_y: Floats,
-    mu_min: float,
-    mu_step: float,
+    records: FitRecords,
     start: Floats,
     *,
     seed: int,
@@ -63,21 +60,18 @@ def metropolis(
     sigma_prior: tuple[float, float] = FLAT_ON_SIGMA,
     n_chains: int = 4,
     n_draws: int = 5000,
-    n_warmup: int = 2400,
 ) -> Chains:
     """Posterior draws of the law's natural parameters and of sigma, m.
 
-    `volume` [n_events] in m3, `runout` [n_events] the recorded elevations in m, `table` [n_events]
-    the row of `stop_y` [n_tables, n_mu] of each event, `start` [n_coordinates] from `Law.start`.
-    Priors are independent normals on the law's coordinates (by default the law's own; an infinite
-    sd is flat) and inverse gamma (shape, scale) on σ².
+    `volume` [n_events] in m3, `records` from `runout_records`, `start` [n_coordinates] from
+    `Law.start`. Priors are independent normals on the law's coordinates (by default the law's own;
+    an infinite sd is flat) and inverse gamma (shape, scale) on σ².
     """
-    records = runout_records(law, volume, runout, table, stop_y, mu_min, mu_step)
     mean = law.prior_mean if prior_mean is None else prior_mean
     sd = law.prior_sd if prior_sd is None else prior_sd
     spread = _first_spread(law, volume, start, sd)
     draws, sigma, acceptance = walk(
-        records, mean, sd, sigma_prior, start, spread, seed, n_chains, n_draws, n_warmup
+        records, mean, sd, sigma_prior, start, spread, seed, n_chains, n_draws
     )
     natural = np.concatenate([law.to_natural(draws), sigma[..., None]], axis=2)
     return chains((*law.names, "sigma"), (*law.units, "m"), natural, acceptance)
@@ -93,7 +87,7 @@ def walk(
     seed: int,
     n_chains: int,
     n_draws: int,
-    n_warmup: int,
+    n_warmup: int = WARM_UP,
 ) -> tuple[Floats, Floats, Floats]:
     """Draws [n_chains, n_draws, n_coordinates], sigma [n_chains, n_draws], acceptance [n_chains].
 

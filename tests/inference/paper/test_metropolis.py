@@ -23,10 +23,9 @@ from tests.inference.worlds import MU, MU_MIN, MU_STEP, runouts
 
 def _calibrate(name: str, data, *, seed: int = 1, **settings):
     volume, runout, table, stop_y = data
-    start = law(name).prior_mean
-    return metropolis(
-        law(name), volume, runout, table, stop_y, MU_MIN, MU_STEP, start, seed=seed, **settings
-    )
+    item = law(name)
+    records = runout_records(item, volume, runout, table, stop_y, MU_MIN, MU_STEP)
+    return metropolis(item, volume, records, item.prior_mean, seed=seed, **settings)
 
 
 @pytest.mark.parametrize("sigma_prior", [FLAT_ON_SIGMA, (3.0, 2.0e4)])

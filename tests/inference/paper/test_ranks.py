@@ -16,7 +16,7 @@ from scipy import stats
 from avahazard.inference.model.laws import Law, law
 from avahazard.inference.paper.calibration import WEAK_ON_SIGMA, gibbs
 from avahazard.inference.paper.least_squares import fit_law
-from avahazard.inference.paper.metropolis import metropolis
+from avahazard.inference.paper.metropolis import metropolis, runout_records
 from avahazard.inference.seeds import generator
 from avahazard.physics.runout_curve import EVEN, MU, MU_STEP
 from tests.inference.sbc import LEVEL, N_DRAWS, least_p, rank
@@ -60,10 +60,9 @@ def metropolis_ranks(chosen: Law, seed: int, rng: Rng, fault: float) -> np.ndarr
     mu = np.exp(chosen.log_friction(u, volume))
     stop = np.array([np.interp(m, MU[EVEN], table[k]) for m, k in zip(mu, row, strict=True)])
     runout = stop + (1.0 + fault) * sigma * rng.standard_normal(N_EVENTS)
-    found = metropolis(
-        *(chosen, volume, runout, row, table, float(MU[EVEN][0]), MU_STEP, mean),
-        seed=seed, prior_mean=mean, prior_sd=sd, sigma_prior=SQUARE, n_chains=2,
-    ).pooled()  # fmt: skip
+    records = runout_records(chosen, volume, runout, row, table, float(MU[EVEN][0]), MU_STEP)
+    priors = {"prior_mean": mean, "prior_sd": sd, "sigma_prior": SQUARE}
+    found = metropolis(chosen, volume, records, mean, seed=seed, n_chains=2, **priors).pooled()
     truth, free = chosen.to_natural(u), np.ones(len(chosen.names) + 1, dtype=bool)
     if chosen.name == "rational":
         free[1] = False  # b is 1
