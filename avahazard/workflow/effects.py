@@ -32,6 +32,7 @@ from avahazard.results.calibration import (
 from avahazard.store.records import load_records
 from avahazard.store.results import StoredModel
 from avahazard.store.session import reading
+from avahazard.whole_file import written_whole
 
 NO_DATA = "there are no events yet"
 
@@ -78,18 +79,12 @@ def write_template(file: Path) -> WrittenTemplate:
 
 def write_effect_file(file: Path, text: str) -> WrittenTemplate:
     """Write a new effect file. Raises `AvahazardError` where it exists."""
-    try:
-        stream = file.open("x", encoding="utf-8")
-    except FileExistsError as error:
+    if file.exists():
         raise AvahazardError(
             f"{file} is there already and is not overwritten.", "Name another file."
-        ) from error
-    try:
-        with stream:
-            stream.write(text)
-    except BaseException:
-        file.unlink(missing_ok=True)
-        raise
+        )
+    with written_whole(file) as part:
+        part.write_text(text, encoding="utf-8")
     return WrittenTemplate(str(file))
 
 

@@ -285,19 +285,6 @@ def fit_laws(database: str, path_id: str | None = None, plot: Path | None = None
         records = load_records(session)
     observations = build_observations(only_paths(records, () if path_id is None else (path_id,)))
     mu = apparent.back_calculate(observations, predict_records(observations, (), {})).mu
-    found, volume, mu = fit_laws_of(observations, mu)
-    if plot is not None:
-        from avahazard.report.friction_pictures import draw_laws  # noqa: PLC0415 (slow)
-
-        draw_laws(plot, found, volume, mu)
-    return found
-
-
-def fit_laws_of(observations: Observations, mu: Floats) -> tuple[Fits, Floats, Floats]:
-    """Every law fitted to apparent frictions `mu` `[n_events]`; the points (V, μ) `[n]` it took.
-
-    Raises `AvahazardError` where fewer than two events have both.
-    """
     volume = np.exp(observations.columns.log_volume)
     n_events = int(np.sum(np.isfinite(mu) & np.isfinite(volume)))
     if n_events < 2:
@@ -313,7 +300,12 @@ def fit_laws_of(observations: Observations, mu: Floats) -> tuple[Fits, Floats, F
             "without a volume, or stopped where no friction stops the block (see "
             "`avahazard friction`)."
         )
-    return Fits(Rows(_entry(fit, n_events) for fit in fits), tuple(notes)), *usable(volume, mu)
+    found = Fits(Rows(_entry(fit, n_events) for fit in fits), tuple(notes))
+    if plot is not None:
+        from avahazard.report.friction_pictures import draw_laws  # noqa: PLC0415 (slow)
+
+        draw_laws(plot, found, *usable(volume, mu))
+    return found
 
 
 def _entry(fit: LawFit, n_events: int) -> LeastSquares:
