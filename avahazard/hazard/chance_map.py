@@ -115,18 +115,8 @@ def annual_chance(avalanches: Avalanches, field: FrictionField) -> Floats:
 
 def _part(avalanches: Avalanches, draws: Ints) -> Avalanches:
     """The same with some of its draws, and one class where all are alike in their friction."""
-    volumes = avalanches.volumes
-    location, scatter = avalanches.location[draws], avalanches.scatter[draws]
-    share = avalanches.class_share
-    if not np.any(np.ptp(location, axis=1)) and not np.any(np.ptp(scatter, axis=1)):
-        location, scatter, share = location[:, :1], scatter[:, :1], np.ones(1)
-    return replace(
-        avalanches,
-        volumes=replace(volumes, rate=volumes.rate[draws], share=volumes.share[draws]),
-        kind_share=avalanches.kind_share[draws],
-        class_share=share,
-        location=location,
-        scatter=scatter,
-        group=avalanches.group[draws],
-        sigma_m=None,
-    )
+    part = avalanches.of_draws(lambda values: values[draws], avalanches.group[draws])
+    location, scatter = part.location, part.scatter
+    if np.any(np.ptp(location, axis=1)) or np.any(np.ptp(scatter, axis=1)):
+        return part
+    return replace(part, location=location[:, :1], scatter=scatter[:, :1], class_share=np.ones(1))

@@ -8,15 +8,14 @@ came, by the friction of the model.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from functools import lru_cache
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Floats, Ints
 from avahazard.effects.site import Site, release_place
 from avahazard.hazard.extremes import EventVolumes, annual_rate
 from avahazard.hazard.passing_kernel import (
@@ -36,7 +35,7 @@ LEAST_SCATTER = 1e-9
 HALVINGS = 24
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Avalanches:
     """Avalanches of one path: classes of release and columns, volumes, and posterior draws.
 
@@ -47,8 +46,7 @@ class Avalanches:
     of which each has its `share` `[n_parameters, n_nodes]`. Path offsets are in them. Draw p runs
     by `curves[group[p]]`, of which row c is that of class c; `values` are the effects' parameters
     there, and `ahead` `[n_groups][n_classes]` is how far (m) the front is ahead of the block.
-    `sigma_m` `[n_parameters]`: the stops scatter in metres instead (metropolis). `kept` is for what
-    is made of these once.
+    `sigma_m` `[n_parameters]`: the stops scatter in metres instead (metropolis).
     """
 
     site: Site
@@ -66,7 +64,6 @@ class Avalanches:
     in_log: bool
     student: bool
     sigma_m: Floats | None
-    kept: dict[str, Any] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def n_parameters(self) -> int:
@@ -83,6 +80,35 @@ class Avalanches:
         """Share of the avalanches of each volume and kind, `[n_parameters, n_nodes]`."""
         each = self.kind_share[:, :, None] * self.volumes.share[:, None]
         return np.asarray(each.reshape(len(each), -1))
+
+    @cached_property
+    def descent(self) -> Descent:
+        """The same as the kernels take it."""
+        falling, broken, ends = stops(self.curves)
+        shares, kind = friction_shares(self, ends)
+        return Descent(
+            falling=falling,
+            broken=broken,
+            group=self.group,
+            class_share=self.class_share,
+            rate=self.volumes.rate,
+            kind=kind,
+            shares=shares,
+            in_log=self.in_log,
+        )
+
+    def of_draws(self, of: Callable[[Floats], Floats], group: Ints) -> Avalanches:
+        """The same with other draws: `of` makes each array `[n_parameters, …]` of that of these."""
+        rate, share = of(self.volumes.rate), of(self.volumes.share)
+        return replace(
+            self,
+            volumes=replace(self.volumes, rate=rate, share=share),
+            kind_share=of(self.kind_share),
+            location=of(self.location),
+            scatter=of(self.scatter),
+            group=group,
+            sigma_m=None if self.sigma_m is None else of(self.sigma_m),
+        )
 
 
 def least_scatter(avalanches: Avalanches) -> Floats:
@@ -145,7 +171,7 @@ QUANTILES = (0.05, 0.5, 0.95)
 def rates_past(avalanches: Avalanches, x: Floats) -> Floats:
     """Yearly rates `[n_places, n_parameters]` of what stops beyond places x (m), or leaves."""
     if avalanches.sigma_m is None:
-        return np.asarray(rates_at(descent(avalanches), np.ascontiguousarray(x, np.float64)))
+        return np.asarray(rates_at(avalanches.descent, np.ascontiguousarray(x, np.float64)))
     rate = _rate_in_metres(avalanches)
     return np.array([rate(np.full(avalanches.n_parameters, place)) for place in x])
 
@@ -159,7 +185,7 @@ def places_passed(avalanches: Avalanches, rate: Floats | float) -> Floats:
     ends = path_ends(avalanches)
     if avalanches.sigma_m is None:
         levels = rate * np.ones(avalanches.n_parameters)
-        return np.asarray(exceeded_places(descent(avalanches), levels, *ends, HALVINGS))
+        return np.asarray(exceeded_places(avalanches.descent, levels, *ends, HALVINGS))
     n = max(avalanches.n_parameters, np.size(rate))
     return exceeded(_rate_in_metres(avalanches), rate, *ends, n)
 
@@ -167,25 +193,6 @@ def places_passed(avalanches: Avalanches, rate: Floats | float) -> Floats:
 def path_ends(avalanches: Avalanches) -> tuple[float, float]:
     """The highest release and the end of the profile, x in m."""
     return float(avalanches.site.release_x.min()), float(avalanches.site.smooth.x_max)
-
-
-def descent(avalanches: Avalanches) -> Descent:
-    """The avalanches as the kernels take them; kept with them."""
-    if "descent" not in avalanches.kept:
-        falling, broken, ends = stops(avalanches.curves)
-        shares, kind = friction_shares(avalanches, ends)
-        avalanches.kept["descent"] = Descent(
-            falling=falling,
-            broken=broken,
-            group=avalanches.group,
-            class_share=avalanches.class_share,
-            rate=avalanches.volumes.rate,
-            kind=kind,
-            shares=shares,
-            in_log=avalanches.in_log,
-        )
-    found: Descent = avalanches.kept["descent"]
-    return found
 
 
 def friction_shares(
@@ -374,17 +381,9 @@ def at_the_middle(avalanches: Avalanches) -> Avalanches:
     def middle(values: Floats) -> Floats:
         return np.asarray(np.median(values, axis=0, keepdims=True))
 
-    share = middle(avalanches.volumes.share)
-    share /= share.sum(axis=1, keepdims=True)
-    return replace(
-        avalanches,
-        volumes=EventVolumes(middle(avalanches.volumes.rate), avalanches.volumes.log_volume, share),
-        kind_share=middle(avalanches.kind_share),
-        location=middle(avalanches.location),
-        scatter=middle(avalanches.scatter),
-        group=avalanches.group[[avalanches.n_parameters // 2]],
-        sigma_m=None if avalanches.sigma_m is None else middle(avalanches.sigma_m),
-    )
+    one = avalanches.of_draws(middle, avalanches.group[[avalanches.n_parameters // 2]])
+    share = one.volumes.share / one.volumes.share.sum(axis=1, keepdims=True)
+    return replace(one, volumes=replace(one.volumes, share=share))
 
 
 LEAST_SEEN = 0.05

@@ -185,7 +185,7 @@ def row_notes(path: PathHazard, row: HazardRow) -> tuple[Note, ...]:
 
 def row_interval(path: PathHazard, return_period: bool) -> Note:
     """What varies within the 5 to 95 % of a row."""
-    parts = [*natural_parts(path), Note("of_parameters"), *_unknown_path(path)]
+    parts = [*natural_parts(path), *_parameter_parts(path)]
     if not path.varying.volume:
         return Note("interval_any", parts=parts)
     return Note("interval_period" if return_period else "interval_volume", parts=parts)
@@ -198,7 +198,7 @@ def natural_interval(path: PathHazard) -> Note:
 
 def parameters_interval(path: PathHazard, *, return_period: bool) -> Note:
     """What varies in `parameters`."""
-    parts = [Note("of_parameters"), *_unknown_path(path)]
+    parts = _parameter_parts(path)
     if return_period and path.varying.volume:
         parts.append(Note("of_volume_error"))
     return Note("interval_parameters", parts=parts)
@@ -207,7 +207,7 @@ def parameters_interval(path: PathHazard, *, return_period: bool) -> Note:
 def design_interval(path: PathHazard) -> Note:
     """What varies in `design`, and what is mixed."""
     mixed = natural_parts(path)
-    parts = [Note("of_parameters"), *_unknown_path(path), Note("of_rate_error")]
+    parts = [*_parameter_parts(path), Note("of_rate_error")]
     if path.varying.volume:
         mixed.insert(0, Note("of_all_volumes"))
         parts.append(Note("of_frequency_error"))
@@ -231,8 +231,9 @@ def natural_parts(path: PathHazard) -> list[Note]:
     return parts
 
 
-def _unknown_path(path: PathHazard) -> list[Note]:
-    return [Note("of_unknown_path")] if path.offset_unknown else []
+def _parameter_parts(path: PathHazard) -> list[Note]:
+    unknown = [Note("of_unknown_path")] if path.offset_unknown else []
+    return [Note("of_parameters"), *unknown]
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,6 @@ from avahazard.hazard.exceedance import (
     at_the_middle,
     at_volume,
     chance_seen,
-    descent,
     exceeded,
     exceeded_runout,
     middle_runout,
@@ -274,7 +273,7 @@ def test_the_place_of_a_rate_is_that_of_the_halvings(case: str) -> None:
 
 @pytest.mark.parametrize("case", CASES)
 def test_a_share_is_read_within_1e_8(case: str) -> None:
-    shares = descent(mixed(case)).shares
+    shares = mixed(case).descent.shares
     assert shares.nodes.shape[1] == 1, "releases alone do not part frictions"
     for p in range(N):
         last = shares.low[p, 0] + (shares.n_nodes[p, 0] - 1) / shares.per_step[p, 0]
@@ -285,19 +284,19 @@ def test_a_share_is_read_within_1e_8(case: str) -> None:
 
 @pytest.mark.parametrize("case", CASES)
 def test_what_scatters_as_usual_has_curves_of_some_nodes(case: str) -> None:
-    nodes = descent(mixed(case)).shares.nodes
+    nodes = mixed(case).descent.shares.nodes
     assert 20 < nodes.shape[2] <= MAX_NODES
 
 
 def test_curves_of_one_volume_go_as_far_as_its_friction() -> None:
-    nodes = descent(avalanches_of(draws(0.02, N), one_volume(1e5, N))).shares.nodes
+    nodes = avalanches_of(draws(0.02, N), one_volume(1e5, N)).descent.shares.nodes
     # Five to each scatter, six and a half of them to each side.
     assert 66 <= nodes.shape[2] <= 67
 
 
 def test_hardly_any_scatter_needs_no_curve() -> None:
     avalanches = mixed("lognormal", sigma=1e-5)
-    shares = descent(avalanches).shares
+    shares = avalanches.descent.shares
     assert shares.nodes.size == 0 < MAX_NODES
     x = np.linspace(*path_ends(avalanches), 10)
     naive = naive_passing_rate(avalanches)

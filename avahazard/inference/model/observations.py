@@ -84,23 +84,21 @@ def carried_error(
     sites: Sequence[Site],
     path_index: NDArray[np.int64],
     release: NDArray[np.int64],
+    kind: Ints,
     observed: Floats,
     fall_height: Floats,
-    *,
-    straight: NDArray[np.bool_],
-    in_x: NDArray[np.bool_],
 ) -> CarriedError:
     """The errors `stated` of the releases (m), carried to what they move, `[n_events]` each.
 
-    On the energy line L = H/μ where `straight`; else in x where `in_x`, in elevation where not.
+    On the energy line L = H/μ without a profile; else in x or in elevation, as recorded.
     For an event beyond its profile, whose `observed` is nan, at the profile's end.
     """
     result = CarriedError(np.zeros(len(stated)), np.zeros(len(stated)))
-    line = straight & (stated > 0.0)
+    line = (kind == LENGTH) & (stated > 0.0)
     result.record[line] = (stated * observed / fall_height)[line]
     for k, site in enumerate(sites):
         for coordinate in (True, False):
-            mine = (path_index == k) & (in_x == coordinate) & (stated > 0.0)
+            mine = (path_index == k) & ((kind == PLACE) == coordinate) & (stated > 0.0)
             if np.any(mine):
                 start = site.release_x[release[mine]]
                 found = on_site(site, start, stated[mine], observed[mine], coordinate)
@@ -544,10 +542,9 @@ def _arranged(
         sites,
         columns.path_index,
         release,
+        kind,
         observed,
         fall_height,
-        straight=kind == LENGTH,
-        in_x=kind == PLACE,
     )
     sigma = [
         H_OVER_L_REL_SIGMA / (e.h_over_l or 1.0) if e.in_ratio else e.runout_sigma_m for e in events

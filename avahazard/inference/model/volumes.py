@@ -282,7 +282,7 @@ class Population:
 
     `shape` is how, in spreads; None: they are lognormal, cut at the `largest` (log m3) that there
     is. `known` is False where no event has a volume. All are estimated from `records`, with
-    `factor` times their stated errors. `overall` is the mean of the centres.
+    `factor` times their stated errors.
     """
 
     records: VolumeRecords
@@ -292,10 +292,6 @@ class Population:
     known: bool
     shape: VolumeShape | None = None
     largest: float = np.inf
-    overall: float = field(init=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "overall", float(np.mean(list(self.centre.values()))))
 
     def given(self, records: VolumeRecords) -> tuple[Floats, Floats]:
         """Mean and standard deviation of log true volumes, given what is written of each event.
@@ -328,7 +324,8 @@ class Population:
 
     def centres(self, paths: Sequence[str]) -> Floats:
         """The centres of `paths`; of one that is not known the mean of all."""
-        return np.array([self.centre.get(name, self.overall) for name in paths])
+        overall = float(np.mean(list(self.centre.values())))
+        return np.array([self.centre.get(name, overall) for name in paths])
 
 
 def population_of(records: VolumeRecords) -> Population:
