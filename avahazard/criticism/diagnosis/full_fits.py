@@ -60,6 +60,9 @@ BY_PATH = 3
 """Of those that differ by path alone, however little they gain to first order."""
 WORTH_A_FIT = float(-np.log(0.2))
 """Surprise of the screening from which on a candidate is."""
+WORTH_A_STAR = 1.0
+"""Gain (nats) at a rough mode from which on it is worth a star: evidence is never more than the
+gain, though ripples may hold the way to the mode up by some nats."""
 WORTH_BESIDE = 0.5
 """Share of the largest gain to first order that a candidate must have to be fitted beside it."""
 WORTH_INSTEAD = 0.7
@@ -125,7 +128,7 @@ def fitted_in_full(
     keys = [*expected, *(d.key for d in alone), *worth, *by_path[:BY_PATH], *errors]
     keys = list(dict.fromkeys(keys))
     asked = [key for key in keys if key not in known]
-    fits = {**known, **refit_each(base, asked, progress, likely)}
+    fits = {**known, **refit_each(base, asked, progress, likely, WORTH_A_STAR)}
     gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in fits.items()}
     tested = [_fitted(c, gains.get(c.key)) for c in screening.candidates]
     tested += [_alone(d, fits[d.key], gains[d.key]) for d in alone]
@@ -142,6 +145,7 @@ def fitted_in_full(
         p_values.setdefault(c.key, min(p, 1.0))
     ranked = sorted(tested, key=lambda c: (p_values[c.key], -c.surprise))
     found = tuple(replace(c, p_family=float(p_values[c.key])) for c in ranked)
+    fits = {key: fit for key, fit in fits.items() if np.isfinite(fit.evidence)}
     return fits, replace(screening, candidates=found)
 
 

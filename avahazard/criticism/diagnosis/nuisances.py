@@ -53,7 +53,8 @@ def with_tails_granted(
     plain = refit(observations, specification, facts, (), own)
     if specification.tails != "normal":
         return plain
-    student = refit(observations, replace(specification, tails="student"), facts, (), own)
+    tails = replace(specification, tails="student")
+    student = refit(observations, tails, facts, (), own, plain)
     return student if student.log_likelihood - plain.log_likelihood > HEAVY_TAILS else plain
 
 

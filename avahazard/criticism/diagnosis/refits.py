@@ -13,8 +13,20 @@ from avahazard.criticism.screening.screen import Screened, Screening
 from avahazard.effects.effect import Definition, Facts, shapes_tables
 from avahazard.engine import spread_map
 from avahazard.inference.fitted_model import FittedModel, fitted_model
-from avahazard.inference.fitting.mode import FIRST_SPREAD, Mode, log_evidence, start_coordinates
-from avahazard.inference.fitting.star import gauss_newton, mode_from, search_mode, short_climbs
+from avahazard.inference.fitting.mode import (
+    FIRST_SPREAD,
+    Evidence,
+    Mode,
+    log_evidence,
+    start_coordinates,
+)
+from avahazard.inference.fitting.star import (
+    gauss_newton,
+    mode_from,
+    mode_on_star,
+    search_mode,
+    short_climbs,
+)
 from avahazard.inference.likelihood.assemble import (
     assemble,
     definitions_of,
@@ -97,28 +109,47 @@ def refit(
     start: Refit | None = None,
     likely: Likely | None = None,
     begin: Likely | None = None,
+    least: float = -np.inf,
 ) -> Refit:
     """Fit a specification with `effects` added, from the mode of `start` where names agree.
 
     `likely` are values of their parameters by key that are tried in place of plausible ones
     (`search_mode`); with `begin` the mode is sought from such values alone.
-    What they need of the data is not asked for: candidates have been asked already.
+    What they need of the data is not asked for: candidates have been asked already. A fit that does
+    not reach the log likelihood `least` has no evidence (-inf).
     """
     wider, facts, posterior = _wider(observations, specification, facts, effects, own)
-    at = None if start is None else _carried(start, posterior)
-    if at is None:
+    if start is None:
         posterior, mode = search_mode(posterior)
     elif begin is None:
         tried = {key: (likely or {}).get(key) for key in effects}
-        posterior, mode = search_mode(posterior, at, tried)
+        posterior, mode = _near(start, posterior, tried, least)
     else:
-        posterior, mode = mode_from(posterior, put(at, posterior, begin))
+        posterior, mode = mode_from(posterior, put(_carried(start, posterior), posterior, begin))
     log_likelihood = posterior.exact_log_likelihood(mode.u)
-    evidence = log_evidence(posterior, mode)
+    if log_likelihood < least:
+        evidence = Evidence(-np.inf, 0.0, mode.u[None])
+    else:
+        evidence = log_evidence(posterior, mode)
     posterior.nodes.forget_runs()
     # None where no draw lies within the star: the model then has no evidence.
-    value = float(np.nan_to_num(evidence.value, nan=-np.inf))
+    value = float(np.nan_to_num(evidence.value, nan=-np.inf, neginf=-np.inf))
     return Refit(wider, facts, posterior, mode, log_likelihood, value, evidence.sample, own)
+
+
+def _near(
+    start: Refit,
+    posterior: Posterior,
+    tried: Mapping[str, Sequence[Floats] | None],
+    least: float,
+) -> tuple[Posterior, Mode]:
+    """The mode from that of `start`: on its star, where the same effects shape the tables."""
+    at = _carried(start, posterior)
+    on_star = posterior.on_star_of(start.posterior)
+    mode = None if on_star is None else mode_on_star(on_star, at, posterior)
+    if on_star is None or mode is None:
+        return search_mode(posterior, at, tried, least)
+    return on_star, mode
 
 
 def _wider(
@@ -167,11 +198,15 @@ def peak_with(base: Refit, entry: Definition, start: Refit, values: Floats) -> t
 
 
 def refit_with(
-    start: Refit, *keys: str, likely: Likely | None = None, on: Observations | None = None
+    start: Refit,
+    *keys: str,
+    likely: Likely | None = None,
+    on: Observations | None = None,
+    least: float = -np.inf,
 ) -> Refit:
     """The model of `start` with these effects added, perhaps `on` other observations."""
-    given = start.observations if on is None else on
-    return refit(given, start.specification, start.facts, keys, start.own, start, likely)
+    given = start.observations if on is None else on, start.specification, start.facts
+    return refit(*given, keys, start.own, start, likely, least=least)
 
 
 def refit_without(start: Refit, key: str) -> Refit:
@@ -237,10 +272,12 @@ def refit_each(
     effects: Sequence[str],
     progress: Callable[[float], None] = lambda _share: None,
     likely: Likely | None = None,
+    least: float = -np.inf,
 ) -> dict[str, Refit]:
-    """The base model with each effect by itself, fitted in full."""
+    """The base model with each effect by itself, fitted in full if it gains `least` nats."""
     fits: dict[str, Refit] = {}
-    found = refit_side_by_side([base], [(0, key) for key in effects], likely)
+    least += base.log_likelihood
+    found = refit_side_by_side([base], [(0, key) for key in effects], likely, least)
     for key, fit in zip(effects, found, strict=True):
         fits[key] = fit
         progress(len(fits) / len(effects))
@@ -248,15 +285,20 @@ def refit_each(
 
 
 def refit_side_by_side(
-    starts: Sequence[Refit], asked: Sequence[tuple[int, str]], likely: Likely | None = None
+    starts: Sequence[Refit],
+    asked: Sequence[tuple[int, str]],
+    likely: Likely | None = None,
+    least: float = -np.inf,
 ) -> Iterator[Refit]:
     """Of each (start, effect) asked for, that start's model with the effect, fitted in full."""
-    return spread_map(_refit_with, (starts, likely), asked)
+    return spread_map(_refit_with, (starts, likely, least), asked)
 
 
-def _refit_with(shared: tuple[Sequence[Refit], Likely | None], asked: tuple[int, str]) -> Refit:
-    starts, likely = shared
-    return refit_with(starts[asked[0]], asked[1], likely=likely)
+def _refit_with(
+    shared: tuple[Sequence[Refit], Likely | None, float], asked: tuple[int, str]
+) -> Refit:
+    starts, likely, least = shared
+    return refit_with(starts[asked[0]], asked[1], likely=likely, least=least)
 
 
 def _carried(start: Refit, posterior: Posterior) -> Floats:

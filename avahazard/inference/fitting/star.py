@@ -14,7 +14,6 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.effect import Effect
@@ -86,9 +85,13 @@ def starred(posterior: Posterior, peak: Peak) -> tuple[Posterior, Mode]:
         if checked and not held.any():
             break
         half, u, checked = np.where(held, np.maximum(wanted, 2.0 * half), wanted), mode.u, True
-    while (wrong := _wrong_arms(local, mode, u, axes) & (points < MOST_POINTS)).any():
-        points = np.where(wrong, 2 * points, points)
+    errors = _errors(local, mode, u, axes)
+    while (wrong := (errors > TOLERANCE) & (points < MOST_POINTS)).any():
+        points, before = np.where(wrong, 2 * points, points), np.max(errors)
         local, mode = _on(posterior, axes, u, *ends, points)
+        errors = _errors(local, mode, u, axes)
+        if np.max(errors) > 0.5 * before:
+            break  # it errs between the arms
     return local, mode
 
 
@@ -142,22 +145,21 @@ def _on(
     return local, find_mode(local, u)
 
 
-def _wrong_arms(posterior: Posterior, mode: Mode, centre: Floats, axes: Ints) -> NDArray[np.bool_]:
-    """Along which axes `[n_axes]` the star errs, at the mode or some standard deviations off.
+def _errors(posterior: Posterior, mode: Mode, centre: Floats, axes: Ints) -> Floats:
+    """By how much a star errs (nats) along its axes `[n_axes]`, some standard deviations off.
 
-    At the mode, where it has moved from the `centre`, all that have moved by much.
+    Where the mode has moved from the `centre`, its own error counts along all that have moved by
+    much.
     """
     low, high = posterior.layout.low, posterior.layout.high
     sd = np.sqrt(np.diag(mode.covariance))
-    wrong = np.zeros(len(axes), dtype=np.bool_)
-    if _error(posterior, mode.u) > TOLERANCE:
-        away = np.abs(mode.u - centre)[axes] / sd[axes]
-        wrong |= away >= 0.5 * np.max(away)
+    away = np.abs(mode.u - centre)[axes] / sd[axes]
+    errors = np.where(away >= 0.5 * np.max(away), _error(posterior, mode.u), 0.0)
     for j, axis in enumerate(axes):
         move = CHECKED * mode.covariance[:, axis] / sd[axis]
         sides = np.clip([mode.u - move, mode.u + move], low, high)
-        wrong[j] |= max(_error(posterior, side) for side in sides) > TOLERANCE
-    return wrong
+        errors[j] = max(errors[j], *(_error(posterior, side) for side in sides))
+    return errors
 
 
 def _error(posterior: Posterior, u: Floats) -> float:
@@ -205,11 +207,13 @@ def search_mode(
     posterior: Posterior,
     start: Floats | None = None,
     likely: Mapping[str, Sequence[Floats] | None] | None = None,
+    least: float = -np.inf,
 ) -> tuple[Posterior, Mode]:
     """The highest mode found from `start` (or the data) and from plausible values of effects.
 
-    With it, the posterior on the star about it (`starred`). `likely` names the effects that are
-    tried, if not all, with values for those that have more likely ones.
+    With it, the posterior on the star about it (`starred`), if the log likelihood there is `least`
+    or more. `likely` names the effects that are tried, if not all, with values for those that have
+    more likely ones.
     """
     layout = posterior.layout
     u = start_coordinates(posterior) if start is None else np.clip(start, layout.low, layout.high)
@@ -223,7 +227,25 @@ def search_mode(
             tried = short_climbs(posterior, at, effect, (likely or {}).get(effect.key))
             here = posterior.pinned(at).log_density(at)
             at = max([(here, at), *tried], key=lambda climb: climb[0])[1]
-    return mode_from(posterior, at)
+    peak = gauss_newton(posterior, at)
+    if posterior.exact_log_likelihood(peak.u) < least:
+        return posterior, Mode(peak.u, peak.log_density, np.diag(peak.sd**2))
+    return starred(posterior, peak)
+
+
+def mode_on_star(posterior: Posterior, u: Floats, whole: Posterior) -> Mode | None:
+    """The highest mode found from u `[n_slots]` on the star that a posterior has already.
+
+    None where the star errs there, or ends within `CHECKED` standard deviations while the ranges of
+    `whole` go on.
+    """
+    modes = [find_mode(posterior, at) for at in starts_of_kinds(posterior, u)]
+    mode = max(modes, key=lambda mode: mode.log_density)
+    low, high = posterior.layout.low, posterior.layout.high
+    away = CHECKED * np.sqrt(np.diag(mode.covariance))
+    ends = (mode.u - away < low) & (low > whole.layout.low)
+    ends |= (mode.u + away > high) & (high < whole.layout.high)
+    return None if ends.any() or _error(posterior, mode.u) > TOLERANCE else mode
 
 
 def mode_from(posterior: Posterior, u: Floats) -> tuple[Posterior, Mode]:

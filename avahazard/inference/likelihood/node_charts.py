@@ -204,6 +204,17 @@ class NodeCharts:
         other._between, other._chart = {}, None
         return other
 
+    def on_star_of(self, others: NodeCharts, layout: Layout) -> NodeCharts:
+        """The same on the star that `others` have, whose tables are shaped alike."""
+        other = copy(self)
+        other.layout = layout
+        other._between, other._chart, other._panels = {}, others._chart, others._panels
+        return other
+
+    def shares_star(self, others: NodeCharts) -> bool:
+        """Whether these stand on the very star of `others`."""
+        return self._chart is not None and self._chart is others._chart
+
     @property
     def varies(self) -> bool:
         """Whether nodes depend on the coordinates at all."""

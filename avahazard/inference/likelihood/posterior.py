@@ -12,7 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Bools, Floats
-from avahazard.effects.effect import Effect, KindsEffect, VolumeErrorEffect, of_kind
+from avahazard.effects.effect import (
+    Effect,
+    KindsEffect,
+    VolumeErrorEffect,
+    of_kind,
+    shapes_tables,
+)
 from avahazard.effects.site import Site
 from avahazard.inference.likelihood.node_charts import NodeCharts
 from avahazard.inference.likelihood.nodes import Nodes, by_wrong_share
@@ -104,6 +110,21 @@ class Posterior:
         other.friction = replace(self.friction, layout=with_arms(self.layout, arms))
         other.nodes = self.nodes.on_star(other.layout)
         return other
+
+    def on_star_of(self, other: Posterior) -> Posterior | None:
+        """The same posterior on the star of another; None where other effects shape its tables."""
+
+        def shaped_by(model: Posterior) -> tuple[bool, bool, list[str]]:
+            keys = [effect.key for effect in model.effects if shapes_tables(effect)]
+            return model._in_log, model.specification.centrifugal, keys
+
+        if other.observations is not self.observations or shaped_by(self) != shaped_by(other):
+            return None
+        arms = {slot.name: slot.arm for slot in other.layout.slots if slot.arm}
+        here = copy(self)
+        here.friction = replace(self.friction, layout=with_arms(self.layout, arms))
+        here.nodes = self.nodes.on_star_of(other.nodes, here.layout)
+        return here
 
     def log_density(self, u: Floats) -> float:
         """Log posterior at coordinates u `[n_slots]`, up to a constant; -inf out of bounds."""

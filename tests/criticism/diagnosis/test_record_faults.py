@@ -85,7 +85,7 @@ def test_what_is_of_the_volume_must_earn_its_evidence_beside_its_errors(
     )
     base, first = fit(0.0, observations), fit(30.0, observations)
 
-    def refitted(*told: Any) -> Any:
+    def refitted(*told: Any, **_: Any) -> Any:
         return fit(beside if any(each is first for each in told) else overstated)
 
     monkeypatch.setattr(refits, "refit", refitted)
@@ -107,7 +107,7 @@ def test_groups_must_earn_their_evidence_beside_errors_of_volumes(
     monkeypatch.setattr(record_faults, "_on_volumes", lambda entry, _: entry.key == ERROR)
     evidence = {("path-effect", ERROR): 30.0 + left, (ERROR,): 30.0}
 
-    def refitted(_observations: Any, specification: Any, *told: Any) -> Any:
+    def refitted(_observations: Any, specification: Any, *told: Any, **_: Any) -> Any:
         keys = (*specification.effects, *told[1])
         return model(keys, evidence[keys])
 

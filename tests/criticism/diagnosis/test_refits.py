@@ -3,10 +3,17 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from avahazard.criticism.diagnosis import refits
-from avahazard.criticism.diagnosis.refits import refit, refit_without, still_needed
+from avahazard.criticism.diagnosis.refits import (
+    refit,
+    refit_each,
+    refit_with,
+    refit_without,
+    still_needed,
+)
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from tests.criticism.lengths import lengths
@@ -53,6 +60,31 @@ def test_an_effect_is_taken_away_and_the_others_stay() -> None:
     assert [e.key for e in bare.posterior.effects] == ["snow-type"]
     fresh = refit(observations, Specification(), {}, ("snow-type",))
     assert bare.mode.log_density == pytest.approx(fresh.mode.log_density, abs=0.01)
+
+
+def test_what_shapes_no_tables_is_fitted_on_the_star_that_is_there() -> None:
+    observations = studies.observations()
+    base = refit(observations, Specification(), {})
+    wider = refit_with(base, "snow-type")
+    assert wider.posterior.nodes.shares_star(base.posterior.nodes)
+    fresh = refit(observations, Specification(), {}, ("snow-type",))
+    assert not fresh.posterior.nodes.shares_star(base.posterior.nodes)
+    assert wider.log_likelihood == pytest.approx(fresh.log_likelihood, abs=0.1)
+    assert wider.evidence == pytest.approx(fresh.evidence, abs=0.3)
+    # An effect on the motion needs a star of its own.
+    other = refit_with(base, "turbulent-drag")
+    assert not other.posterior.nodes.shares_star(base.posterior.nodes)
+
+
+def test_what_gains_too_little_has_no_evidence() -> None:
+    observations = studies.observations()
+    base = refit(observations, Specification(), {})
+    fit = refit_with(base, "turbulent-drag")
+    worth = refit_each(base, ["turbulent-drag"], least=1.0)["turbulent-drag"]
+    assert worth.evidence == pytest.approx(fit.evidence, abs=0.2)
+    gain = fit.log_likelihood - base.log_likelihood
+    needless = refit_each(base, ["turbulent-drag"], least=gain + 0.5)["turbulent-drag"]
+    assert needless.evidence == -np.inf
 
 
 EVIDENCE = {("season",): -12.0, ("snow-type",): -9.0}
