@@ -1,4 +1,4 @@
-"""Commands on the database and on files: init, db, report, export, paper-figures, synth."""
+"""Commands on the database and on files: init, db, report, export, synth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The database, files in and out of it, and what synth, demo, run and paper-figures make."""
+"""The database, files in and out of it, and what synth, demo and run make."""
 
 from __future__ import annotations
 

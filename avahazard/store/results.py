@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import datetime as dt
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain, count
 from typing import Any, Literal
 
 import numpy as np
@@ -135,6 +136,12 @@ def refuse_taken_name(session: Session, name: str) -> None:
             f"There is a model {name} already.",
             "Take another name: a stored model is kept. `avahazard models` lists them.",
         )
+
+
+def free_name(name: str, taken: Collection[str]) -> str:
+    """The name, or the first of NAME-2, NAME-3 … that is not taken."""
+    numbered = (f"{name}-{k}" for k in count(2))
+    return next(one for one in chain((name,), numbered) if one not in taken)
 
 
 def load_model(session: Session, name: str) -> StoredModel:

@@ -61,7 +61,12 @@ def diagnose_model(
             "Calibrate one with --method marginal.",
         )
     require_unchanged(stored)
-    _require_stops(stored)
+    if (stored.observations.kind == LEFT).all():
+        raise AvahazardError(
+            f"Every event of {name} ran beyond its profile: no effect could show in them.",
+            "Import events whose runout was recorded, or profiles that reach beyond the stops; "
+            'a project goes on without: skip = ["diagnose"] in avahazard.toml.',
+        )
     check_expected(stored, expect, own)
     found = diagnose(
         stored.observations,
@@ -124,16 +129,6 @@ def _no_law(file: Path, told: results.Diagnosis) -> AvahazardError:
         "smooth curve.",
         "Follow the next step of `avahazard diagnose`; an effect of the catalogue needs no file.",
     )
-
-
-def _require_stops(stored: FittedModel) -> None:
-    """Raise `AvahazardError` where all events lie beyond the profile: no effect can be found."""
-    if (stored.observations.kind == LEFT).all():
-        raise AvahazardError(
-            f"Every event of {stored.name} ran beyond its profile: no effect could show in them.",
-            "Import events whose runout was recorded, or profiles that reach beyond the stops; "
-            'a project goes on without: skip = ["diagnose"] in avahazard.toml.',
-        )
 
 
 def check_expected(stored: FittedModel, expect: Sequence[str], own: Sequence[Definition]) -> None:

@@ -20,6 +20,7 @@ from avahazard.store.results import (
     COMPARISON,
     DIAGNOSIS,
     Kind,
+    free_name,
     latest_result,
     latest_run,
     list_models,
@@ -133,7 +134,7 @@ class StoredModels:
         if effects:
             tried = self._child(name, effects)
             if tried is None:
-                child = self._free(f"{name}+{'+'.join(effects)}")
+                child = free_name(f"{name}+{'+'.join(effects)}", self.models)
                 why = Note("why_missing", model=name, effects=list(effects))
                 words = ("add", name, *effects, "--as", child, *self._own_files(name))
                 if written is not None:
@@ -173,7 +174,7 @@ class StoredModels:
             return Note("next", command=f"measure {best.measurement}", why=why)
         for key, child in children.items():
             if child is None:
-                words = ["add", base, key, "--as", self._free(f"{base}+{key}")]
+                words = ["add", base, key, "--as", free_name(f"{base}+{key}", self.models)]
                 why = Note("why_each", model=base, effects=told)
                 return _step([*words, *self._own_files(base)], why)
         names = [child for child in children.values() if child is not None]
@@ -210,7 +211,7 @@ class StoredModels:
 
     def _calibrate(self, found: Calibration) -> tuple[str, ...]:
         """The command that makes a model of the same kind on the records of today."""
-        words = ["calibrate", self._free(found.model)]
+        words = ["calibrate", free_name(found.model, self.models)]
         for key, usual in OPTIONS.items():
             if (value := getattr(found, key)) != usual:
                 words += [f"--{key}", value]
@@ -232,12 +233,6 @@ class StoredModels:
     def _with_files(self, words: Sequence[str], why: Note) -> Note:
         """A command on the model `words[1]`, with its effect files."""
         return _step((*words, *self._own_files(words[1])), why)
-
-    def _free(self, name: str) -> str:
-        free, k = name, 2
-        while free in self.models:
-            free, k = f"{name}-{k}", k + 1
-        return free
 
     def _latest(self, kind: Kind, name: str) -> dict[str, Any] | None:
         return latest_result(self.session, kind, name)

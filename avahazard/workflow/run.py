@@ -355,9 +355,7 @@ class RunningProject:
         ]
         today = data_fingerprint(only_paths(records, self.project.model.paths)) if near else ""
         right = [one.name for one in near if one.result["data_fingerprint"] == today]
-        free, k = name, 2
-        while free in models:
-            free, k = f"{name}-{k}", k + 1
+        free = store.free_name(name, models)
         chosen = right[-1] if right and not self.everything else free
         if self.to_do(f"{step} {chosen}", None if chosen == free else ""):
             found = made(free)
