@@ -134,9 +134,9 @@ def classes_to_come(
         kept = np.linspace(0, len(models) - 1, min(len(models), MAX_CLASSES)).round().astype(int)
         models = [models[k] for k in np.unique(kept)]
     models = models or [Event("")]
-    if zone is not None and len(models) < len(zone.elevations()):
+    if zone is not None:
         # Every column meets several releases.
-        models = models * -(-len(zone.elevations()) // len(models))
+        models = models * -(-N_RELEASES // len(models))
     releases: list[float | None] = [None] * len(models)
     if zone is not None:
         order = generator(0, "releases to come", path_id).permutation(len(models))

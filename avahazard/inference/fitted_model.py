@@ -64,28 +64,23 @@ def diagnose_chains(draws: Floats, acceptance: Floats | None = None) -> Converge
 
 @dataclass(frozen=True, slots=True)
 class Chains:
-    """`draws` is [n_chains, n_draws, n_parameters], in the order and units of `names`, `units`."""
+    """`draws` is [n_chains, n_draws, n_parameters], in the order and units of `names`, `units`.
+
+    Without `acceptance` [n_chains] every draw is accepted.
+    """
 
     names: tuple[str, ...]
     units: tuple[str, ...]
     draws: Floats
-    acceptance: Floats
-    diagnostics: Convergence
+    acceptance: Floats | None = None
+    diagnostics: Convergence = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "diagnostics", diagnose_chains(self.draws, self.acceptance))
 
     def pooled(self) -> Floats:
         """All chains in a row, [n_chains * n_draws, n_parameters]."""
         return self.draws.reshape(-1, self.draws.shape[2])
-
-
-def chains(
-    names: tuple[str, ...],
-    units: tuple[str, ...],
-    draws: NDArray[np.float64],
-    acceptance: NDArray[np.float64] | None = None,
-) -> Chains:
-    """`Chains` with their diagnostics; without `acceptance` every draw is accepted."""
-    rates = np.ones(draws.shape[0]) if acceptance is None else acceptance
-    return Chains(names, units, draws, rates, diagnose_chains(draws, rates))
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

@@ -18,7 +18,7 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.effects.effect import Definition, Facts
-from avahazard.inference.fitted_model import ESS_LIMIT, Chains, FittedModel, chains, fitted_model
+from avahazard.inference.fitted_model import ESS_LIMIT, Chains, FittedModel, fitted_model
 from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.fitting.star import improved, search_mode
 from avahazard.inference.likelihood.assemble import assemble, definitions_of
@@ -223,7 +223,7 @@ def _rounds(
 
 def _read(posterior: Posterior, draws: Floats, acceptance: Floats) -> Chains:
     readable = posterior.layout.readable(draws)
-    return chains(
+    return Chains(
         tuple(readable),
         tuple(unit for _, unit in readable.values()),
         np.stack([np.broadcast_to(v, draws.shape[:2]) for v, _ in readable.values()], axis=-1),

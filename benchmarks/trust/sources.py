@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from avahazard.effects.own_file import TEMPLATE, read_effect_file
-from avahazard.hazard.frequency_files import read_return_volumes
+from avahazard.hazard.frequency import read_return_volumes
 from avahazard.hazard.zones import read_limits
 from avahazard.workflow.database import import_files
 from avahazard.workflow.requests import ImportRequest

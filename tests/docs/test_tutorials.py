@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from avahazard.cli.main import app
-from avahazard.hazard.frequency_files import (
+from avahazard.hazard.frequency import (
     ReturnVolumeRow,
     read_return_volumes,
 )

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from pathlib import Path as FilePath
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from avahazard.hazard.frequency import (
     ReturnLevel,
     VolumeFrequency,
     fit_volume_frequency,
+    read_return_volumes,
     return_volume,
     table_frequency,
     volume_frequencies,
@@ -24,8 +26,9 @@ from avahazard.hazard.trend import fit_trend
 from avahazard.hazard.volume_records import VolumeRecord, dated_volumes, region_of
 from avahazard.hazard.volume_source import Family, VolumeSource
 from avahazard.records.collection import Event, Path
-from avahazard.records.errors import AvahazardError
+from avahazard.records.errors import AvahazardError, RejectedRows
 
+Write = Callable[[str, str], FilePath]
 TRUTH = stats.genextreme(0.1, 9.0, 1.2)
 CHANCE = 0.3
 
@@ -282,6 +285,32 @@ def test_other_paths_narrow_what_four_maxima_tell() -> None:
             spreads.append(np.ptp(np.quantile(levels, [0.05, 0.95])))
     together, alone = np.reshape(spreads, (6, 2)).mean(axis=0)
     assert together < 0.8 * alone
+
+
+def test_rows_by_path_in_the_order_of_periods(write: Write) -> None:
+    text = "path_id,return_period_years,volume_m3,note\nb,100,5e4,x\nb,10,1e4,\na,30,2e4,\n"
+    found = read_return_volumes(write("table.csv", text))
+    assert found == {"b": [(10.0, 1e4), (100.0, 5e4)], "a": [(30.0, 2e4)]}
+
+
+def test_every_bad_row_is_told(write: Write) -> None:
+    text = "path_id,return_period_years,volume_m3\na,1,1e4\na,10,-3\nb,10,2e4\nb,30,1e4\nb,30,3e4\n"
+    with pytest.raises(RejectedRows) as caught:
+        read_return_volumes(write("table.csv", text))
+    found = [(p.line, p.column) for p in caught.value.problems]
+    assert found[:2] == [(2, "return_period_years"), (3, "volume_m3")]
+    assert {line for line, _ in found[2:]} <= {5, 6}
+    assert len(found) > 2
+
+
+def test_files_that_cannot_be_read(write: Write, tmp_path: FilePath) -> None:
+    with pytest.raises(AvahazardError, match="cannot be read"):
+        read_return_volumes(tmp_path / "nothing.csv")
+    with pytest.raises(AvahazardError, match="has no rows") as caught:
+        read_return_volumes(write("empty.csv", "path_id,return_period_years,volume_m3\n"))
+    assert "volume_m3" in caught.value.hint
+    with pytest.raises(RejectedRows):
+        read_return_volumes(write("blank.csv", ""))
 
 
 ROWS = [(10.0, 2e4), (100.0, 2e5), (300.0, 5e5)]

@@ -12,7 +12,7 @@ from sqlalchemy import delete, select
 
 from avahazard.effects.effect import Definition, Effect, Parameter
 from avahazard.hazard.path_hazard import path_hazard
-from avahazard.inference.fitted_model import FittedModel, chains, fitted_model
+from avahazard.inference.fitted_model import Chains, FittedModel, fitted_model
 from avahazard.inference.fitting.star import REACH
 from avahazard.inference.likelihood.assemble import assemble, build_effects, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
@@ -70,7 +70,7 @@ def _found(arms: Arms | None = None, *own: Definition) -> FittedModel:
     return replace(
         fitted_model(posterior, u.reshape(100, -1), {"scey": u[..., 0].ravel()}),
         facts=facts,
-        sampled=chains(tuple(readable), tuple(unit for _, unit in readable.values()), values),
+        sampled=Chains(tuple(readable), tuple(unit for _, unit in readable.values()), values),
     )
 
 
@@ -255,7 +255,7 @@ def _calibrated(draws: np.ndarray, offsets: Mapping[str, np.ndarray], **others: 
     rest = len(posterior.layout.slots) - known.shape[1]
     others_drawn = np.random.default_rng(0).normal(0.5, 0.01, (len(known), rest))
     model = fitted_model(posterior, np.column_stack([known, others_drawn]), offsets)
-    found = chains(names, ("", "")[: len(names)], draws)
+    found = Chains(names, ("", "")[: len(names)], draws)
     return replace(model, sampled=found, **others)
 
 

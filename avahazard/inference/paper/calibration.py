@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.inference.fitted_model import Chains, FittedModel, chains, fitted_model, in_slots
+from avahazard.inference.fitted_model import Chains, FittedModel, fitted_model, in_slots
 from avahazard.inference.likelihood.assemble import assemble
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.choices import MethodName
@@ -199,7 +199,7 @@ def gibbs(
     u = draws[..., :2] * [-1.0, 1.0]
     natural = law.to_natural(u[..., : len(law.names)])
     names, units = (*law.names, "sigma"), (*law.units, "")
-    return chains(names, units, np.concatenate([natural, draws[..., 2:]], axis=2))
+    return Chains(names, units, np.concatenate([natural, draws[..., 2:]], axis=2))
 
 
 def regression(

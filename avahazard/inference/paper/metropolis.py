@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from avahazard.arrays import Floats, Ints
-from avahazard.inference.fitted_model import Chains, chains
+from avahazard.inference.fitted_model import Chains
 from avahazard.inference.model.laws import Law
 from avahazard.inference.seeds import generator
 from avahazard.kernels import kernel
@@ -74,7 +74,7 @@ def metropolis(
         records, mean, sd, sigma_prior, start, spread, seed, n_chains, n_draws
     )
     natural = np.concatenate([law.to_natural(draws), sigma[..., None]], axis=2)
-    return chains((*law.names, "sigma"), (*law.units, "m"), natural, acceptance)
+    return Chains((*law.names, "sigma"), (*law.units, "m"), natural, acceptance)
 
 
 def walk(
