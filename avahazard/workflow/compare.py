@@ -58,6 +58,7 @@ from avahazard.workflow.stored import (
     notes_of,
     notes_of_fit,
     on_events,
+    require_friction_scatter,
     require_unchanged,
 )
 
@@ -81,7 +82,7 @@ def compare(
     """
     require_picture(plot)
     stored, _ = load_stored(database, name, effect_files)
-    require_comparable(stored)
+    require_friction_scatter(stored)
     require_unchanged(stored)
     found = comparison(name, stored, lambda share: report(f"Comparing {name}", share, 1.0))
     found = replace(found, notes=(*notes_of_fit(stored), *_on_held_out(found)))
@@ -102,16 +103,6 @@ def latest_comparison(session: Session, name: str) -> results.Comparison | None:
     """The comparison of a model that is stored, None where there is none."""
     document = store.latest_result(session, store.COMPARISON, name)
     return None if document is None else results.Comparison.from_dict(document)
-
-
-def require_comparable(model: FittedModel) -> None:
-    """Raise `AvahazardError` for a model whose scatter is not on friction."""
-    if model.sigma_m is not None:
-        raise AvahazardError(
-            f"The model {model.name} was calibrated by method {model.method}, whose scatter is in "
-            "metres and holds all errors at once: it cannot be set against them.",
-            "Calibrate with --method marginal (or gibbs) to compare.",
-        )
 
 
 def comparison(
@@ -319,7 +310,7 @@ def predict(
     it cannot predict these events; `RejectedRows` for rows of the file that cannot be taken.
     """
     stored, records = load_stored(database, name, effect_files)
-    require_comparable(stored)
+    require_friction_scatter(stored)
     new = _new_events(file, records)
     if not new.events:
         raise AvahazardError(f"{file} has no events.", "A row for each: event_id, path_id, …")

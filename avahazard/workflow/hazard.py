@@ -48,6 +48,7 @@ from avahazard.workflow.stored import (
     load_for_paths,
     load_stored,
     notes_of_fit,
+    require_friction_scatter,
     require_unchanged,
 )
 
@@ -177,12 +178,11 @@ def model_weights(
         leave_one_out,
         stacking_weights,
     )
-    from avahazard.workflow.compare import require_comparable  # noqa: PLC0415
 
     density, records = [], []
     for name in names:
         model, _ = load_stored(database, name, effect_files)
-        require_comparable(model)
+        require_friction_scatter(model)
         require_unchanged(model)
         records.append((model.calibration.data_fingerprint, model.n_events))
         if records[-1] != records[0]:

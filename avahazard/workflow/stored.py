@@ -208,8 +208,9 @@ def require_friction_scatter(model: FittedModel) -> None:
     """Raise `AvahazardError` where the scatter of a model is in metres of the stop."""
     if model.sigma_m is not None:
         raise AvahazardError(
-            f"The scatter of {model.name} is in metres of the stop: it says nothing of friction.",
-            "Calibrate with the method marginal or gibbs.",
+            f"The scatter of {model.name} is in metres of the stop (method {model.method}): it "
+            "holds all errors at once, and says nothing of friction.",
+            "Calibrate with --method marginal (or gibbs).",
         )
 
 
