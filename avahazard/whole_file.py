@@ -25,6 +25,10 @@ def written_whole(file: Path) -> Iterator[Path]:
         part.replace(file)
         if sys.platform != "win32":  # a folder cannot be opened there, and its names are kept
             _sync(file.absolute().parent, os.O_RDONLY)
+    except OSError as error:
+        if str(error.filename) == str(part):
+            error.filename = str(file)  # the name that was asked for
+        raise
     finally:
         with suppress(OSError):
             part.unlink(missing_ok=True)

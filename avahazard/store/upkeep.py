@@ -113,9 +113,6 @@ def backup(database: str, target: str | FilePath) -> None:
             f"The database {file} could not be copied: {error}",
             "Look at it with `avahazard db check`.",
         ) from error
-    except OSError as error:
-        error.filename = str(copy)  # the name that was asked for
-        raise
 
 
 def check_database(session: Session) -> list[str]:
