@@ -18,7 +18,7 @@ from avahazard.results.files import (
     Created,
     DatabaseState,
     Export,
-    MadeWorld,
+    SyntheticDataset,
     Upgraded,
     WrittenReport,
 )
@@ -197,7 +197,7 @@ def export(
     emit(found, _exported)
 
 
-def _synthetic(console: Console, found: MadeWorld) -> None:
+def _synthetic(console: Console, found: SyntheticDataset) -> None:
     size = f"{counted(found.n_events, 'event')} on {counted(found.n_paths, 'path')}"
     for words in (
         f"{size}, {found.n_left_profile} beyond the profile, {found.n_speeds} speeds.",

@@ -154,7 +154,7 @@ class Export(Result):
 
 
 @dataclass(frozen=True, slots=True)
-class MadeWorld(Result):
+class SyntheticDataset(Result):
     """A synthetic dataset on disk; `effects` have their strength and true parameters."""
 
     folder: str

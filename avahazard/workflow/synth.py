@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path as FilePath
 from typing import Any, cast
 
-from avahazard.results.files import MadeWorld
+from avahazard.results.files import SyntheticDataset
 from avahazard.synth.making import make_world
 from avahazard.synth.world import Settings
 from avahazard.synth.writing import refuse_full, write_world
@@ -14,7 +14,7 @@ from avahazard.workflow.requests import SynthRequest
 AS_USUAL = SynthRequest()
 
 
-def synthesise(folder: FilePath, request: SynthRequest = AS_USUAL) -> MadeWorld:
+def synthesise(folder: FilePath, request: SynthRequest = AS_USUAL) -> SyntheticDataset:
     """Write a synthetic dataset into `folder` and return its result; all effects have one strength.
 
     Raises `AvahazardError` where the folder is not empty, an effect is unknown, or nothing runs.
@@ -24,7 +24,7 @@ def synthesise(folder: FilePath, request: SynthRequest = AS_USUAL) -> MadeWorld:
     settings = Settings(speeds=request.speeds)
     records, truth = make_world(request.seed, request.events, request.paths, effects, settings)
     files = write_world(folder, records, truth)
-    return MadeWorld(
+    return SyntheticDataset(
         folder=str(folder),
         files=tuple(str(file) for file in files),
         seed=request.seed,
