@@ -87,7 +87,7 @@ STRENGTH = 2.0
 """Strong enough that few events show it, and quickly."""
 SEED, N_EVENTS, N_PATHS = 0, 120, 6
 
-WORLD, HIDDEN_DATABASE, HIDDEN_REPORT = "hidden-world", "hidden.db", "hidden-report.html"
+DATASET, HIDDEN_DATABASE, HIDDEN_REPORT = "synthetic-dataset", "hidden.db", "hidden-report.html"
 BASE, CHILD = "base", "child"
 LOOP_WEIGHTS = (3.5, 2.5, 8.5, 7.0, 5.0, 4.0)
 """Seconds of calibration, comparison, diagnosis, child, its design runouts, and report."""
@@ -101,9 +101,9 @@ def find_hidden(folder: FilePath, report: Report) -> HiddenEffect:
     """
     tell = steps(report, LOOP_WEIGHTS)
     records, truth = make_world(SEED, N_EVENTS, N_PATHS, {DEMO_EFFECT: STRENGTH}, Settings())
-    world = folder / WORLD
-    world.mkdir(exist_ok=True)
-    sources = write_records(world, records)
+    dataset = folder / DATASET
+    dataset.mkdir(exist_ok=True)
+    sources = write_records(dataset, records)
     database = str(folder / HIDDEN_DATABASE)
     init_database(database)
     import_files(database, sources)
