@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from avahazard.records.collection import Path, Profile, Records
-from avahazard.synth.making import FIRST_YEAR, LAST_YEAR, concave_profile, make_world
-from avahazard.synth.world import (
+from avahazard.synth.dataset import (
     LEFT_PROFILE,
     NOT_RELEASED,
     STEEP,
@@ -21,6 +20,7 @@ from avahazard.synth.world import (
     make_track,
     run_track,
 )
+from avahazard.synth.making import FIRST_YEAR, LAST_YEAR, concave_profile, make_dataset
 
 Floats = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ def true_world(seed: int, tau: float = 0.0, unseen: float = 0.0) -> TrueWorld:
     sites = tuple(_site(rng, k, int(counts[k]), log_sd) for k in range(N_PATHS))
     settings = replace(settings, censored_share=unseen)
     effects = {PATHS_DIFFER: tau / OF_STRENGTH_1} if tau else {}
-    records, truth = make_world(
+    records, truth = make_dataset(
         seed, int(counts.sum()), N_PATHS, effects, settings=settings, sites=sites
     )
     if not tau:
@@ -100,7 +100,7 @@ def sparse_world(seed: int) -> TrueWorld:
     sites = tuple(
         _site(rng, k, int(n), log_sd, first_year=SPARSE_FROM) for k, n in enumerate(counts)
     )
-    records, _ = make_world(seed, int(counts.sum()), SPARSE_PATHS, settings=settings, sites=sites)
+    records, _ = make_dataset(seed, int(counts.sum()), SPARSE_PATHS, settings=settings, sites=sites)
     paths = (replace(path, observed_from=None, observed_to=None) for path in records.paths)
     records = replace(records, paths=tuple(paths))
     return TrueWorld(seed, records, sites, rates, settings, np.zeros(SPARSE_PATHS))

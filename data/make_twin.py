@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.records.collection import Event, Path, Profile, Records
-from avahazard.synth.making import make_world
-from avahazard.synth.world import Exponential, Settings, SitePlan
+from avahazard.synth.dataset import Exponential, Settings, SitePlan
+from avahazard.synth.making import make_dataset
 from avahazard.synth.writing import write_records
 
 # The one of the first hundred whose 173 true frictions, few as they are, come nearest to
@@ -119,7 +119,7 @@ def make_twin(seed: int = SEED) -> tuple[Records, dict[str, object]]:
     """Records of the twin and their truth."""
     settings = Settings(law=LAW, scatter=SCATTER, volume_rel_sigma=VOLUME_REL_SIGMA)
     sites = make_sites()
-    records, truth = make_world(seed, settings=settings, sites=sites)
+    records, truth = make_dataset(seed, settings=settings, sites=sites)
     ranges = {s.path.path_id: (s.volume_low_m3, s.volume_high_m3) for s in sites}
     true_volumes = [e["volume_m3"] for e in truth["events"]]  # type: ignore[attr-defined]
     drawn_in = {p.path_id: (p.observed_from or 0, p.observed_to or 0) for p in records.paths}

@@ -184,14 +184,14 @@ def my_twin(twin_database: str, tmp_path: Path) -> str:
 def snow_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Give a folder with a dataset in which snow type rules, `world`, and `base.db` with a model
     `base` that does not know it; do not write to it."""
-    from avahazard.synth.making import make_world  # noqa: PLC0415
-    from avahazard.synth.writing import write_world  # noqa: PLC0415
+    from avahazard.synth.making import make_dataset  # noqa: PLC0415
+    from avahazard.synth.writing import write_dataset  # noqa: PLC0415
     from avahazard.workflow.calibrate import calibrate  # noqa: PLC0415
     from avahazard.workflow.database import import_files  # noqa: PLC0415
     from avahazard.workflow.requests import CalibrateRequest  # noqa: PLC0415
 
     def make(folder: Path) -> None:
-        write_world(folder / "world", *make_world(3, 120, 6, {"snow-type": 1.5}))
+        write_dataset(folder / "world", *make_dataset(3, 120, 6, {"snow-type": 1.5}))
         database = str(folder / "base.db")
         upkeep.create(database)
         import_files(database, [folder / "world"])

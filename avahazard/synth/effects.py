@@ -12,78 +12,78 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from avahazard.records.errors import AvahazardError
-from avahazard.synth.world import WINTER_DAYS, Exponential, Power, World
+from avahazard.synth.dataset import WINTER_DAYS, Dataset, Exponential, Power
 
 
-def volume_law(world: World, strength: float) -> dict[str, object]:
+def volume_law(dataset: Dataset, strength: float) -> dict[str, object]:
     """Another law: log μ moves by `strength` of the way to the power law (or exponential)."""
-    other = Exponential() if isinstance(world.settings.law, Power) else Power()
-    base = world.settings.law.log_friction(world.volume_m3)
-    world.log_mu += strength * (other.log_friction(world.volume_m3) - base)
+    other = Exponential() if isinstance(dataset.settings.law, Power) else Power()
+    base = dataset.settings.law.log_friction(dataset.volume_m3)
+    dataset.log_mu += strength * (other.log_friction(dataset.volume_m3) - base)
     return {"law": type(other).__name__.lower(), "share": strength}
 
 
-def volume_scatter(world: World, strength: float) -> dict[str, object]:
+def volume_scatter(dataset: Dataset, strength: float) -> dict[str, object]:
     """σ(V) = a' exp(-n' V), the same as in the base dataset at 60,000 m3."""
     n = 6e-6 * strength
-    a = world.settings.scatter * float(np.exp(n * 6e4))
-    world.scatter *= np.exp(-n * (world.volume_m3 - 6e4))
+    a = dataset.settings.scatter * float(np.exp(n * 6e4))
+    dataset.scatter *= np.exp(-n * (dataset.volume_m3 - 6e4))
     return {"a": a, "n_per_m3": n}
 
 
-def snow_type(world: World, strength: float) -> dict[str, object]:
+def snow_type(dataset: Dataset, strength: float) -> dict[str, object]:
     """Dry snow runs farther than wet snow."""
     offsets = {"dry": -0.10 * strength, "mixed": 0.0, "wet": 0.13 * strength}
-    world.log_mu += np.array([offsets[str(kind)] for kind in world.columns["snow_type"]])
+    dataset.log_mu += np.array([offsets[str(kind)] for kind in dataset.columns["snow_type"]])
     return {"log_mu": offsets}
 
 
-def path_section(world: World, strength: float) -> dict[str, object]:
+def path_section(dataset: Dataset, strength: float) -> dict[str, object]:
     """Channelled paths have less friction than open ones."""
     half = 0.2 * strength
-    channelled = np.array([s.path.section == "channelled" for s in world.sites])[world.path]
-    world.log_mu += np.where(channelled, -half, half)
+    channelled = np.array([s.path.section == "channelled" for s in dataset.sites])[dataset.path]
+    dataset.log_mu += np.where(channelled, -half, half)
     return {"log_mu": {"channelled": -half, "open": half}}
 
 
-def release_elevation(world: World, strength: float) -> dict[str, object]:
+def release_elevation(dataset: Dataset, strength: float) -> dict[str, object]:
     """log μ falls with the elevation of the release."""
     per_m, middle = -0.0006 * strength, 2200.0
-    world.log_mu += per_m * (world.release_elevation_m - middle)
+    dataset.log_mu += per_m * (dataset.release_elevation_m - middle)
     return {"log_mu_per_m": per_m, "reference_m": middle}
 
 
-def season(world: World, strength: float) -> dict[str, object]:
+def season(dataset: Dataset, strength: float) -> dict[str, object]:
     """log μ rises in a straight line from 1 December to the end of April."""
     rise = 0.36 * strength
-    world.log_mu += rise * (world.day / WINTER_DAYS - 0.5)
+    dataset.log_mu += rise * (dataset.day / WINTER_DAYS - 0.5)
     return {"log_mu_over_winter": rise, "days": WINTER_DAYS}
 
 
-def path_effect(world: World, strength: float) -> dict[str, object]:
+def path_effect(dataset: Dataset, strength: float) -> dict[str, object]:
     """Each path has its own offset of log μ."""
     tau = 0.15 * strength
-    offsets = tau * world.generator("path-effect").normal(size=len(world.sites))
-    world.log_mu += offsets[world.path]
-    by_path = {s.path.path_id: float(o) for s, o in zip(world.sites, offsets, strict=True)}
+    offsets = tau * dataset.generator("path-effect").normal(size=len(dataset.sites))
+    dataset.log_mu += offsets[dataset.path]
+    by_path = {s.path.path_id: float(o) for s, o in zip(dataset.sites, offsets, strict=True)}
     return {"tau": tau, "log_mu": by_path}
 
 
-def covariate(column: str) -> Callable[[World, float], dict[str, object]]:
+def covariate(column: str) -> Callable[[Dataset, float], dict[str, object]]:
     """log μ follows a bent curve of a numeric column, which is made when there is none."""
 
-    def apply(world: World, strength: float) -> dict[str, object]:
-        if column not in world.columns:
-            made = world.generator(f"covariate {column}").normal(size=len(world.path))
-            world.columns[column] = np.round(made, 3)
-        values = world.columns[column]
+    def apply(dataset: Dataset, strength: float) -> dict[str, object]:
+        if column not in dataset.columns:
+            made = dataset.generator(f"covariate {column}").normal(size=len(dataset.path))
+            dataset.columns[column] = np.round(made, 3)
+        values = dataset.columns[column]
         if values.dtype.kind != "f":
             raise AvahazardError(
                 f"The column {column!r} is not numeric.", "Name a numeric column, or a new one."
             )
         middle, sd = float(values.mean()), float(values.std())
         z = (values.astype(float) - middle) / sd
-        world.log_mu += 0.13 * strength * (np.tanh(2.0 * z) + 0.4 * np.cos(2.0 * z))
+        dataset.log_mu += 0.13 * strength * (np.tanh(2.0 * z) + 0.4 * np.cos(2.0 * z))
         return {
             "log_mu": "amplitude (tanh 2z + 0.4 cos 2z), z = (column - middle) / sd",
             "amplitude": 0.13 * strength,
@@ -94,83 +94,83 @@ def covariate(column: str) -> Callable[[World, float], dict[str, object]]:
     return apply
 
 
-def centrifugal(world: World, strength: float) -> dict[str, object]:
+def centrifugal(dataset: Dataset, strength: float) -> dict[str, object]:
     """Curvature loads the bed: the base dataset has it at 1, strength 0 removes it."""
-    for track in world.tracks:
+    for track in dataset.tracks:
         track.centrifugal = strength
     return {"loading": strength}
 
 
-def turbulent_drag(world: World, strength: float) -> dict[str, object]:
+def turbulent_drag(dataset: Dataset, strength: float) -> dict[str, object]:
     """Deceleration D u², as of Voellmy: D = g / (ξ h), in 1/m."""
     drag = 0.003 * strength
-    for track in world.tracks:
+    for track in dataset.tracks:
         track.quadratic += drag
-    world.log_mu -= 0.25 * strength
+    dataset.log_mu -= 0.25 * strength
     return {"drag_per_m": drag, "log_mu": -0.25 * strength}
 
 
-def speed_weakening(world: World, strength: float) -> dict[str, object]:
+def speed_weakening(dataset: Dataset, strength: float) -> dict[str, object]:
     """μ(u) = μ (r + (1 - r) / (1 + u / u0)): friction falls with speed towards r μ."""
     r, u0 = 1.0 - 0.4 * strength, 10.0
-    for track in world.tracks:
+    for track in dataset.tracks:
         track.weakening_r, track.weakening_u0 = r, u0
-    world.log_mu += 0.35 * strength
+    dataset.log_mu += 0.35 * strength
     return {"r": r, "u0_m_s": u0, "log_mu": 0.35 * strength}
 
 
-def cohesion(world: World, strength: float) -> dict[str, object]:
+def cohesion(dataset: Dataset, strength: float) -> dict[str, object]:
     """A constant bed resistance c per unit mass, in m/s²."""
     c = 0.8 * strength
-    for track in world.tracks:
+    for track in dataset.tracks:
         track.constant += c
-    world.log_mu -= 0.15 * strength
+    dataset.log_mu -= 0.15 * strength
     return {"cohesion_m_s2": c, "log_mu": -0.15 * strength}
 
 
-def entrainment(world: World, strength: float) -> dict[str, object]:
+def entrainment(dataset: Dataset, strength: float) -> dict[str, object]:
     """Momentum lost to snow taken up above an elevation: deceleration e u², e in 1/m."""
     e = 0.004 * strength
-    z = float(np.round(np.median([s.profile.y_m.max() for s in world.sites]) - 500.0))
-    for track in world.tracks:
+    z = float(np.round(np.median([s.profile.y_m.max() for s in dataset.sites]) - 500.0))
+    for track in dataset.tracks:
         track.split(float(track.place(z)))
         track.quadratic += np.where(track.middles() > z, e, 0.0)
     return {"entrainment_per_m": e, "above_m": z}
 
 
-def forest_drag(world: World, strength: float) -> dict[str, object]:
+def forest_drag(dataset: Dataset, strength: float) -> dict[str, object]:
     """Deceleration D u² in forest cells, D in 1/m."""
     drag = 0.003 * strength
-    for track in world.tracks:
+    for track in dataset.tracks:
         track.quadratic += np.where(track.forest, drag, 0.0)
     return {"drag_per_m": drag}
 
 
-def observation_limit(world: World, strength: float) -> dict[str, object]:
+def observation_limit(dataset: Dataset, strength: float) -> dict[str, object]:
     """Short runouts went undetected, and no `observed_below_m` is given."""
     share = 0.35 * strength
     if share > 0.0:
-        world.unseen_share, world.limit_known = share, False
+        dataset.unseen_share, dataset.limit_known = share, False
     return {"unseen_share": share}
 
 
-def epoch_bias(world: World, strength: float) -> dict[str, object]:
+def epoch_bias(dataset: Dataset, strength: float) -> dict[str, object]:
     """Records before 1950 lie too high up the path."""
     raised, year = 50.0 * strength, 1950
-    world.raised_m += np.where(world.years < year, raised, 0.0)
+    dataset.raised_m += np.where(dataset.years < year, raised, 0.0)
     return {"before_year": year, "raised_m": raised}
 
 
-def leading_edge(world: World, strength: float) -> dict[str, object]:
+def leading_edge(dataset: Dataset, strength: float) -> dict[str, object]:
     """The record is the front, ahead of the block by a share of the deposit length."""
-    world.lead_m += 0.6 * strength * world.deposit_length_m
+    dataset.lead_m += 0.6 * strength * dataset.deposit_length_m
     return {"lead_per_deposit_length": 0.6 * strength}
 
 
 Parameters = dict[str, object]
-WorldEffect = Callable[[World, float], Parameters]
+SyntheticEffect = Callable[[Dataset, float], Parameters]
 
-CATALOGUE: Mapping[str, WorldEffect] = {
+CATALOGUE: Mapping[str, SyntheticEffect] = {
     effect.__name__.replace("_", "-"): effect
     for effect in (
         centrifugal, turbulent_drag, speed_weakening, cohesion, entrainment, forest_drag,
@@ -183,7 +183,7 @@ DEMO_EFFECT = "snow-type"
 NEED_SPEEDS = frozenset({"centrifugal", "speed-weakening", "cohesion"})
 
 
-def find_effect(key: str) -> WorldEffect:
+def find_effect(key: str) -> SyntheticEffect:
     """The effect of a key; `covariate:COLUMN` for any column.
 
     Raises AvahazardError when there is none.

@@ -11,18 +11,18 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats
 from avahazard.records.collection import Event, Path, Profile, Records, Speed
 from avahazard.records.errors import AvahazardError
-from avahazard.synth.effects import NEED_SPEEDS, Parameters, find_effect
-from avahazard.synth.world import (
+from avahazard.synth.dataset import (
     LEFT_PROFILE,
     NOT_RELEASED,
+    Dataset,
     Settings,
     SitePlan,
     Track,
-    World,
-    draw_world,
+    draw_dataset,
     generator,
     run_track,
 )
+from avahazard.synth.effects import NEED_SPEEDS, Parameters, find_effect
 
 SPACING_M = 15.0
 FIRST_YEAR, LAST_YEAR = 1900, 2020
@@ -155,28 +155,28 @@ class Runs:
     limit_m: Floats
 
 
-def run_world(world: World) -> Runs:
+def run_dataset(dataset: Dataset) -> Runs:
     """Run every event; one that does not start is undetected too."""
-    n, rng = len(world.path), world.generator("scatter")
-    mu = np.exp(world.log_mu + world.scatter * rng.normal(size=n))
+    n, rng = len(dataset.path), dataset.generator("scatter")
+    mu = np.exp(dataset.log_mu + dataset.scatter * rng.normal(size=n))
     status, stop = np.zeros(n, np.int64), np.zeros(n)
     front, elevation = np.zeros(n), np.zeros(n)
-    told = [s.path.observed_below_m for s in world.sites]
+    told = [s.path.observed_below_m for s in dataset.sites]
     limit = np.array([np.inf if t is None else t for t in told])
     speeds = []
-    for k, track in enumerate(world.tracks):
-        mine = world.path == k
-        release = track.place(world.release_elevation_m[mine])
+    for k, track in enumerate(dataset.tracks):
+        mine = dataset.path == k
+        release = track.place(dataset.release_elevation_m[mine])
         status[mine], stop[mine], u = run_track(track, release, mu[mine])
         speeds.append(u)
-        front[mine] = ahead(track, stop[mine], world.lead_m[mine])
+        front[mine] = ahead(track, stop[mine], dataset.lead_m[mine])
         elevation[mine] = track.elevation(front[mine])
         moved = mine & (status != NOT_RELEASED)
-        if world.unseen_share > 0.0 and moved.any():
-            limit[k] = np.round(np.quantile(elevation[moved], 1.0 - world.unseen_share))
-    end = np.array([t.knots_m[-1] for t in world.tracks])[world.path]
+        if dataset.unseen_share > 0.0 and moved.any():
+            limit[k] = np.round(np.quantile(elevation[moved], 1.0 - dataset.unseen_share))
+    end = np.array([t.knots_m[-1] for t in dataset.tracks])[dataset.path]
     status[(front >= end) & (status != NOT_RELEASED)] = LEFT_PROFILE
-    seen = (status != NOT_RELEASED) & (elevation <= limit[world.path])
+    seen = (status != NOT_RELEASED) & (elevation <= limit[dataset.path])
     return Runs(mu, status, stop, front, elevation, speeds, seen, limit)
 
 
@@ -209,29 +209,29 @@ def record_sigma(years: NDArray[np.int64]) -> Floats:
     return np.round(np.interp(years, [1905, 1975], [25.0, 10.0]), 2)
 
 
-def recorded_paths(world: World, runs: Runs) -> tuple[Path, ...]:
+def recorded_paths(dataset: Dataset, runs: Runs) -> tuple[Path, ...]:
     """The paths, with the detection limit where it is known."""
-    if not world.limit_known:
-        return tuple(s.path for s in world.sites)
+    if not dataset.limit_known:
+        return tuple(s.path for s in dataset.sites)
     return tuple(
         replace(s.path, observed_below_m=float(limit)) if np.isfinite(limit) else s.path
-        for s, limit in zip(world.sites, runs.limit_m, strict=True)
+        for s, limit in zip(dataset.sites, runs.limit_m, strict=True)
     )
 
 
 def recorded_events(
-    world: World, runs: Runs, kept: NDArray[np.int64], ids: list[str]
+    dataset: Dataset, runs: Runs, kept: NDArray[np.int64], ids: list[str]
 ) -> tuple[tuple[Event, ...], NDArray[np.bool_]]:
     """The records of the events `kept`, and which of them are grossly wrong.
 
     On a path that rises anywhere an elevation is not one place: there x is recorded.
     """
-    sigma = record_sigma(world.years)
-    place, in_x, wrong = _recorded_places(world, runs, sigma)
-    relative = world.settings.volume_rel_sigma
-    noise = world.generator("volume errors").normal(size=len(kept))
-    volume = np.round(world.volume_m3[kept] * np.exp(relative * noise))
-    length = np.round(world.deposit_length_m[kept], 1)
+    sigma = record_sigma(dataset.years)
+    place, in_x, wrong = _recorded_places(dataset, runs, sigma)
+    relative = dataset.settings.volume_rel_sigma
+    noise = dataset.generator("volume errors").normal(size=len(kept))
+    volume = np.round(dataset.volume_m3[kept] * np.exp(relative * noise))
+    length = np.round(dataset.deposit_length_m[kept], 1)
     width = np.round(0.3 * length, 1)
     events = []
     for j, k in enumerate(kept):
@@ -240,13 +240,13 @@ def recorded_events(
         events.append(
             Event(
                 event_id=ids[j],
-                path_id=world.sites[world.path[k]].path.path_id,
-                date=world.dates[k].isoformat(),
+                path_id=dataset.sites[dataset.path[k]].path.path_id,
+                date=dataset.dates[k].isoformat(),
                 runout_elevation_m=None if in_x[k] else found,
                 runout_x_m=found if in_x[k] else None,
                 runout_sigma_m=float(sigma[k]),
                 left_profile=left,
-                release_elevation_m=float(world.release_elevation_m[k]),
+                release_elevation_m=float(dataset.release_elevation_m[k]),
                 volume_m3=float(volume[j]),
                 deposit_length_m=float(length[j]),
                 deposit_width_m=float(width[j]),
@@ -254,7 +254,7 @@ def recorded_events(
                 volume_rel_sigma=relative,
                 covariates={
                     name: str(c[k]) if c.dtype.kind == "U" else float(c[k])
-                    for name, c in world.columns.items()
+                    for name, c in dataset.columns.items()
                 },
             )
         )
@@ -262,19 +262,19 @@ def recorded_events(
 
 
 def _recorded_places(
-    world: World, runs: Runs, sigma: Floats
+    dataset: Dataset, runs: Runs, sigma: Floats
 ) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bool_]]:
     """Recorded coordinate of every event, whether it is x, and whether it is grossly wrong."""
-    n = len(world.path)
+    n = len(dataset.path)
     place, in_x = np.empty(n), np.zeros(n, bool)
     low, high = np.empty(n), np.empty(n)
-    unit, blunder = world.generator("wrong records").uniform(size=(2, n))
-    wrong = blunder < world.settings.wrong_share
-    rng = world.generator("record errors")
+    unit, blunder = dataset.generator("wrong records").uniform(size=(2, n))
+    wrong = blunder < dataset.settings.wrong_share
+    rng = dataset.generator("record errors")
     error = rng.normal(size=n)
-    for k, (site, track) in enumerate(zip(world.sites, world.tracks, strict=True)):
-        mine = world.path == k
-        x = uphill(track, runs.front_x_m[mine], world.raised_m[mine])
+    for k, (site, track) in enumerate(zip(dataset.sites, dataset.tracks, strict=True)):
+        mine = dataset.path == k
+        x = uphill(track, runs.front_x_m[mine], dataset.raised_m[mine])
         in_x[mine] = bool(np.any(np.diff(site.profile.y_m) >= 0.0))
         if in_x[mine].any():
             place[mine], low[mine], high[mine] = x, track.knots_m[0], track.knots_m[-1]
@@ -290,19 +290,19 @@ def _recorded_places(
 
 
 def recorded_speeds(
-    world: World, runs: Runs, kept: NDArray[np.int64], ids: list[str], share: float
+    dataset: Dataset, runs: Runs, kept: NDArray[np.int64], ids: list[str], share: float
 ) -> tuple[Speed, ...]:
     """Speeds of a share of the events at up to nine places each, with errors of 1 to 2 m/s."""
-    rng = world.generator("speeds")
+    rng = dataset.generator("speeds")
     chosen = np.sort(rng.permutation(len(kept))[: round(share * len(kept))])
     found = []
     for j in chosen:
         k = int(kept[j])
-        path = int(world.path[k])
-        row = int(np.count_nonzero(world.path[:k] == path))
-        speeds, knots = runs.speeds[path][row], world.tracks[path].knots_m
+        path = int(dataset.path[k])
+        row = int(np.count_nonzero(dataset.path[:k] == path))
+        speeds, knots = runs.speeds[path][row], dataset.tracks[path].knots_m
         usable = np.flatnonzero(
-            (speeds >= SLOWEST_MEASURED_M_S) & np.isin(knots, world.sites[path].profile.x_m)
+            (speeds >= SLOWEST_MEASURED_M_S) & np.isin(knots, dataset.sites[path].profile.x_m)
         )
         if not len(usable):
             continue
@@ -317,7 +317,7 @@ def recorded_speeds(
 SPARES = (1.2, 2.5, 5.0, 10.0, 20.0)
 
 
-def make_world(
+def make_dataset(
     seed: int,
     n_events: int = 240,
     n_paths: int = 9,
@@ -343,31 +343,31 @@ def make_world(
         sites = make_sites(seed, n_paths, n_events)
     applied = {key: find_effect(key) for key in effects}
     for spare in SPARES:
-        world = draw_world(seed, sites, settings, spare)
-        parameters = {key: apply(world, effects[key]) for key, apply in applied.items()}
-        runs = run_world(world)
-        kept = _first_seen(world, runs)
+        dataset = draw_dataset(seed, sites, settings, spare)
+        parameters = {key: apply(dataset, effects[key]) for key, apply in applied.items()}
+        runs = run_dataset(dataset)
+        kept = _first_seen(dataset, runs)
         if kept is not None:
-            return _record(world, runs, kept, effects, parameters)
+            return _record(dataset, runs, kept, effects, parameters)
     raise AvahazardError(
         "Too few avalanches of this dataset start and are detected.",
         "Use weaker effects, a steeper release zone, or a smaller share of undetected events.",
     )
 
 
-def _first_seen(world: World, runs: Runs) -> NDArray[np.int64] | None:
+def _first_seen(dataset: Dataset, runs: Runs) -> NDArray[np.int64] | None:
     """As many seen events of each site as it should have, by date; None when too few."""
     kept = []
-    for k, site in enumerate(world.sites):
-        seen = np.flatnonzero(runs.seen & (world.path == k))[: site.n_events]
+    for k, site in enumerate(dataset.sites):
+        seen = np.flatnonzero(runs.seen & (dataset.path == k))[: site.n_events]
         if len(seen) < site.n_events:
             return None
-        kept.append(sorted(seen, key=lambda i: (world.dates[i], i)))
+        kept.append(sorted(seen, key=lambda i: (dataset.dates[i], i)))
     return np.concatenate(kept).astype(np.int64)
 
 
 def _record(
-    world: World,
+    dataset: Dataset,
     runs: Runs,
     kept: NDArray[np.int64],
     effects: Mapping[str, float],
@@ -375,32 +375,32 @@ def _record(
 ) -> tuple[Records, dict[str, object]]:
     """The records of the events `kept`, and the truth."""
     ids: list[str] = []
-    for site in world.sites:
+    for site in dataset.sites:
         ids += [f"{site.path.path_id}-{j + 1:03d}" for j in range(site.n_events)]
-    share = world.settings.speeds
+    share = dataset.settings.speeds
     if share is None:
         share = 0.3 if any(effects.get(key, 0.0) for key in NEED_SPEEDS) else 0.0
-    events, wrong = recorded_events(world, runs, kept, ids)
+    events, wrong = recorded_events(dataset, runs, kept, ids)
     records = Records(
-        paths=recorded_paths(world, runs),
-        profiles=tuple(s.profile for s in world.sites),
+        paths=recorded_paths(dataset, runs),
+        profiles=tuple(s.profile for s in dataset.sites),
         events=events,
-        speeds=recorded_speeds(world, runs, kept, ids, share),
+        speeds=recorded_speeds(dataset, runs, kept, ids, share),
     )
-    law = world.settings.law
+    law = dataset.settings.law
     limits = {
         s.path.path_id: float(limit)
-        for s, limit in zip(world.sites, runs.limit_m, strict=True)
+        for s, limit in zip(dataset.sites, runs.limit_m, strict=True)
         if np.isfinite(limit)
     }
     truth = {
-        "seed": world.seed,
+        "seed": dataset.seed,
         "n_events": len(kept),
-        "n_paths": len(world.sites),
+        "n_paths": len(dataset.sites),
         "law": {"name": type(law).__name__.lower(), **asdict(law)},
         "settings": {
             key: value
-            for key, value in asdict(replace(world.settings, speeds=share)).items()
+            for key, value in asdict(replace(dataset.settings, speeds=share)).items()
             if key != "law"
         },
         "effects": {
@@ -411,10 +411,10 @@ def _record(
         "events": [
             {
                 "event_id": ids[j],
-                "volume_m3": float(world.volume_m3[k]),
+                "volume_m3": float(dataset.volume_m3[k]),
                 "mu": float(runs.mu[k]),
-                "mu_median": float(np.exp(world.log_mu[k])),
-                "scatter": float(world.scatter[k]),
+                "mu_median": float(np.exp(dataset.log_mu[k])),
+                "scatter": float(dataset.scatter[k]),
                 "status": "left_profile" if runs.status[k] == LEFT_PROFILE else "stopped",
                 "stop_x_m": float(runs.stop_x_m[k]),
                 "front_x_m": float(runs.front_x_m[k]),

@@ -12,7 +12,7 @@ from avahazard.records.collection import Event, Path, Records, Speed
 from avahazard.records.errors import AvahazardError
 
 
-def write_world(
+def write_dataset(
     folder: FilePath, records: Records, truth: Mapping[str, object]
 ) -> tuple[FilePath, ...]:
     """Write paths, profiles, events, velocities (when there are any) and `truth.json`.

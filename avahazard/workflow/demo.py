@@ -14,9 +14,9 @@ from avahazard.results.base import Report, silent, steps
 from avahazard.results.files import Demo, HiddenEffect
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
+from avahazard.synth.dataset import Settings
 from avahazard.synth.effects import DEMO_EFFECT
-from avahazard.synth.making import make_world
-from avahazard.synth.world import Settings
+from avahazard.synth.making import make_dataset
 from avahazard.synth.writing import write_records
 from avahazard.workflow import requests
 from avahazard.workflow.calibrate import add, calibrate
@@ -100,7 +100,7 @@ def find_hidden(folder: FilePath, report: Report) -> HiddenEffect:
     report is that of the last model. Files of an earlier run must be gone, but for the records.
     """
     tell = steps(report, LOOP_WEIGHTS)
-    records, truth = make_world(SEED, N_EVENTS, N_PATHS, {DEMO_EFFECT: STRENGTH}, Settings())
+    records, truth = make_dataset(SEED, N_EVENTS, N_PATHS, {DEMO_EFFECT: STRENGTH}, Settings())
     dataset = folder / DATASET
     dataset.mkdir(exist_ok=True)
     sources = write_records(dataset, records)

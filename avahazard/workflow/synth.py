@@ -6,9 +6,9 @@ from pathlib import Path as FilePath
 from typing import Any, cast
 
 from avahazard.results.files import SyntheticDataset
-from avahazard.synth.making import make_world
-from avahazard.synth.world import Settings
-from avahazard.synth.writing import refuse_full, write_world
+from avahazard.synth.dataset import Settings
+from avahazard.synth.making import make_dataset
+from avahazard.synth.writing import refuse_full, write_dataset
 from avahazard.workflow.requests import SynthRequest
 
 AS_USUAL = SynthRequest()
@@ -22,8 +22,8 @@ def synthesise(folder: FilePath, request: SynthRequest = AS_USUAL) -> SyntheticD
     refuse_full(folder)
     effects = dict.fromkeys(request.effects, request.strength)
     settings = Settings(speeds=request.speeds)
-    records, truth = make_world(request.seed, request.events, request.paths, effects, settings)
-    files = write_world(folder, records, truth)
+    records, truth = make_dataset(request.seed, request.events, request.paths, effects, settings)
+    files = write_dataset(folder, records, truth)
     return SyntheticDataset(
         folder=str(folder),
         files=tuple(str(file) for file in files),

@@ -14,8 +14,8 @@ from avahazard.criticism.diagnosis.diagnose import diagnose as diagnose_
 from avahazard.engine import set_engine
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.synth.making import make_world
-from avahazard.synth.world import Settings
+from avahazard.synth.dataset import Settings
+from avahazard.synth.making import make_dataset
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.database import import_files, init_database
 from avahazard.workflow.requests import CalibrateRequest
@@ -54,7 +54,7 @@ def diagnose() -> Row:
     found = {}
     with all_cores():
         for k, (name, (effects, settings)) in enumerate(WORLDS.items()):
-            observations = build_observations(make_world(70 + k, 240, 9, effects, settings)[0])
+            observations = build_observations(make_dataset(70 + k, 240, 9, effects, settings)[0])
             _diagnosis(observations)  # compiles
             found[name] = seconds(lambda observations=observations: _diagnosis(observations))
     times = ", ".join(f"{name} {time:.0f} s" for name, time in found.items())
@@ -69,7 +69,7 @@ def diagnose_speeds() -> Row:
     """Seconds on 240 events with speeds along 75 tracks, by a process for each core."""
     settings = Settings(speeds=TRACKS_SHARE)
     small, observations = (
-        build_observations(make_world(seed, n_events, n_paths, DRAG, settings)[0])
+        build_observations(make_dataset(seed, n_events, n_paths, DRAG, settings)[0])
         for seed, n_events, n_paths in ((72, 40, 4), (71, 240, 9))
     )
     with all_cores():

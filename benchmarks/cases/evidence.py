@@ -14,7 +14,7 @@ from avahazard.inference.fitting.mode import log_prior_mass
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.synth.making import make_world
+from avahazard.synth.making import make_dataset
 from benchmarks.measuring import Row, alternate
 
 Floats = NDArray[np.float64]
@@ -27,7 +27,7 @@ ALLOWED = 1.0
 
 def evidence() -> Row:
     """Seconds of an evidence; ours with the search for the mode, from the model without."""
-    records, _ = make_world(70, 240, 9, {CANDIDATE: 1.0})
+    records, _ = make_dataset(70, 240, 9, {CANDIDATE: 1.0})
     observations = build_observations(records)
     base = refit(observations, Specification(), {}, ("path-effect",))
     fit = _refit(observations, base)

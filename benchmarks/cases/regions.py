@@ -10,7 +10,7 @@ import numpy as np
 from avahazard.engine import close_engine, set_engine
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
-from avahazard.synth.making import make_world
+from avahazard.synth.making import make_dataset
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.database import init_database
@@ -61,7 +61,7 @@ def region(folder: str, n_paths: int, n_events: int) -> str:
     database = str(Path(folder) / f"{n_paths}-{n_events}.db")
     init_database(database)
     with writing(database) as session:
-        save_records(session, make_world(1, n_events, n_paths)[0])
+        save_records(session, make_dataset(1, n_events, n_paths)[0])
     return database
 
 

@@ -13,8 +13,8 @@ from typing import Any, NoReturn
 import pandas as pd
 
 from avahazard.store import upkeep
-from avahazard.synth.making import make_world
-from avahazard.synth.writing import write_world
+from avahazard.synth.making import make_dataset
+from avahazard.synth.writing import write_dataset
 from benchmarks.study import Line, bullets, table
 from benchmarks.trust.commands import SAMPLED, Ran, Words, run
 
@@ -122,7 +122,7 @@ def steps(*, every: bool) -> tuple[Words, ...]:
 
 def run_set(name: str, database: str, folder: Path, *, every: bool = True) -> Chained:
     """Run all commands on one of `SETS`; `database` is empty, and in `folder`."""
-    write_world(folder / "world", *make_world(3, 16, 2, {}))
+    write_dataset(folder / "world", *make_dataset(3, 16, 2, {}))
     file = folder / "world" / "events.csv"
     SETS[name](pd.read_csv(file, dtype=str, keep_default_na=False)).to_csv(file, index=False)
     return chain(name, database, ["world"], folder, steps(every=every))

@@ -21,8 +21,8 @@ from typer.testing import CliRunner
 from avahazard.cli.main import app
 from avahazard.store import tables, upkeep
 from avahazard.store.session import make_engine
-from avahazard.synth.making import make_world
-from avahazard.synth.writing import write_world
+from avahazard.synth.making import make_dataset
+from avahazard.synth.writing import write_dataset
 from avahazard.workflow.database import import_files
 
 PROGRAM = str(Path(sys.executable).with_name("avahazard"))
@@ -77,7 +77,7 @@ STATES = {"empty": (), "model": MODEL, "answered": (*MODEL, HAZARD), "old": (*MO
 
 def write_records(folder: Path) -> None:
     """Write the records that the jobs work on: `world`, `changed` ones, and a project."""
-    write_world(folder / "world", *make_world(3, 16, 2, {}))
+    write_dataset(folder / "world", *make_dataset(3, 16, 2, {}))
     (folder / "changed").mkdir()
     events = (folder / "world" / "events.csv").read_text(encoding="utf-8")
     # Every tenth of a metre counts: each row is another one, and still on its path.

@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from avahazard.synth.dataset import Settings
 from avahazard.synth.effects import CATALOGUE
-from avahazard.synth.making import make_world
-from avahazard.synth.world import Settings
+from avahazard.synth.making import make_dataset
 from avahazard.synth.writing import write_records
 from benchmarks.worlds.beyond import N_EVENTS, N_PATHS, held_out_winters
 
@@ -52,7 +52,7 @@ def make(name: str, seed: int, folder: Path) -> dict[str, Any]:
     arm = ARMS[name]
     strength = 0.5 if arm.right and seed % 2 else 1.0
     effects = {key: strength * x for key, x in arm.effects.items()}
-    records, _ = make_world(seed, N_EVENTS, N_PATHS, effects, arm.settings)
+    records, _ = make_dataset(seed, N_EVENTS, N_PATHS, effects, arm.settings)
     dates = [str(event.date) for event in records.events]
     winter = np.array([int(d[:4]) + (int(d[5:7]) >= 10) for d in dates], np.int64)
     out = held_out_winters(np.random.default_rng(seed), winter)

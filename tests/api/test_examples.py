@@ -13,8 +13,8 @@ import pytest
 
 import avahazard as av
 from avahazard.api import open_region
-from avahazard.synth.making import make_world
-from avahazard.synth.writing import write_world
+from avahazard.synth.making import make_dataset
+from avahazard.synth.writing import write_dataset
 
 pytestmark = pytest.mark.usefixtures("drawn_little")
 
@@ -31,7 +31,7 @@ EXAMPLES = [
 def names(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """Give what the examples may name: a small dataset in `folder`, its region, and a model."""
     top = tmp_path_factory.mktemp("api")
-    write_world(top / "world", *make_world(1, 60, 3, {}))
+    write_dataset(top / "world", *make_dataset(1, 60, 3, {}))
     region = av.Region.from_files(top / "world", database=top / "region.db")
     base = region.calibrate("base", chains=2, draws=150)
     return {

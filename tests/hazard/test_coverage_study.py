@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from avahazard.hazard.frequency import known_volumes, volume_frequencies
+from avahazard.synth.dataset import make_track, run_track
 from avahazard.synth.making import LAST_YEAR
-from avahazard.synth.world import make_track, run_track
 from benchmarks.coverage import covered, judge, kept, planned, share, tables
 from benchmarks.study import DOCS, with_parts
 from benchmarks.true_worlds import (

@@ -14,7 +14,7 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.prediction import ground_error, look_up
 from avahazard.records.collection import Event, Path, Profile, Records
-from avahazard.synth.world import make_track, run_track
+from avahazard.synth.dataset import make_track, run_track
 from tests.physics.paths import drawn_profile
 
 X = np.arange(0.0, 2600.0, 20.0)

@@ -20,7 +20,7 @@ from avahazard.inference.prediction import (
     told,
 )
 from avahazard.records.collection import Event, Path, Records
-from avahazard.synth.world import make_track, run_track
+from avahazard.synth.dataset import make_track, run_track
 from tests.inference.studies import profile
 
 Z0, SIGMA_Z, MU, SCATTER = 930.0, 40.0, 0.5, 0.015

@@ -34,7 +34,7 @@ from avahazard.store.records import (
 )
 from avahazard.store.session import reading, writing
 from avahazard.store.tables import Base, TerrainTable
-from avahazard.synth.making import make_world
+from avahazard.synth.making import make_dataset
 
 numbers = st.floats(allow_nan=False, allow_infinity=False, width=64)
 words = st.text(
@@ -192,7 +192,7 @@ def test_many_records_are_saved_in_pieces(any_database: str) -> None:
 def test_pieces_are_all_records_each_once(
     any_database: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    world, _ = make_world(1, 40, 7)
+    world, _ = make_dataset(1, 40, 7)
     straight = Event("line", fall_height_m=1.0, runout_length_m=2.0, covariates={"k": 1.0})
     world = replace(
         world,

@@ -7,7 +7,7 @@ from math import atan, cos, sin
 
 from scipy.integrate import solve_ivp
 
-from avahazard.synth.world import Track
+from avahazard.synth.dataset import Track
 
 GRAVITY = 9.81
 

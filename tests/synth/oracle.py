@@ -9,10 +9,10 @@ from scipy.optimize import minimize
 from scipy.special import logsumexp
 
 from avahazard.records.collection import Records
+from avahazard.synth.dataset import Settings, Track, draw_dataset, run_track
 from avahazard.synth.effects import find_effect
 from avahazard.synth.making import ahead, make_sites, uphill
-from avahazard.synth.world import Settings, Track, draw_world, run_track
-from tests.synth.worlds import truth_column, world
+from tests.synth.datasets import dataset, truth_column
 
 COARSE = np.linspace(np.log(0.12), np.log(1.1), 50)
 FINE = np.linspace(COARSE[0], COARSE[-1], 500)
@@ -21,10 +21,10 @@ NODES, WEIGHTS = np.polynomial.hermite_e.hermegauss(15)
 
 def gain(seed: int, key: str, n_events: int = 250, n_paths: int = 10) -> float:
     """Gain in nats; the law, the scatter and a path effect are fitted on both sides."""
-    records, truth = world(seed, n_events=n_events, n_paths=n_paths, effects={key: 1.0})
+    records, truth = dataset(seed, n_events=n_events, n_paths=n_paths, effects={key: 1.0})
     told = truth["effects"][key]["parameters"]
-    base = draw_world(seed, make_sites(seed, n_paths, n_events), Settings(), 1.2)
-    hidden = draw_world(seed, make_sites(seed, n_paths, n_events), Settings(), 1.2)
+    base = draw_dataset(seed, make_sites(seed, n_paths, n_events), Settings(), 1.2)
+    hidden = draw_dataset(seed, make_sites(seed, n_paths, n_events), Settings(), 1.2)
     find_effect(key)(hidden, 1.0)
     if key == "centrifugal":
         find_effect(key)(base, 0.0)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from avahazard.records.errors import AvahazardError
+from avahazard.synth.dataset import Settings
 from avahazard.synth.effects import CATALOGUE, find_effect
-from avahazard.synth.world import Settings
+from tests.synth.datasets import dataset, residuals, truth_column
 from tests.synth.oracle import gain
-from tests.synth.worlds import residuals, truth_column, world
 
 KEYS = (*CATALOGUE, "covariate:snow_temperature_c")
 IN_THE_BASE = {"centrifugal"}
@@ -18,17 +18,17 @@ SMALL = {"n_events": 120, "n_paths": 6, "settings": Settings(speeds=0.2)}
 
 @pytest.mark.parametrize("key", sorted(set(KEYS) - IN_THE_BASE))
 def test_strength_nought_is_the_base_world(key: str) -> None:
-    base, _ = world(2, **SMALL)
-    neutral, _ = world(2, effects={key: 0.0}, **SMALL)
+    base, _ = dataset(2, **SMALL)
+    neutral, _ = dataset(2, effects={key: 0.0}, **SMALL)
     assert neutral.events == base.events
     assert neutral.speeds == base.speeds
     assert neutral.paths == base.paths
 
 
 def test_centrifugal_is_in_the_base_world() -> None:
-    base, truth = world(2, **SMALL)
-    assert world(2, effects={"centrifugal": 1.0}, **SMALL)[0].events == base.events
-    _, without = world(2, effects={"centrifugal": 0.0}, **SMALL)
+    base, truth = dataset(2, **SMALL)
+    assert dataset(2, effects={"centrifugal": 1.0}, **SMALL)[0].events == base.events
+    _, without = dataset(2, effects={"centrifugal": 0.0}, **SMALL)
     # Curvature loads a concave path: without it the block runs further.
     further = truth_column(without, "stop_x_m") - truth_column(truth, "stop_x_m")
     assert np.mean(further) > 30.0
@@ -36,7 +36,7 @@ def test_centrifugal_is_in_the_base_world() -> None:
 
 @pytest.mark.parametrize("key", KEYS)
 def test_truth_tells_each_effect(key: str) -> None:
-    _, truth = world(2, effects={key: 1.0}, **SMALL)
+    _, truth = dataset(2, effects={key: 1.0}, **SMALL)
     assert truth["effects"][key]["strength"] == 1.0
     assert truth["effects"][key]["parameters"]
     assert len(truth["events"]) == 120
@@ -44,8 +44,8 @@ def test_truth_tells_each_effect(key: str) -> None:
 
 @pytest.mark.parametrize("key", ["turbulent-drag", "cohesion", "entrainment", "forest-drag"])
 def test_resistance_shortens_the_run_at_the_same_friction(key: str) -> None:
-    _, base = world(2, **SMALL)
-    _, truth = world(2, effects={key: 1.0}, **SMALL)
+    _, base = dataset(2, **SMALL)
+    _, truth = dataset(2, effects={key: 1.0}, **SMALL)
     shift = truth["effects"][key]["parameters"].get("log_mu", 0.0)
     kept = {e["event_id"]: e for e in base["events"]}
     same = [
@@ -62,7 +62,7 @@ def test_resistance_shortens_the_run_at_the_same_friction(key: str) -> None:
 
 def test_effects_on_friction_have_the_size_they_tell() -> None:
     keys = ("snow-type", "path-section", "season", "release-elevation")
-    records, truth = world(4, n_events=300, effects=dict.fromkeys(keys, 1.0))
+    records, truth = dataset(4, n_events=300, effects=dict.fromkeys(keys, 1.0))
     told = {key: truth["effects"][key]["parameters"] for key in keys}
     section = {p.path_id: p.section for p in records.paths}
     winter_day = []
@@ -83,7 +83,7 @@ def test_effects_on_friction_have_the_size_they_tell() -> None:
 
 
 def test_scatter_falls_with_volume() -> None:
-    _, truth = world(4, n_events=1500, effects={"volume-scatter": 1.0})
+    _, truth = dataset(4, n_events=1500, effects={"volume-scatter": 1.0})
     volume = truth_column(truth, "volume_m3")
     apart = np.log(truth_column(truth, "mu") / truth_column(truth, "mu_median"))
     small, large = apart[volume < 3e4].std(), apart[volume > 2e5].std()
@@ -92,13 +92,13 @@ def test_scatter_falls_with_volume() -> None:
 
 
 def test_path_effect_has_its_spread() -> None:
-    _, truth = world(4, n_events=600, n_paths=60, effects={"path-effect": 1.0})
+    _, truth = dataset(4, n_events=600, n_paths=60, effects={"path-effect": 1.0})
     offsets = list(truth["effects"]["path-effect"]["parameters"]["log_mu"].values())
     assert np.std(offsets) == pytest.approx(0.15, rel=0.25)
 
 
 def test_observation_limit_is_kept_but_not_told() -> None:
-    records, truth = world(4, effects={"observation-limit": 1.0})
+    records, truth = dataset(4, effects={"observation-limit": 1.0})
     assert all(p.observed_below_m is None for p in records.paths)
     limit = truth["seen_below_m"]
     y = truth_column(truth, "front_elevation_m")
@@ -106,7 +106,7 @@ def test_observation_limit_is_kept_but_not_told() -> None:
 
 
 def test_old_records_lie_too_high() -> None:
-    records, truth = world(4, n_events=2000, effects={"epoch-bias": 1.0})
+    records, truth = dataset(4, n_events=2000, effects={"epoch-bias": 1.0})
     y = truth_column(truth, "front_elevation_m")
     old, new = [], []
     for e, v in zip(records.events, y, strict=True):
@@ -117,7 +117,7 @@ def test_old_records_lie_too_high() -> None:
 
 
 def test_front_is_ahead_by_a_share_of_the_deposit() -> None:
-    records, truth = world(4, n_events=200, effects={"leading-edge": 1.0})
+    records, truth = dataset(4, n_events=200, effects={"leading-edge": 1.0})
     length = np.array([e.deposit_length_m for e in records.events])
     lead = truth_column(truth, "front_x_m") - truth_column(truth, "stop_x_m")
     stopped = truth_column(truth, "status") == "stopped"
@@ -128,7 +128,7 @@ def test_front_is_ahead_by_a_share_of_the_deposit() -> None:
 
 
 def test_covariate_makes_its_column_and_bends() -> None:
-    records, truth = world(4, n_events=300, effects={"covariate:new_snow": 1.0})
+    records, truth = dataset(4, n_events=300, effects={"covariate:new_snow": 1.0})
     z = np.array([e.covariates["new_snow"] for e in records.events], float)
     extra = np.log(truth_column(truth, "mu_median") / 0.5) + 7e-7 * truth_column(truth, "volume_m3")
     straight = np.polynomial.Polynomial.fit(z, extra, 1)(z)
@@ -142,7 +142,7 @@ def test_unknown_effects_are_refused() -> None:
     with pytest.raises(AvahazardError, match="no effect 'covariate:'"):
         find_effect("covariate:")
     with pytest.raises(AvahazardError, match="not numeric"):
-        world(1, effects={"covariate:snow_type": 1.0})
+        dataset(1, effects={"covariate:snow_type": 1.0})
 
 
 @pytest.mark.slow

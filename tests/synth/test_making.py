@@ -9,28 +9,28 @@ import pytest
 
 from avahazard.records.errors import AvahazardError
 from avahazard.synth import making
+from avahazard.synth.dataset import Exponential, Power, Settings, make_track
 from avahazard.synth.making import (
     RUN_ON_M,
     VALLEY_SLOPE,
     ahead,
     concave_profile,
+    make_dataset,
     make_sites,
-    make_world,
     uphill,
 )
-from avahazard.synth.world import Exponential, Power, Settings, make_track
-from tests.synth.worlds import residuals, truth_column, world
+from tests.synth.datasets import dataset, residuals, truth_column
 
 
 def test_same_seed_same_world_and_another_seed_another() -> None:
-    one, two, other = (world(seed, n_events=60, n_paths=4) for seed in (1, 1, 2))
+    one, two, other = (dataset(seed, n_events=60, n_paths=4) for seed in (1, 1, 2))
     assert one[0].events == two[0].events
     assert one[1] == two[1]
     assert one[0].events != other[0].events
 
 
 def test_friction_follows_the_law_with_its_scatter() -> None:
-    _, truth = world(3, n_events=3000, n_paths=6)
+    _, truth = dataset(3, n_events=3000, n_paths=6)
     volume, mu = truth_column(truth, "volume_m3"), truth_column(truth, "mu")
     slope, level = np.polyfit(volume, np.log(mu), 1)
     assert level == pytest.approx(np.log(0.5), abs=0.015)
@@ -39,7 +39,7 @@ def test_friction_follows_the_law_with_its_scatter() -> None:
 
 
 def test_power_law() -> None:
-    _, truth = world(3, n_events=2000, n_paths=6, settings=Settings(law=Power()))
+    _, truth = dataset(3, n_events=2000, n_paths=6, settings=Settings(law=Power()))
     assert truth["law"] == {"name": "power", "alpha": 1.83, "beta": 0.12}
     logs = np.log(truth_column(truth, "volume_m3")), np.log(truth_column(truth, "mu"))
     # What is too rough to start is undetected: with this law some of the smallest.
@@ -47,7 +47,7 @@ def test_power_law() -> None:
 
 
 def test_volumes_are_recorded_with_their_error() -> None:
-    records, truth = world(4, n_events=2000, settings=Settings(volume_rel_sigma=0.4))
+    records, truth = dataset(4, n_events=2000, settings=Settings(volume_rel_sigma=0.4))
     recorded = np.array([e.volume_m3 for e in records.events])
     error = np.log(recorded / truth_column(truth, "volume_m3"))
     assert error.std() == pytest.approx(0.4, rel=0.05)
@@ -57,12 +57,12 @@ def test_volumes_are_recorded_with_their_error() -> None:
 
 def test_too_few_events_are_refused() -> None:
     with pytest.raises(AvahazardError, match="cannot be spread"):
-        make_world(1, n_events=5, n_paths=9)
+        make_dataset(1, n_events=5, n_paths=9)
 
 
 def test_avalanches_that_never_start_are_an_error() -> None:
     with pytest.raises(AvahazardError, match="Too few avalanches"):
-        make_world(1, 20, 2, settings=Settings(law=Exponential(a=10.0)))
+        make_dataset(1, 20, 2, settings=Settings(law=Exponential(a=10.0)))
 
 
 def events_of(truth: dict[str, Any]) -> list[dict[str, Any]]:
@@ -98,9 +98,9 @@ def test_profile_has_the_drop_and_the_slopes_asked_for() -> None:
 def test_a_longer_end_moves_no_avalanche_that_stopped_before_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    longer, truth = make_world(0, 120, 6)
+    longer, truth = make_dataset(0, 120, 6)
     monkeypatch.setattr(making, "_run_on", lambda x, y: (x, y))
-    shorter, before = make_world(0, 120, 6)
+    shorter, before = make_dataset(0, 120, 6)
     stops = list(zip(events_of(truth), events_of(before), strict=True))
     stopped = [(e, f) for e, f in stops if f["status"] == "stopped"]
     assert 100 < len(stopped) < 120
@@ -141,7 +141,7 @@ def test_uphill_is_back_towards_the_release() -> None:
 
 
 def test_errors_of_records_shrink_with_the_year() -> None:
-    records, truth = world(5, n_events=3000, n_paths=12)
+    records, truth = dataset(5, n_events=3000, n_paths=12)
     front, y = truth_column(truth, "front_x_m"), truth_column(truth, "front_elevation_m")
     by_year: dict[bool, list[float]] = {True: [], False: []}
     for event, x_true, y_true in zip(records.events, front, y, strict=True):
@@ -162,7 +162,7 @@ def test_errors_of_records_shrink_with_the_year() -> None:
 
 
 def test_x_is_recorded_exactly_on_the_paths_that_rise_somewhere() -> None:
-    records, _ = world(5, n_events=400, n_paths=12)
+    records, _ = dataset(5, n_events=400, n_paths=12)
     rising = {p.path_id for p in records.profiles if (np.diff(p.y_m) >= 0.0).any()}
     assert 0 < len(rising) < 12
     for event in records.events:
@@ -172,7 +172,7 @@ def test_x_is_recorded_exactly_on_the_paths_that_rise_somewhere() -> None:
 
 def test_an_event_beyond_the_profile_has_no_runout() -> None:
     light = Settings(law=Exponential(0.3, 3e-6))
-    records, truth = world(5, n_events=400, settings=light)
+    records, truth = dataset(5, n_events=400, settings=light)
     left = truth_column(truth, "status") == "left_profile"
     assert 0 < left.sum() < 200
     assert [e.left_profile for e in records.events] == left.tolist()
@@ -184,13 +184,13 @@ def test_an_event_beyond_the_profile_has_no_runout() -> None:
 
 
 def test_censored_paths_tell_their_limit_and_keep_to_it() -> None:
-    records, truth = world(6, n_events=240, settings=Settings(censored_share=0.3))
+    records, truth = dataset(6, n_events=240, settings=Settings(censored_share=0.3))
     limit = {p.path_id: p.observed_below_m for p in records.paths}
     assert len(records.events) == 240
     assert truth["seen_below_m"] == limit
     y = truth_column(truth, "front_elevation_m")
     assert all(v <= limit[e.path_id] for v, e in zip(y, records.events, strict=True))
-    whole, told = world(6, n_events=240)
+    whole, told = dataset(6, n_events=240)
     assert all(p.observed_below_m is None for p in whole.paths)
     above = np.mean(
         [
@@ -202,7 +202,7 @@ def test_censored_paths_tell_their_limit_and_keep_to_it() -> None:
 
 
 def test_wrong_records_are_far_off_and_flagged() -> None:
-    records, truth = world(7, n_events=1000, settings=Settings(wrong_share=0.1))
+    records, truth = dataset(7, n_events=1000, settings=Settings(wrong_share=0.1))
     wrong = truth_column(truth, "wrong_record")
     assert wrong.mean() == pytest.approx(0.1, abs=0.03)
     y = truth_column(truth, "front_elevation_m")
@@ -219,7 +219,7 @@ def test_wrong_records_are_far_off_and_flagged() -> None:
 
 
 def test_speeds_are_measured_on_a_share_of_the_events() -> None:
-    records, _ = world(8, n_events=200, settings=Settings(speeds=0.25))
+    records, _ = dataset(8, n_events=200, settings=Settings(speeds=0.25))
     by_event: dict[str, list[float]] = {}
     for s in records.speeds:
         assert 1.0 <= s.speed_sigma_m_s <= 2.0
@@ -227,11 +227,11 @@ def test_speeds_are_measured_on_a_share_of_the_events() -> None:
         by_event.setdefault(s.event_id, []).append(s.x_m)
     assert len(by_event) == 50
     assert np.mean([len(v) for v in by_event.values()]) > 8.0
-    assert not world(8, n_events=200)[0].speeds
+    assert not dataset(8, n_events=200)[0].speeds
 
 
 def test_decoys_are_noise_or_follow_what_they_say() -> None:
-    records, truth = world(9, n_events=1000, settings=Settings(decoys=4))
+    records, truth = dataset(9, n_events=1000, settings=Settings(decoys=4))
     columns = {k: [e.covariates[f"decoy_{k}"] for e in records.events] for k in range(1, 5)}
     volume = np.log(truth_column(truth, "volume_m3"))
     release = np.array([e.release_elevation_m for e in records.events])
@@ -242,7 +242,7 @@ def test_decoys_are_noise_or_follow_what_they_say() -> None:
 
 
 def test_deposits_give_the_recorded_volume() -> None:
-    records, _ = world(9, n_events=100)
+    records, _ = dataset(9, n_events=100)
     for e in records.events:
         assert e.deposit_length_m is not None
         assert e.deposit_width_m is not None

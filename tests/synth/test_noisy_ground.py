@@ -20,8 +20,8 @@ from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.physics.terrain import build_terrain
 from avahazard.records.collection import Profile, Records
 from avahazard.records.reading import read_records
-from avahazard.synth.making import RUN_ON_M, concave_profile, make_sites, make_world
-from avahazard.synth.world import Settings, SitePlan, make_track, run_track
+from avahazard.synth.dataset import Settings, SitePlan, make_track, run_track
+from avahazard.synth.making import RUN_ON_M, concave_profile, make_dataset, make_sites
 from avahazard.synth.writing import write_records
 
 MU = np.exp(np.random.default_rng(0).normal(np.log(0.47), 0.15, 40))
@@ -45,7 +45,7 @@ def noisy_world(plan: NoisyPlan) -> Records:
     sites = make_sites(plan.seed, plan.n_paths, plan.n_events)
     if plan.benched:
         sites = tuple(_with_benches(site, plan.seed + k) for k, site in enumerate(sites))
-    exact, _ = make_world(plan.seed, settings=Settings(), sites=sites)
+    exact, _ = make_dataset(plan.seed, settings=Settings(), sites=sites)
     rng = np.random.default_rng([plan.seed, 8])
     profiles = [measured(p, plan.spacing_m, plan.sigma_m, False, rng) for p in exact.profiles]
     return replace(exact, profiles=tuple(profiles))

@@ -28,7 +28,7 @@ from avahazard.store import records as store_records
 from avahazard.store.records import save_records
 from avahazard.store.results import read_run
 from avahazard.store.session import reading, writing
-from avahazard.synth.making import make_world
+from avahazard.synth.making import make_dataset
 from avahazard.workflow import by_path
 from avahazard.workflow.by_path import (
     PathTask,
@@ -188,7 +188,7 @@ def test_such_a_change_ends_a_run_by_any_engine(changing: str, engine: EngineNam
 @pytest.fixture(scope="module")
 def world() -> Records:
     """Seven paths with events, two without any, one of them without a profile; and a slide."""
-    made, _ = make_world(2, 90, 8)
+    made, _ = make_dataset(2, 90, 8)
     last = made.paths[-1].path_id
     slide = Event("slide", fall_height_m=1.0, runout_length_m=2.0)
     return replace(

@@ -14,7 +14,7 @@ from avahazard.inference.model import observations
 from avahazard.store import upkeep
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
-from avahazard.synth.making import make_world
+from avahazard.synth.making import make_dataset
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.diagnose import diagnose_model
@@ -29,7 +29,7 @@ def world(tmp_path_factory: pytest.TempPathFactory) -> str:
     """A database with 24 events on three paths, drag at work, some with speeds."""
     file = str(tmp_path_factory.mktemp("engines") / "world.db")
     upkeep.create(file)
-    records, _ = make_world(5, 24, 3, {"turbulent-drag": 1.0})
+    records, _ = make_dataset(5, 24, 3, {"turbulent-drag": 1.0})
     with writing(file) as session:
         save_records(session, records)
     return file

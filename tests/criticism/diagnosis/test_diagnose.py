@@ -11,7 +11,7 @@ from avahazard.effects.own_file import definition_from
 from avahazard.inference.likelihood.assemble import with_effects
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.synth.making import make_world
+from avahazard.synth.making import make_dataset
 from tests.criticism.lengths import lengths
 from tests.inference.misstated import misstated
 
@@ -119,7 +119,7 @@ def test_what_it_could_have_seen_it_mostly_sees() -> None:
     ("key", "strength"), [("season", 1.5), ("turbulent-drag", 1.5), ("path-effect", 1.5)]
 )
 def test_the_hidden_effect_of_a_world_is_named(key: str, strength: float) -> None:
-    records, _ = make_world(21, 240, 10, {key: strength})
+    records, _ = make_dataset(21, 240, 10, {key: strength})
     found = diagnose(build_observations(records), Specification(), {})
     assert found.missing == (key,)
     assert found.verdict == "missing-effect"
@@ -127,7 +127,7 @@ def test_the_hidden_effect_of_a_world_is_named(key: str, strength: float) -> Non
 
 @pytest.mark.slow
 def test_a_world_without_hidden_effect_is_adequate() -> None:
-    records, _ = make_world(22, 240, 10)
+    records, _ = make_dataset(22, 240, 10)
     found = diagnose(build_observations(records), Specification(), {})
     assert found.verdict == "adequate"
     assert np.isfinite(found.detectable.metres)

@@ -23,8 +23,8 @@ from avahazard.inference.model.observations import SpeedRecord, build_observatio
 from avahazard.physics.cells import GRAVITY, SPEEDS, Resistance, no_resistance
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Path, Profile, Records
-from avahazard.synth.making import make_world
-from avahazard.synth.world import Settings
+from avahazard.synth.dataset import Settings
+from avahazard.synth.making import make_dataset
 from tests.inference.studies import near, posterior
 
 MOTION = {
@@ -39,7 +39,7 @@ TRUE = {"turbulent-drag": 0.003, "cohesion": 0.8}
 
 def world(seed: int, *effects: str, n: int = 60) -> Records:
     settings = Settings(speeds=0.6)
-    records, _ = make_world(seed, n, 4, dict.fromkeys(effects, 1.0), settings)
+    records, _ = make_dataset(seed, n, 4, dict.fromkeys(effects, 1.0), settings)
     return records
 
 

@@ -22,7 +22,7 @@ from avahazard.inference.model.specification import Specification
 from avahazard.inference.sampling import calibrate_model
 from avahazard.records.collection import Records
 from avahazard.report.language import language_of
-from avahazard.synth.making import make_world
+from avahazard.synth.making import make_dataset
 from avahazard.workflow.stored import calibration_result, model_notes
 from tests.criticism.lengths import lengths
 from tests.criticism.studies import straight
@@ -85,7 +85,7 @@ def test_a_model_with_heavy_tails_has_no_note() -> None:
 
 def _world(seed: int, strength: float) -> Observations:
     effects = {"path-effect": strength} if strength else {}
-    return build_observations(make_world(seed, 90, 6, effects)[0])
+    return build_observations(make_dataset(seed, 90, 6, effects)[0])
 
 
 def _model(given: Observations, *effects: str) -> FittedModel:

@@ -27,8 +27,8 @@ from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.records.collection import Event, Path
-from avahazard.synth.making import make_world
-from avahazard.synth.world import Settings
+from avahazard.synth.dataset import Settings
+from avahazard.synth.making import make_dataset
 from tests.criticism.studies import straight
 
 LAW, SCATTER, SEASON, ERROR = "volume-law", "volume-scatter", "season", "volume-error"
@@ -220,7 +220,7 @@ def test_short_runouts_that_nobody_recorded_are_named_and_no_force() -> None:
     named = []
     for seed in range(900010, 900014):
         n_events, n_paths = (120, 9) if seed % 2 else (250, 11)
-        records, _ = make_world(seed, n_events, n_paths, {LIMIT: 1.0})
+        records, _ = make_dataset(seed, n_events, n_paths, {LIMIT: 1.0})
         named.append(diagnose(build_observations(records), Specification(), {}).missing)
     assert sum(LIMIT in missing for missing in named) >= 3
     assert not any(DRAG in missing for missing in named)
@@ -259,7 +259,7 @@ def test_the_far_ones_are_named_worst_first(in_log: bool, n_volumes: int) -> Non
 
 
 def _world(seed: int, effects: dict[str, float], error: float) -> Observations:
-    records, _ = make_world(seed, 120, 9, effects, Settings(volume_rel_sigma=error))
+    records, _ = make_dataset(seed, 120, 9, effects, Settings(volume_rel_sigma=error))
     events = tuple(replace(e, volume_rel_sigma=STATED) for e in records.events)
     return build_observations(replace(records, events=events))
 

@@ -16,7 +16,7 @@ from avahazard.criticism.scoring.error_budget import (
 from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.model.observations import build_observations
 from avahazard.records.collection import Event, Path, Records
-from avahazard.synth.world import run_track
+from avahazard.synth.dataset import run_track
 from tests.criticism.scoring.test_error_budget import rms
 from tests.inference.model.test_observations import GROUND, TRACK, Z0
 from tests.inference.studies import near, posterior

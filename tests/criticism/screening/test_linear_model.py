@@ -14,8 +14,8 @@ from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.synth.making import make_world
-from avahazard.synth.world import Settings
+from avahazard.synth.dataset import Settings
+from avahazard.synth.making import make_dataset
 from tests.criticism.lengths import lengths
 from tests.inference import studies
 
@@ -156,7 +156,7 @@ def test_first_order_gains_are_those_of_full_fits(slope: float) -> None:
 
 
 def test_a_force_is_seen_where_speeds_are_measured() -> None:
-    records, _ = make_world(5, 60, 4, {"turbulent-drag": 0.7}, Settings(speeds=0.4))
+    records, _ = make_dataset(5, 60, 4, {"turbulent-drag": 0.7}, Settings(speeds=0.4))
     observations = build_observations(records)
     base = refit(observations, Specification(), {}, (PATH_EFFECT,))
     drag = find_definition("turbulent-drag")

@@ -13,7 +13,7 @@ from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.model.volumes import bounded
-from avahazard.synth.making import make_world
+from avahazard.synth.making import make_dataset
 
 KEYS = ("volume-law", "cohesion")
 
@@ -27,7 +27,7 @@ def _gains(observations: Observations) -> dict[str, float]:
 
 @pytest.mark.slow
 def test_of_20_000_events_other_laws_gain_no_more_than_by_chance() -> None:
-    records, _ = make_world(1, 20_000, 1000)
+    records, _ = make_dataset(1, 20_000, 1000)
     observations = build_observations(records)
     assert observations.volumes.largest == pytest.approx(8e5, rel=0.1)
     ended = _gains(observations)

@@ -18,8 +18,8 @@ from avahazard.inference.fitting.star import (
 )
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
-from avahazard.synth.making import make_world
-from avahazard.synth.world import Settings
+from avahazard.synth.dataset import Settings
+from avahazard.synth.making import make_dataset
 from tests.inference.studies import near, observations, one_path, posterior
 
 
@@ -29,7 +29,7 @@ def _model(*effects: str) -> Posterior:
 
 def _with_speeds(*effects: str) -> Posterior:
     """Tracks of speeds of every event, by which the likelihood is sharp in the motion."""
-    records, _ = make_world(41_002, 60, 5, {"turbulent-drag": 1.0}, Settings(speeds=1.0))
+    records, _ = make_dataset(41_002, 60, 5, {"turbulent-drag": 1.0}, Settings(speeds=1.0))
     return posterior(build_observations(records), *effects)
 
 
@@ -138,7 +138,7 @@ def test_runouts_of_the_star_are_those_of_runs_made_for_the_same_effects(
     effects: tuple[str, ...],
 ) -> None:
     """Within 0.1 m at the mode, 1 m over the 90 % region, wherever F goes on beside a record."""
-    records, _ = make_world(5, 30, 2, dict.fromkeys(effects, 1.0), Settings(speeds=1.0))
+    records, _ = make_dataset(5, 30, 2, dict.fromkeys(effects, 1.0), Settings(speeds=1.0))
     model, mode = search_mode(posterior(build_observations(records), *effects))
     assert _metres_apart(model, mode.u) < 0.1
     rng, factor = np.random.default_rng(0), np.linalg.cholesky(mode.covariance)

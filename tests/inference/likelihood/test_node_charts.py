@@ -24,8 +24,8 @@ from avahazard.inference.model.observations import (
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Event, Path, Profile, Records
-from avahazard.synth.making import make_world
-from avahazard.synth.world import Settings
+from avahazard.synth.dataset import Settings
+from avahazard.synth.making import make_dataset
 from tests.inference.studies import near, observations, posterior
 
 
@@ -51,7 +51,7 @@ def test_blocks_that_parameters_move_are_run_for_each() -> None:
 @cache
 def in_sight() -> Observations:
     """Events without a detection limit, some with speeds and one beyond the profile."""
-    records = make_world(5, 24, 2, {}, Settings(speeds=0.4))[0]
+    records = make_dataset(5, 24, 2, {}, Settings(speeds=0.4))[0]
     gone = replace(records.events[3], left_profile=True, runout_elevation_m=None, runout_x_m=None)
     events = tuple(gone if e.event_id == gone.event_id else e for e in records.events)
     return build_observations(replace(records, events=events))
@@ -133,7 +133,7 @@ X = np.linspace(0.0, 1900.0, 96)
 @cache
 def mixed() -> Observations:
     """Events of three paths in turn; one beyond the profile, one with panels, one line."""
-    records = make_world(5, 24, 3, {})[0]
+    records = make_dataset(5, 24, 3, {})[0]
     first, second, *others = records.events
     left = replace(first, left_profile=True, runout_elevation_m=None, runout_x_m=None)
     vague = replace(second, runout_sigma_m=150.0)

@@ -27,8 +27,8 @@ from avahazard.inference.model.observations import (
 )
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.runout_curve import MU
-from avahazard.synth.making import make_world
-from avahazard.synth.world import Settings
+from avahazard.synth.dataset import Settings
+from avahazard.synth.making import make_dataset
 from tests.inference import naive_nodes
 
 LOG_MU = np.log(MU)
@@ -354,7 +354,7 @@ def test_a_wide_edge_of_sight_has_as_many_nodes_as_a_record() -> None:
 
 @pytest.fixture(scope="module")
 def observations() -> Observations:
-    records, _ = make_world(11, 60, 5, {}, Settings(speeds=0.1))
+    records, _ = make_dataset(11, 60, 5, {}, Settings(speeds=0.1))
     return build_observations(records)
 
 
@@ -401,7 +401,7 @@ def test_a_record_where_nothing_stops_costs_no_more_than_a_wrong_one(
 
 @pytest.mark.parametrize("share", [0.0, 0.3])
 def test_the_share_of_wrong_records_is_found(share: float) -> None:
-    records, _ = make_world(12, 150, 5, {}, Settings(wrong_share=share))
+    records, _ = make_dataset(12, 150, 5, {}, Settings(wrong_share=share))
     fit = refit(build_observations(records), Specification(law="constant", tails="student"), {}, ())
     found = fit.parameters("")
     # Those that lie where a right one may lie are not recognised, and the prior expects few.

@@ -18,7 +18,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.records.collection import Event, Path, Records
-from avahazard.synth.world import make_track, run_track
+from avahazard.synth.dataset import make_track, run_track
 from tests.inference.studies import profile
 
 Z0, SIGMA_Z, SCATTER = 900.0, 40.0, 0.05

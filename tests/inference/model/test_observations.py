@@ -23,7 +23,7 @@ from avahazard.inference.model.observations import (
 from avahazard.physics.cells import GRAVITY
 from avahazard.records.collection import Event, Path, Profile, Records, Speed
 from avahazard.records.errors import AvahazardError
-from avahazard.synth.world import make_track, run_track
+from avahazard.synth.dataset import make_track, run_track
 from tests.inference.studies import profile
 
 X = np.linspace(0.0, 1900.0, 96)

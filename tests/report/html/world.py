@@ -12,7 +12,7 @@ from avahazard.records.collection import TerrainCrop
 from avahazard.store import results, upkeep
 from avahazard.store.records import save_terrain
 from avahazard.store.session import writing
-from avahazard.synth.making import make_world
+from avahazard.synth.making import make_dataset
 from avahazard.synth.writing import write_records
 from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.compare import compare
@@ -59,7 +59,7 @@ def make_report_database(folder: Path) -> str:
 def make_loop_database(folder: Path) -> str:
     """A synthetic dataset in which snow type rules: `base` does not know it, `child` does."""
     database = str(folder / "loop.db")
-    records, _ = make_world(3, 60, 3, {"snow-type": 2.0})
+    records, _ = make_dataset(3, 60, 3, {"snow-type": 2.0})
     upkeep.create(database)
     import_files(database, [*write_records(folder, records)])
     calibrate(database, "base", CalibrateRequest(chains=2, draws=100))

@@ -274,7 +274,7 @@ STEEP = 0.8  # the tangent of a slope on which nearly all of these avalanches st
 
 
 @dataclass(slots=True)
-class World:
+class Dataset:
     """All arrays `[n_events]` unless said; an effect changes them in place.
 
     There are more events than will be recorded, since some go undetected. `path` points
@@ -313,7 +313,9 @@ class World:
         return generator(self.seed, key)
 
 
-def draw_world(seed: int, sites: tuple[SitePlan, ...], settings: Settings, spare: float) -> World:
+def draw_dataset(
+    seed: int, sites: tuple[SitePlan, ...], settings: Settings, spare: float
+) -> Dataset:
     """The base dataset: events by path, their volumes, releases, dates and columns.
 
     `spare` is how many times the events of each site are drawn.
@@ -331,7 +333,7 @@ def draw_world(seed: int, sites: tuple[SitePlan, ...], settings: Settings, spare
     winter = rng.integers(first + 1, last + 1)
     dates = [date(int(w) - 1, 12, 1) + timedelta(int(d)) for w, d in zip(winter, day, strict=True)]
     spread = np.exp(generator(seed, "deposits").normal(0.0, 0.5, n))
-    world = World(
+    dataset = Dataset(
         seed=seed,
         settings=settings,
         sites=sites,
@@ -348,8 +350,8 @@ def draw_world(seed: int, sites: tuple[SitePlan, ...], settings: Settings, spare
         raised_m=np.zeros(n),
         unseen_share=settings.censored_share,
     )
-    _draw_columns(world)
-    return world
+    _draw_columns(dataset)
+    return dataset
 
 
 def _draw_volumes(
@@ -390,20 +392,20 @@ def _draw_releases(
     return release
 
 
-def _draw_columns(world: World) -> None:
-    n = len(world.path)
-    snow = world.generator("snow").choice(["dry", "mixed", "wet"], size=n, p=[0.5, 0.2, 0.3])
-    world.columns["snow_type"] = snow
-    degrees = np.minimum(world.generator("temperature").normal(-6.0, 3.0, n), 0.0)
-    world.columns["snow_temperature_c"] = np.asarray(np.round(degrees, 1), np.float64)
-    for k in range(world.settings.decoys):
-        rng = world.generator(f"decoy {k}")
+def _draw_columns(dataset: Dataset) -> None:
+    n = len(dataset.path)
+    snow = dataset.generator("snow").choice(["dry", "mixed", "wet"], size=n, p=[0.5, 0.2, 0.3])
+    dataset.columns["snow_type"] = snow
+    degrees = np.minimum(dataset.generator("temperature").normal(-6.0, 3.0, n), 0.0)
+    dataset.columns["snow_temperature_c"] = np.asarray(np.round(degrees, 1), np.float64)
+    for k in range(dataset.settings.decoys):
+        rng = dataset.generator(f"decoy {k}")
         noise = rng.normal(size=n)
         name = f"decoy_{k + 1}"
         if k % 4 == 1:
-            world.columns[name] = np.array(["x", "y", "z"])[rng.integers(0, 3, n)]
+            dataset.columns[name] = np.array(["x", "y", "z"])[rng.integers(0, 3, n)]
             continue
-        followed = {2: np.log(world.volume_m3), 3: world.release_elevation_m}.get(k % 4)
+        followed = {2: np.log(dataset.volume_m3), 3: dataset.release_elevation_m}.get(k % 4)
         if followed is not None:
             noise = 0.7 * (followed - followed.mean()) / followed.std() + np.sqrt(0.51) * noise
-        world.columns[name] = np.round(noise, 3)
+        dataset.columns[name] = np.round(noise, 3)

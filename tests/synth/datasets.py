@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from avahazard.records.collection import Records
-from avahazard.synth.making import make_world
+from avahazard.synth.making import make_dataset
 
 
 def truth_column(truth: dict[str, Any], name: str) -> Any:
@@ -21,6 +21,6 @@ def residuals(truth: dict[str, Any]) -> Any:
     return apart / truth_column(truth, "scatter")
 
 
-def world(seed: int, **options: Any) -> tuple[Records, dict[str, Any]]:
+def dataset(seed: int, **options: Any) -> tuple[Records, dict[str, Any]]:
     """A dataset, with a truth that tests may look into."""
-    return make_world(seed, **options)
+    return make_dataset(seed, **options)

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from avahazard.synth.making import make_sites
-from avahazard.synth.world import (
+from avahazard.synth.dataset import (
     LEFT_PROFILE,
     NOT_RELEASED,
     STOPPED,
@@ -18,6 +17,7 @@ from avahazard.synth.world import (
     make_track,
     run_track,
 )
+from avahazard.synth.making import make_sites
 from tests.synth.naive import run_in_time
 
 
