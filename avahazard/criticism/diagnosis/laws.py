@@ -56,13 +56,18 @@ Laws = tuple[FoundLaw, ...]
 
 
 def found_shape(fit: Refit, entry: Definition) -> Shape | None:
-    """The curve of a smooth that was fitted, by the posterior; None for what is no curve."""
+    """The curve of a smooth that was fitted, by the posterior; None for what is no curve.
+
+    One by speed ends at the largest that was measured: beyond it nothing holds the curve.
+    """
     curve = entry.curve(fit.facts.get(entry.key, {}))
     if curve is None:
         return None
-    curves = fit.drawn(entry.key) @ curve.columns.T
+    measured = [track.speed for track in fit.observations.speeds] if curve.of == "speed" else []
+    seen = curve.x <= np.max(np.concatenate(measured)) if measured else np.full(len(curve.x), True)
+    curves = fit.drawn(entry.key) @ curve.columns[seen].T
     low, middle, high = (tuple(row) for row in np.quantile(curves, LEVELS, axis=0).tolist())
-    x = tuple(curve.x.tolist())
+    x = tuple(curve.x[seen].tolist())
     return Shape(curve.of, curve.unit, curve.value, x, low, middle, high, curve.path)
 
 
