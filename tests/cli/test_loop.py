@@ -25,7 +25,7 @@ TOLERANCE = 0.02
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "hidden"), enumerate(DATASETS, 1))
+@pytest.mark.parametrize(("seed", "hidden"), list(enumerate(DATASETS, 1)))
 def test_next_steps_lead_to_the_best_model(
     avahazard: Callable[..., Result],
     tmp_path: Path,
