@@ -100,17 +100,16 @@ def _models(console: Console, found: Rows[ModelSummary]) -> None:
         return
     rows = [
         (
-            row.model if row.parent is None else f"{row.model} (from {row.parent})",
-            row.law,
+            row.model,
             ", ".join(row.effects) or None,
-            row.method,
+            f"{row.law}, {row.method}",
             row.n_events,
             row.converged,
             row.created[:10],
         )
         for row in found
     ]
-    columns = ("model", "law", "effects", "method", ">events", "converged", "made")
+    columns = ("model", "effects", "law, method", ">events", "converged", "made")
     console.print(table("", columns, rows))
 
 

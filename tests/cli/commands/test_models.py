@@ -18,8 +18,8 @@ def test_models_in_a_table_and_as_json(on_models: Run) -> None:
     assert done.exit_code == 0
     rows = [line.split() for line in done.stdout.splitlines() if "exponential" in line]
     assert [row[:4] for row in rows] == [
-        ["base", "exponential", "–", "marginal"],
-        ["plain", "exponential", "–", "gibbs"],
+        ["base", "–", "exponential,", "marginal"],
+        ["plain", "–", "exponential,", "gibbs"],
     ]
     assert max(map(len, done.stdout.splitlines())) <= 80
     base, plain = json.loads(on_models("--json", "models").stdout)
