@@ -104,10 +104,10 @@ def fitted_in_full(
 ) -> tuple[dict[str, Refit], Screening]:
     """The candidates that stand out, fitted (but those `known`), and the screening with p-values.
 
-    `alone` are candidates that no screening can try, tested by themselves;
-    `expected` the keys of those that were declared beforehand. These are a family of their own,
-    with two thirds of the level; the others have the rest of it, and all of it once every expected
-    one is significant (the fallback procedure, Wiens 2003).
+    Without those that gain too little to have evidence. `alone` are candidates that no screening
+    can try, tested by themselves; `expected` the keys of those that were declared beforehand. These
+    are a family of their own, with two thirds of the level; the others have the rest of it, and all
+    of it once every expected one is significant (the fallback procedure, Wiens 2003).
     """
     observations = base.observations
     likely = likely_values(screening.candidates, observations)
