@@ -94,7 +94,7 @@ def _line(profile: Profile) -> tuple[Floats, Floats, Floats, str]:
 WORTH_A_NOTE = 0.05
 """Share of draws from which something is said of them."""
 MAX_PARAMETERS = 4000
-"""Posterior draws that the bounds of a volume take, evenly, of those of the model."""
+"""Posterior draws that the bounds of a volume take, thinned from those of the model."""
 MAX_TABLES = 32
 """Groups of draws that the block is run for where effects on the motion have parameters."""
 
@@ -257,7 +257,7 @@ def block_groups(model: FittedModel, future: FutureEvents) -> BlockGroups:
 def path_draws(
     model: FittedModel, groups: BlockGroups, path_id: str, n_parameters: int
 ) -> PathDraws:
-    """At most `n_parameters` of the draws of a model, taken evenly, for a path."""
+    """At most `n_parameters` of the draws of a model, thinned, for a path."""
     order = np.concatenate(groups.members)
     group = np.repeat(np.arange(len(groups.members)), [len(m) for m in groups.members])
     taken = np.isin(order, model.evenly(min(len(order), n_parameters)))

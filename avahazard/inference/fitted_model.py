@@ -203,7 +203,7 @@ class FittedModel:
         return resistance_of(site, self.effects, values, float(self.specification.centrifugal))
 
     def evenly(self, n: int) -> NDArray[np.int64]:
-        """Indices `[n]` of draws, evenly over all of them."""
+        """Indices `[n]` of draws, thinned over all of them."""
         return np.linspace(0, len(self.draws) - 1, n).round().astype(np.int64)
 
     def group_offsets(self, rng: np.random.Generator) -> Floats | None:

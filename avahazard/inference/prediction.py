@@ -53,7 +53,7 @@ class PredictedStops:
 def predict_stops(
     model: FittedModel, n_draws: int, rng: np.random.Generator, *, release_off: bool = False
 ) -> PredictedStops:
-    """Draw stops of every event of the model, of whose draws `n_draws` are used evenly.
+    """Draw stops of every event of the model, whose draws are thinned to `n_draws`.
 
     A new group gets an offset from the spread between groups. With
     `release_off` releases are off by their stated error where it is whether a block leaves (what

@@ -166,11 +166,13 @@ def diagnose(
         of_smooth = laws.get(smooth) or found_laws(base, {smooth: fits[smooth]})[smooth]
     named_first = sorted(ranked, key=lambda c: c.key not in missing)
     tried = candidates(named_first, screening, fits, evidence, naming, base)
-    told = Rows(map(_told, of_smooth))
+    fitted_laws = Rows(map(_fitted_law, of_smooth))
     found = Findings(
         verdict=verdict,
         missing=missing,
-        candidates=Rows(replace(c, laws=told) if c.effect in missing[:1] else c for c in tried),
+        candidates=Rows(
+            replace(c, laws=fitted_laws) if c.effect in missing[:1] else c for c in tried
+        ),
         fits={c.key: fits[c.key] for c in named_first},
         base=base,
         screening=screening,
@@ -291,7 +293,7 @@ def candidates(
     return found
 
 
-def _told(found: FoundLaw) -> FittedLaw:
+def _fitted_law(found: FoundLaw) -> FittedLaw:
     form, parameters = found.form, {}
     for p in form.parameters:
         low, middle, high = found.quantiles[p.name].tolist()

@@ -62,7 +62,7 @@ WORTH_A_FIT = float(-np.log(0.2))
 """Surprise of the screening from which on a candidate is."""
 WORTH_A_STAR = 1.0
 """Gain (nats) at a rough mode from which on it is worth a star: evidence is never more than the
-gain, though ripples may hold the way to the mode up by some nats."""
+gain, though a rough likelihood may stop the ascent some nats below the mode."""
 WORTH_BESIDE = 0.5
 """Share of the largest gain to first order that a candidate must have to be fitted beside it."""
 WORTH_INSTEAD = 0.7

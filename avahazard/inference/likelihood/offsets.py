@@ -217,8 +217,9 @@ def pulls_of_groups(
     ℓ - oᵀPo/2 - log|H|/2. Its derivatives are those of ℓ and of log|H|, in which events count by
     the variance of their shift; H changes with what is moved, and as o moves along.
     """
-    mode = np.append(offsets.mode, 0.0)[index].sum(axis=0)
-    behind, here, ahead = (terms_at(mode + step) for step in (-APART, 0.0, APART))
+    mode = offsets.mode
+    shift = np.append(mode, 0.0)[index].sum(axis=0)
+    behind, here, ahead = (terms_at(shift + step) for step in (-APART, 0.0, APART))
 
     def bends(name: str) -> tuple[Floats, Floats, Floats]:
         a, b, c = (getattr(at, name) for at in (behind, here, ahead))
@@ -226,7 +227,7 @@ def pulls_of_groups(
 
     variance, of_events = offsets.variances(index)
     of_events = np.where((here.curvature < 0.0) & (here.curvature > -LARGEST), of_events, 0.0)
-    turned = np.zeros(len(mode := offsets.mode) + 1)
+    turned = np.zeros(len(mode) + 1)
     third = -of_events * np.sum(bends("by_location")[2], axis=1)
     np.add.at(turned, index, np.broadcast_to(third, index.shape))
     system = offsets.rest, offsets.bend, offsets.cross, offsets.root
