@@ -318,8 +318,8 @@ def extrapolation(
         ("friction_too_high", float(np.mean(drawn > MOST_FRICTION)), MOST_FRICTION),
     ):
         if share > RARE:
-            told = {"share": share, "limit": limit, "median": float(np.median(drawn))}
-            notes.append(Note(key, of, volume=values["volume"], **told))
+            figures = {"share": share, "limit": limit, "median": float(np.median(drawn))}
+            notes.append(Note(key, of, volume=values["volume"], **figures))
     return notes
 
 

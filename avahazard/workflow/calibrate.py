@@ -112,8 +112,8 @@ def calibrate(
     )
     result = calibration_result(found, name, records, seed=request.seed)
     with writing(database) as session:
-        told = request_document(request)
-        save_calibrated(session, found, result, paths=tuple(paths), request=told)
+        document = request_document(request)
+        save_calibrated(session, found, result, paths=tuple(paths), request=document)
     report(f"Calibrating {name}", 1.0, 1.0)
     return replace(result, next=next_step(database, name))
 
@@ -167,18 +167,18 @@ def with_given_priors(
                 f"The prior of {name} has {len(pair)} of two numbers.",
                 "It is two: a mean and a standard deviation.",
             )
-        told = spec.GivenPrior(name, float(pair[0]), float(pair[1]))
-        given += (told,)
-        if told.name not in known:
+        stated = spec.GivenPrior(name, float(pair[0]), float(pair[1]))
+        given += (stated,)
+        if stated.name not in known:
             raise AvahazardError(
-                f"There is no prior of '{told.name}' in this model ({specification.law} law).",
+                f"There is no prior of '{stated.name}' in this model ({specification.law} law).",
                 f"It may be of {', '.join(sorted(known))}.",
             )
-        spec.require_possible(told, told.name in positive)
-        if told.name in others:
-            k = others[told.name]
-            _require_in_range(told, layout, k)
-            spec.require_width(told.name, in_coordinate(layout, k, told)[1], layout.slots[k].sd)
+        spec.require_possible(stated, stated.name in positive)
+        if stated.name in others:
+            k = others[stated.name]
+            _require_in_range(stated, layout, k)
+            spec.require_width(stated.name, in_coordinate(layout, k, stated)[1], layout.slots[k].sd)
     prior = spec.given_law_prior(layout.law, given)
     if prior is not None and specification.prior is not None:
         raise AvahazardError(
@@ -191,15 +191,15 @@ def with_given_priors(
     return replace(specification, prior=prior or specification.prior, given=given)
 
 
-def _require_in_range(told: spec.GivenPrior, layout: Layout, k: int) -> None:
+def _require_in_range(stated: spec.GivenPrior, layout: Layout, k: int) -> None:
     slot = layout.slots[k]
     low, high = slot.low * slot.scale, slot.high * slot.scale
     if k in layout.logs:
         low, high = float(np.exp(slot.low)), float(np.exp(slot.high))
-    if not low <= told.mean <= high:
+    if not low <= stated.mean <= high:
         raise AvahazardError(
-            f"The prior {told.name}={told.mean:g},{told.sd:g} is out of range.",
-            f"The mean of {told.name} may be {low:g} to {high:g}.",
+            f"The prior {stated.name}={stated.mean:g},{stated.sd:g} is out of range.",
+            f"The mean of {stated.name} may be {low:g} to {high:g}.",
         )
 
 
