@@ -7,11 +7,10 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from avahazard.records.conventions import (
     Conventions,
     Decimal,
+    Order,
     canonical,
     is_number,
     read_dates,
@@ -19,7 +18,7 @@ from avahazard.records.conventions import (
 )
 from avahazard.records.errors import RowProblem
 from avahazard.records.meanings import MEANINGS, factor, known_unit
-from avahazard.records.table import FileTable, Texts
+from avahazard.records.table import FileTable, OfRange
 
 Place = tuple[int, str]  # index of the row, column
 PLAIN_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
@@ -40,90 +39,82 @@ def plain_cells(table: FileTable, given: Conventions, problems: list[RowProblem]
     not say it, ambiguous numbers are added to `problems`, as are ambiguous dates. Marks of unknown
     become empty cells where `given` names them.
     """
-    given = replace(
-        given,
-        unknown=(*given.unknown, *table.unknown),
-        decimal=table.decimal or given.decimal,
-        dates=table.dates or given.dates,
-    )
-    table = _without_marks(table, given, problems)
-    edits: dict[str, dict[int, str]] = {}
-    words = list(table.words)
-    words += _numbers(table, given.decimal, edits, problems)
-    words += _dates(table, given, edits, problems)
-    _convert(table, edits)
-    row_of = {line: k for k, line in enumerate(table.lines)} if table.dated else {}
-    for line, column in sorted(table.dated):
-        meaning = MEANINGS.get(column)
-        if meaning and meaning.content in ("name", "text") and line in row_of:
-            text = edits.get(column, {}).get(row_of[line]) or table.columns[column][row_of[line]]
-            problems.append(RowProblem(table.file, line, column, text, MADE_A_DATE))
-    columns = {name: _edited(cells, edits.get(name)) for name, cells in table.columns.items()}
-    return replace(table, columns=columns, words=tuple(words))
+    unknown = replace(given, unknown=(*given.unknown, *table.unknown))
+    table = _without_marks(table, unknown, problems)
+    table = _with_plain_numbers(table, table.decimal or given.decimal, problems)
+    table = _with_iso_dates(table, table.dates or given.dates, problems)
+    table = _in_their_units(table)
+    faults = []
+    for name, column in table.columns.items():
+        meaning = MEANINGS.get(name)
+        if column.dated and meaning and meaning.content in ("name", "text"):
+            texts = zip(table.lines, column.texts, strict=True)
+            faults += [(line, name, text) for line, text in texts if line in column.dated]
+    for line, name, text in sorted(faults):
+        problems.append(RowProblem(table.file, line, name, text, MADE_A_DATE))
+    return table
 
 
-def _edited(cells: Texts, edits: Mapping[int, str] | None) -> Texts:
-    if not edits:
-        return cells
-    edited = cells.copy()
-    for k, text in edits.items():
-        edited[k] = text
-    return edited
+def _edited(
+    table: FileTable, edits: Mapping[str, Mapping[int, str]], words: Sequence[str]
+) -> FileTable:
+    """The table with other texts in some rows of its columns, and more words of how it was read."""
+    columns = dict(table.columns)
+    for name, edited in edits.items():
+        texts = columns[name].texts.copy()
+        for k, text in edited.items():
+            texts[k] = text
+        columns[name] = columns[name]._replace(texts=texts)
+    return replace(table, columns=columns, words=(*table.words, *words))
 
 
 def _without_marks(table: FileTable, given: Conventions, problems: list[RowProblem]) -> FileTable:
     """Empty the cells that mean unknown; refuse likely marks that nobody has named."""
-    columns = dict(table.columns)
-    emptied = 0
-    for name, cells in table.columns.items():
+    edits: dict[str, dict[int, str]] = {}
+    accepted = "an empty cell where it is unknown; or import with --unknown {!r}"
+    for name in table.columns:
         found = table.counts(name)
-        marks = [text for text in found if given.is_unknown(text)]
+        marks = {text for text in found if given.is_unknown(text)}
         if marks:
-            columns[name] = _edited(
-                cells, dict.fromkeys(np.flatnonzero(np.isin(cells, marks)).tolist(), "")
-            )
-            emptied += sum(found[text] for text in marks)
+            edits[name] = {k: "" for k, text in table.values(name) if text in marks}
         if _holds_numbers(name, table) or name == "date":
-            likely = {text for text in found if text.casefold() in LIKELY_MARKS} - set(marks)
-            accepted = "an empty cell where it is unknown; or import with --unknown {!r}"
-            for k, text in table.values(name) if likely else ():
-                if text in likely:
-                    problems.append(
-                        RowProblem(table.file, table.lines[k], name, text, accepted.format(text))
-                    )
-    if not emptied:
-        return table
-    return replace(table, columns=columns, words=(*table.words, f"{emptied} cells unknown"))
+            likely = {text for text in found if text.casefold() in LIKELY_MARKS} - marks
+            problems += [
+                RowProblem(table.file, table.lines[k], name, text, accepted.format(text))
+                for k, text in (table.values(name) if likely else ())
+                if text in likely
+            ]
+    emptied = sum(map(len, edits.values()))
+    return _edited(table, edits, [f"{emptied} cells unknown"] if emptied else [])
 
 
-def _numbers(
-    table: FileTable,
-    decimal: Decimal | None,
-    edits: dict[str, dict[int, str]],
-    problems: list[RowProblem],
-) -> list[str]:
+def _with_plain_numbers(
+    table: FileTable, decimal: Decimal | None, problems: list[RowProblem]
+) -> FileTable:
     columns = [name for name in table.header if _holds_numbers(name, table)]
     odd = ODD if table.separator == "," else ODD_ELSEWHERE
     if not any(odd.search("".join(block)) for c in columns for block in table.blocks(c)):
-        return []
+        return table
     places: list[Place] = []
     texts: list[str] = []
     for column in columns:
+        written = table.columns[column].written
         for k, text in table.values(column):
-            if table.written is None or (table.lines[k], column) in table.written:
+            if table.separator or table.lines[k] in written:
                 places.append((k, column))
                 texts.append(text)
     chosen = decimal or _decided(table, places, texts, problems)
     if chosen is None or not places:
-        return []
+        return table
+    edits: dict[str, dict[int, str]] = {}
     grouped = False
     for (k, column), text in zip(places, texts, strict=True):
         found = canonical(text, chosen)
         if found is not None and found != text:
             grouped = grouped or len(found) < len(text)
             edits.setdefault(column, {})[k] = found
-    words = [DECIMAL[chosen]] if table.written is None else [f"texts with {DECIMAL[chosen]}"]
-    return [*words, *(["thousands in groups"] if grouped else [])]
+    words = [DECIMAL[chosen] if table.separator else f"texts with {DECIMAL[chosen]}"]
+    return _edited(table, edits, [*words, *(["thousands in groups"] if grouped else [])])
 
 
 def _decided(
@@ -151,27 +142,20 @@ def _decided(
     return None if doubtful else "point"
 
 
-def _dates(
-    table: FileTable,
-    given: Conventions,
-    edits: dict[str, dict[int, str]],
-    problems: list[RowProblem],
-) -> list[str]:
+def _with_iso_dates(table: FileTable, order: Order | None, problems: list[RowProblem]) -> FileTable:
     found = dict(table.values("date"))
-    where, texts = list(found), list(found.values())
-    dates, faults, words = read_dates(texts, given.dates, table.first_day)
+    rows, texts = list(found), list(found.values())
+    dates, faults, words = read_dates(texts, order, table.first_day)
     for place, accepted in faults:
-        line = table.lines[where[place]]
+        line = table.lines[rows[place]]
         problems.append(RowProblem(table.file, line, "date", texts[place], accepted))
-    edits["date"] = {
-        k: date for k, text, date in zip(where, texts, dates, strict=True) if date != text
-    }
-    return [words] if words else []
+    edits = {k: date for k, date in zip(rows, dates, strict=True) if date != found[k]}
+    return _edited(table, {"date": edits} if edits else {}, [words] if words else [])
 
 
 NUMBER = r"([0-9][0-9., '’]*(?:[eE]\+?[0-9]+)?)"
 RANGE = re.compile(rf"[~≈]?\s*{NUMBER}\s*(?:-|–|—|\.\.|to|bis|à|a|til)\s*{NUMBER}")
-OF_RANGE: dict[str, Callable[[float, float], float]] = {
+OF_RANGE: dict[OfRange, Callable[[float, float], float]] = {
     "low": lambda low, _: low,
     "high": lambda _, high: high,
     "mean": lambda low, high: 0.5 * (low + high),
@@ -180,24 +164,27 @@ OF_RANGE: dict[str, Callable[[float, float], float]] = {
 USUAL_MARKS = frozenset((-99.0, -999.0, -9999.0, -99999.0, 999.0, 9999.0, 99999.0))
 
 
-def _convert(table: FileTable, edits: dict[str, dict[int, str]]) -> None:
+def _in_their_units(table: FileTable) -> FileTable:
     """Make numbers of the column's unit of the classes, ranges and units that a mapping names."""
-    for name, (unit, words, kind) in table.conversions.items():
-        classes = {word.casefold(): number for word, number in words.items()}
-        times = factor(unit, MEANINGS[name].unit) if unit else None
-        edited = edits.setdefault(name, {})
+    edits: dict[str, dict[int, str]] = {}
+    for name, column in table.columns.items():
+        classes = {word.casefold(): number for word, number in (column.classes or {}).items()}
+        if not (column.unit or classes or column.range):
+            continue
+        times = factor(column.unit, MEANINGS[name].unit) if column.unit else None
+        edited = edits[name] = dict[int, str]()
         for k, text in table.values(name):
-            plain = edited.get(k, text)
-            value = classes.get(plain.casefold())
+            value = classes.get(text.casefold())
             if value is None:
-                if PLAIN_NUMBER.fullmatch(plain):
-                    value = float(plain)
-                elif found := RANGE.fullmatch(plain):
-                    value = _of_range(found.groups(), kind)
+                if PLAIN_NUMBER.fullmatch(text):
+                    value = float(text)
+                elif found := RANGE.fullmatch(text):
+                    value = _of_range(found.groups(), column.range)
                 if value is not None and times is not None:
                     value *= times
             if value is not None:
                 edited[k] = f"{value:.12g}"
+    return _edited(table, edits, ())
 
 
 def with_remedy(problem: RowProblem) -> RowProblem:
@@ -216,7 +203,7 @@ def with_remedy(problem: RowProblem) -> RowProblem:
     return replace(problem, accepted=f"{problem.accepted}; {extra}") if extra else problem
 
 
-def _of_range(ends: Sequence[str], kind: str | None) -> float | None:
+def _of_range(ends: Sequence[str], kind: OfRange | None) -> float | None:
     numbers = [canonical(end.strip(), "point") for end in ends]
     low, high = (math.nan if text is None else float(text) for text in numbers)
     return OF_RANGE[kind](low, high) if kind is not None and low < high else None

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import datetime as dt
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Literal, NamedTuple
+from typing import Literal
 
 Order = Literal["dmy", "mdy"]
 
@@ -250,17 +250,6 @@ class Conventions:
 def _equal(text: str, mark: str) -> bool:
     one, other = canonical(text, "point"), canonical(mark, "point")
     return one is not None and other is not None and float(one) == float(other)
-
-
-class Conversion(NamedTuple):
-    """How the cells of a column become numbers of its own unit.
-
-    From which `unit`; words to numbers; which number stands for a range.
-    """
-
-    unit: str | None
-    classes: Mapping[str, float]
-    range: str | None
 
 
 UNKNOWN = Conventions()

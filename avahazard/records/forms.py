@@ -44,12 +44,8 @@ def spell(table: FileTable, stored: Collection[str], problems: list[RowProblem])
     said = ", ".join(f"{name} is {known}" for name, known in changed.items())
     return replace(
         table,
-        header=tuple(meant.values()),
-        columns={meant[name]: cells for name, cells in table.columns.items()},
-        dated=frozenset((line, meant[name]) for line, name in table.dated),
-        written=table.written and frozenset((line, meant[name]) for line, name in table.written),
+        columns={meant[name]: column for name, column in table.columns.items()},
         words=(*table.words, f"columns: {said}"),
-        spelt={known: name for name, known in changed.items()},
     )
 
 
@@ -334,19 +330,18 @@ FIRST_VALUES = 3
 def understood(table: FileTable, form: str, columns: Collection[str]) -> list[UnderstoodColumn]:
     """Say it for every column of `table`; `columns` are those of its form."""
     found = []
-    for name in table.header:
+    for name, column in table.columns.items():
         first = tuple(text for _, text in islice(table.values(name), FIRST_VALUES))
         if name in columns and name in MEANINGS:
             words, unit = MEANINGS[name].words, MEANINGS[name].unit
-            meaning = f"{name}: {words}" if name in table.spelt else words
+            meaning = words if name == column.spelt else f"{name}: {words}"
         else:
             unit = ""
             numbers = first and all(NUMBER.fullmatch(text) for _, text in table.values(name))
             kind = "numbers" if numbers else "words"
             kept = form in ("paths", "events")
             meaning = f"your own column, {kind}" if kept else "not used"
-        spelt = table.spelt.get(name, name)
-        found.append(UnderstoodColumn(table.file, form, spelt, meaning, unit, first))
+        found.append(UnderstoodColumn(table.file, form, column.spelt, meaning, unit, first))
     return found
 
 

@@ -68,10 +68,10 @@ def _layouts(file: FilePath, problems: list[RowProblem]) -> Iterator[tuple[Sheet
     for table in heads:
         units = None
         if len(table.lines):
-            row = {name: cells[0] for name, cells in table.columns.items() if cells[0]}
-            like = [text for text in row.values() if _any_unit(text)]
-            if like and 2 * len(like) >= sum(not is_number(text) for text in row.values()):
-                units = None if any(is_number(text) for text in row.values()) else table.lines[0]
+            row = [column.texts[0] for column in table.columns.values() if column.texts[0]]
+            like = [text for text in row if _any_unit(text)]
+            if like and 2 * len(like) >= sum(not is_number(text) for text in row):
+                units = None if any(is_number(text) for text in row) else table.lines[0]
         merged = any("merged" in fault.value for fault in faults if fault.file == table.file)
         yield SheetLayout(table.first, units, merged), table.title
 
@@ -128,7 +128,7 @@ def _middle(table: FileTable, guess: Guess) -> float:
 def _candidates(table: FileTable, name: str) -> Iterator[Guess]:
     """What a column may be, by its name and unit, each held against its contents."""
     given = FROM_UNIT.search(name)
-    unit = next((g for g in given.groups() if g), "") if given else table.units.get(name, "")
+    unit = next((g for g in given.groups() if g), "") if given else table.columns[name].unit
     bare = FROM_UNIT.sub("", name).strip() if given and _any_unit(unit) else name
     unit = unit if _any_unit(unit) else ""
     texts = [text for text in table.counts(name) if text.casefold() not in MARKS]

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from array import array
+from collections.abc import Sequence
 from dataclasses import replace
 from fnmatch import fnmatch
+from itertools import takewhile
 from pathlib import Path as FilePath
-from typing import Literal
 
 from pydantic import Field, model_validator
 
-from avahazard.records.conventions import Conversion, Decimal, Order
+from avahazard.records.conventions import Decimal, Order
 from avahazard.records.errors import AvahazardError, did_you_mean
 from avahazard.records.meanings import MEANINGS, known_unit, squash
-from avahazard.records.table import FileTable, Texts, texts
+from avahazard.records.table import Column, FileTable, OfRange, texts
 from avahazard.records.toml_document import Strict, read_toml
 
 BESIDE = "columns.toml"
@@ -34,7 +35,7 @@ class Source(Strict):
     value: str | int | float | None = None
     unit: str | None = None
     classes: dict[str, float] = Field(default_factory=dict)
-    range: Literal["geometric", "mean", "low", "high"] | None = None
+    range: OfRange | None = None
 
     @model_validator(mode="after")
     def _one_origin(self) -> Source:
@@ -130,85 +131,49 @@ def lacking(mapping: TableMapping, table: FileTable) -> list[str]:
 def mapped(table: FileTable, mapping: TableMapping) -> FileTable:
     """The table under the names of the forms; its cells are as they were written."""
     at = {squash(name): name for name in table.header}
-    sources = mapping.sources()
-    columns: dict[str, Texts] = {}
-    spelt: dict[str, str] = {}
-    origin: dict[str, str] = {}
-    conversions: dict[str, Conversion] = {}
-    for name, source in sources.items():
+    columns: dict[str, Column] = {}
+    used: set[str] = set()
+    for name, source in mapping.sources().items():
         own = [at[squash(n)] for n in source.names]
+        used |= set(own)
         if source.value is not None:
             value = str(source.value)
-            columns[name] = texts([value.replace("{row}", str(line)) for line in table.lines])
-            spelt[name] = value
+            cells = [value.replace("{row}", str(line)) for line in table.lines]
+            column = Column(texts(cells), value)
         elif len(own) == 1:
-            columns[name], spelt[name], origin[own[0]] = table.columns[own[0]], own[0], name
+            column = table.columns[own[0]]
         else:
-            columns[name] = texts(_dates([table.columns[n].tolist() for n in own]))
-            spelt[name] = ", ".join(own)
-        unit = source.unit
-        if unit is None and len(own) == 1 and name in MEANINGS and MEANINGS[name].unit:
-            told_there = table.units.get(own[0], "")
-            unit = told_there if known_unit(told_there, MEANINGS[name].unit) else None
-        if unit or source.classes or source.range:
-            conversions[name] = Conversion(unit, source.classes, source.range)
-    used = {at[squash(n)] for source in sources.values() for n in source.names}
-    kept = table.header if mapping.keep is None else [at[squash(n)] for n in mapping.keep]
-    for name in kept:
-        if name not in used and name not in columns:
-            columns[name], origin[name] = table.columns[name], name
-    needed = [columns.get(n, table.columns.get(at.get(squash(n), ""))) for n in mapping.need]
-    told = (f"{name} is {n}" for n, name in spelt.items() if name != n)
-    found = replace(
-        table,
-        header=tuple(columns),
-        columns=columns,
-        words=(*table.words, f"columns: {', '.join(told)}"),
-        dated=frozenset((line, origin[n]) for line, n in table.dated if n in origin),
-        written=None
-        if table.written is None
-        else frozenset((line, origin[n]) for line, n in table.written if n in origin),
-        spelt=spelt,
-        unknown=tuple(str(mark) for mark in mapping.unknown),
-        decimal=mapping.decimal,
-        dates=mapping.dates,
-        conversions=conversions,
-    )
-    return _with_rows(found, [column for column in needed if column is not None])
-
-
-def _dates(parts: Sequence[Sequence[str]]) -> list[str]:
-    """Year, month and day of columns of their own as ISO dates, as far as they are known."""
-
-    def joined(row: Iterable[str]) -> str:
-        known = []
-        for text in row:
-            if not text:
-                break
-            known.append(text.removesuffix(".0").zfill(2))
-        return "-".join(known)
-
-    return [joined(row) for row in zip(*parts, strict=True)]
-
-
-def _with_rows(table: FileTable, needed: Sequence[Texts]) -> FileTable:
-    """Those rows that hold something in each of the columns `needed`."""
-    if not needed:
-        return table
-    kept = [k for k, row in enumerate(zip(*needed, strict=True)) if all(row)]
-    left = len(table.lines) - len(kept)
-    if not left:
-        return table
-    lines = type(table.lines)("q", (table.lines[k] for k in kept))
-    there = set(lines)
-    columns: Mapping[str, Texts] = {name: cells[kept] for name, cells in table.columns.items()}
+            parts = [table.columns[n].texts.tolist() for n in own]
+            column = Column(texts(_dates(parts)), ", ".join(own))
+        known = known_unit(column.unit, MEANINGS[name].unit if name in MEANINGS else "")
+        unit = source.unit or (column.unit if known else "")
+        columns[name] = column._replace(unit=unit, classes=source.classes, range=source.range)
+    told = (f"{name} is {column.spelt}" for name, column in columns.items() if name != column.spelt)
+    words = [f"columns: {', '.join(told)}"]
+    for name in table.header if mapping.keep is None else [at[squash(n)] for n in mapping.keep]:
+        if name not in used:
+            columns.setdefault(name, table.columns[name]._replace(unit=""))
+    lines = table.lines
+    needed = [columns.get(n) or table.columns[at[squash(n)]] for n in mapping.need]
+    kept = [k for k in range(len(lines)) if all(column.texts[k] for column in needed)]
+    if len(kept) < len(lines):
+        words.append(f"{len(lines) - len(kept)} rows left out")
+        lines = array("q", [lines[k] for k in kept])
+        columns = {n: c._replace(texts=c.texts[kept]) for n, c in columns.items()}
     return replace(
         table,
         lines=lines,
         columns=columns,
-        words=(*table.words, f"{left} rows left out"),
-        dated=frozenset(cell for cell in table.dated if cell[0] in there),
-        written=None
-        if table.written is None
-        else frozenset(cell for cell in table.written if cell[0] in there),
+        words=(*table.words, *words),
+        unknown=tuple(str(mark) for mark in mapping.unknown),
+        decimal=mapping.decimal,
+        dates=mapping.dates,
     )
+
+
+def _dates(parts: Sequence[Sequence[str]]) -> list[str]:
+    """Year, month and day of columns of their own as ISO dates, as far as they are known."""
+    return [
+        "-".join(text.removesuffix(".0").zfill(2) for text in takewhile(bool, row))
+        for row in zip(*parts, strict=True)
+    ]

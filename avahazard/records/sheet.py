@@ -10,6 +10,7 @@ import re
 import unicodedata
 import warnings
 import zipfile
+from collections import defaultdict
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path as FilePath
@@ -371,8 +372,8 @@ def _sheet(
     if layout.merged:
         _fill(grid)
     lines: list[Line] = []
-    dated: set[tuple[int, int]] = set()
-    written: set[tuple[int, int]] = set()
+    dated: defaultdict[int, set[int]] = defaultdict(set)
+    written: defaultdict[int, set[int]] = defaultdict(set)
     for line, row in enumerate(grid.rows, 1):
         texts = []
         for column, (value, fault) in enumerate(row):
@@ -380,9 +381,9 @@ def _sheet(
             if fault and line >= (layout.header or 0):
                 problems.append(RowProblem(label, line, get_column_letter(column + 1), text, fault))
             if isinstance(value, dt.date):
-                dated.add((line, column))
+                dated[column].add(line)
             elif isinstance(value, str) and is_number(text):
-                written.add((line, column))
+                written[column].add(line)
             texts.append(text)
         if any(texts):
             lines.append((line, tuple(texts)))

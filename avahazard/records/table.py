@@ -6,18 +6,17 @@ import datetime as dt
 from array import array
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import chain, islice, repeat
 from operator import itemgetter
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Ints
-from avahazard.records.conventions import FIRST_DAY, Conversion, Decimal, Order, is_number
+from avahazard.records.conventions import FIRST_DAY, Decimal, Order, is_number
 from avahazard.records.errors import RowProblem
 
 Line = tuple[int, Sequence[str]]  # line number from 1, cells without the blanks around them
@@ -149,37 +148,53 @@ def _columns(rows: Sequence[Sequence[str]], named: Sequence[int]) -> list[Texts]
 
 
 LONGEST_NAME = 200
+OfRange = Literal["geometric", "mean", "low", "high"]
+"""Which number stands for a range such as `10-20`."""
+
+
+class Column(NamedTuple):
+    """The texts `[n_rows]` of a column, and what is known of it beside them.
+
+    `spelt` is its name in the file, `unit` that of its numbers where it is not its own. `dated`
+    are the lines in which a spreadsheet has a date, `written` those in which it has a text that is
+    a number. A mapping gives the words of `classes` a number each, and says what a `range` is.
+    """
+
+    texts: Texts
+    spelt: str
+    unit: str = ""
+    dated: Collection[int] = ()
+    written: Collection[int] = ()
+    classes: Mapping[str, float] | None = None
+    range: OfRange | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class FileTable:
-    """Cells without the blanks around them: of each column of the header those of `lines`.
+    """Cells without the blanks around them: of each column those of `lines`.
 
     `name` hints at the form, `words` say how the file was read, `separator` is that of a text
-    file; `spelt` gives a column as the file has it, where that differs. `first` is the line of the
-    header; `title`, `dated`, `written` and `first_day` are those of the sheet, cells as
-    `(line, column)`; `units` are those of a row under the header. The last four are what a mapping
-    says of the cells.
+    file, empty for a sheet with its `title` and `first_day`. `first` is the line of the header. The
+    last three are what a mapping says of the cells.
     """
 
     file: str
-    header: tuple[str, ...]
     lines: array[int]
-    columns: Mapping[str, Texts]
+    columns: Mapping[str, Column]
     name: str = ""
     words: tuple[str, ...] = ()
     separator: str = ","
     title: str = ""
     first: int = 1
-    dated: frozenset[tuple[int, str]] = frozenset()
-    written: frozenset[tuple[int, str]] | None = None
     first_day: dt.date = FIRST_DAY
-    spelt: Mapping[str, str] = field(default_factory=dict)
-    units: Mapping[str, str] = field(default_factory=dict)
     unknown: tuple[str, ...] = ()
     decimal: Decimal | None = None
     dates: Order | None = None
-    conversions: Mapping[str, Conversion] = field(default_factory=dict)
+
+    @property
+    def header(self) -> tuple[str, ...]:
+        """The names of the columns."""
+        return tuple(self.columns)
 
     def numbered(
         self, columns: Sequence[str] | None = None
@@ -210,13 +225,13 @@ class FileTable:
         """Yield the texts of a column, empty ones too, many rows at a time."""
         if column in self.columns:
             for begin in range(0, len(self.lines), AT_ONCE):
-                yield self.columns[column][begin : begin + AT_ONCE].tolist()
+                yield self.columns[column].texts[begin : begin + AT_ONCE].tolist()
 
     def _rows(
         self, lines: Sequence[int], rows: slice | Ints, columns: Sequence[str] | None
     ) -> Iterator[tuple[int, dict[str, str]]]:
         names = self.header if columns is None else columns
-        cells = [self.columns[name][rows].tolist() for name in names]
+        cells = [self.columns[name].texts[rows].tolist() for name in names]
         full = not any("" in column for column in cells)
         taken = zip(*cells, strict=True) if cells else repeat((), len(lines))
         for line, row in zip(lines, taken, strict=True):
@@ -229,8 +244,10 @@ def table_of(
 ) -> FileTable:
     """A table of rows, each with its line number; cells may be left out."""
     numbered = list(rows)
-    columns = {name: texts([row.get(name, "") for _, row in numbered]) for name in header}
-    return FileTable(file, tuple(header), array("q", [line for line, _ in numbered]), columns)
+    columns = {
+        name: Column(texts([row.get(name, "") for _, row in numbered]), name) for name in header
+    }
+    return FileTable(file, array("q", [line for line, _ in numbered]), columns)
 
 
 def named_table(
@@ -242,13 +259,14 @@ def named_table(
     *,
     separator: str = "",
     title: str = "",
-    dated: AbstractSet[tuple[int, int]] = frozenset(),
-    written: AbstractSet[tuple[int, int]] | None = None,
+    dated: Mapping[int, Collection[int]] | None = None,
+    written: Mapping[int, Collection[int]] | None = None,
     first_day: dt.date = FIRST_DAY,
 ) -> FileTable | None:
     """The table of the cells of a text file or a sheet; None after adding to `problems`.
 
-    Cells of `dated` and `written` are `(line, column from 0)`; all else is as in `FileTable`.
+    `dated` and `written` are lines by the number of their column, from 0; all else is as in
+    `FileTable`.
     """
     used = [k for k, name in enumerate(cells.names) if name or k in cells.nameless]
     header = _header(file, cells, used, problems)
@@ -259,28 +277,16 @@ def named_table(
         if separator == ",":
             accepted += " (a number with a decimal comma stands in quotes)"
         problems.append(RowProblem(file, line, "", f"{n} values", accepted))
-    column = dict(zip(used, header, strict=True))
+    units = dict(enumerate(cells.units))
+    columns = {
+        spelt: Column(
+            held, spelt, units.get(k, ""), (dated or {}).get(k, ()), (written or {}).get(k, ())
+        )
+        for k, spelt, held in zip(used, header, cells.columns, strict=True)
+    }
     return FileTable(
-        file,
-        header,
-        cells.lines,
-        dict(zip(header, cells.columns, strict=True)),
-        name,
-        words,
-        separator,
-        title,
-        cells.first,
-        _named(dated, column),
-        None if written is None else _named(written, column),
-        first_day,
-        units={column[k]: text for k, text in enumerate(cells.units) if text and k in column},
+        file, cells.lines, columns, name, words, separator, title, cells.first, first_day
     )
-
-
-def _named(
-    cells: AbstractSet[tuple[int, int]], column: Mapping[int, str]
-) -> frozenset[tuple[int, str]]:
-    return frozenset((line, column[k]) for line, k in cells if k in column)
 
 
 def _header(
