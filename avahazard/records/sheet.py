@@ -43,11 +43,11 @@ def read_tables(
     What is wrong is added to `problems`; a table without a usable header is left out.
     """
     file, raw = str(path), path.read_bytes()
-    if is_workbook(raw):
-        return read_sheets(file, raw, problems, layout)
+    if raw.startswith((ZIP, OLE)):  # whatever its name
+        return _read_sheets(file, raw, problems, layout)
     text = decode(file, raw, problems)
     del raw
-    table = text and split(file, *text, problems, layout)
+    table = text and _split(file, *text, problems, layout)
     return [table] if table else []
 
 
@@ -59,10 +59,11 @@ MARKS = (
     (codecs.BOM_UTF16_LE, "utf-16-le", "UTF-16"),
     (codecs.BOM_UTF16_BE, "utf-16-be", "UTF-16"),
 )
+ZERO = re.compile("\0")
 WORD = re.compile(r"\w*[^\W\x00-\x7f]\w*")
 # Signs that no word holds at these places: what letters of other code pages become in cp1252.
 FOREIGN = re.compile(
-    "(?<=[^\\W\\d_])(?:[‚ƒ„…†‡ˆ‰‹]|[ŠŒŽŸ](?=[a-z])|[“”•–—˜™›¡¢£¤¥¦§¨©«¬®¯±´¶·¸»¼½¾¿×÷](?=[^\\W\\d_]))"
+    "\0|(?<=[^\\W\\d_])(?:[‚ƒ„…†‡ˆ‰‹]|[ŠŒŽŸ](?=[a-z])|[“”•–—˜™›¡¢£¤¥¦§¨©«¬®¯±´¶·¸»¼½¾¿×÷](?=[^\\W\\d_]))"
 )
 
 
@@ -72,58 +73,45 @@ def decode(file: str, raw: bytes, problems: list[RowProblem]) -> tuple[str, str]
     A byte order mark decides; else UTF-8 where it is valid; else Windows-1252, unless it gives
     words that no language writes.
     """
+
+    def refuse(line: int, byte: int) -> None:
+        problems.append(RowProblem(file, line, "", f"byte 0x{byte:02x}", TEXT_ACCEPTED))
+
+    invalid: list[int] = []
+    for codec, name in _encodings(raw):
+        try:
+            text, encoding = raw.decode(codec), name
+            break
+        except UnicodeDecodeError as error:
+            invalid.append(error.start)
+    else:
+        refuse(raw.count(b"\n", 0, invalid[-1]) + 1, raw[invalid[-1]])
+        return None
+    if wrong := (FOREIGN if invalid else ZERO).search(text):
+        refuse(text.count("\n", 0, wrong.start()) + 1, wrong.group().encode("cp1252")[0])
+        return None
+    if invalid:
+        letters = (
+            word for word in WORD.findall(text) if any(c > "\x7f" and c.isalpha() for c in word)
+        )
+        example = next((f"such as {word!r}" for word in letters), f"byte 0x{raw[invalid[0]]:02x}")
+        encoding = f"{encoding} ({example})"
+    return unicodedata.normalize("NFC", text.removeprefix("\ufeff")), encoding
+
+
+def _encodings(raw: bytes) -> list[tuple[str, str]]:
+    """The codecs that are tried, one after the other, with their names."""
     for mark, codec, name in MARKS:
         if raw.startswith(mark):
-            return _strict(file, raw[len(mark) :], codec, name, problems)
-    if unmarked := _without_mark(raw):
-        return _strict(file, raw, unmarked, "UTF-16", problems)
-    try:
-        return _no_zero(file, raw.decode("utf-8"), "UTF-8", problems)
-    except UnicodeDecodeError as error:
-        at = error.start
-    found = _strict(file, raw, "cp1252", "Windows-1252", problems)
-    if found is None:
-        return None
-    text, _ = found
-    if wrong := FOREIGN.search(text):
-        line = text.count("\n", 0, wrong.start()) + 1
-        problems.append(
-            RowProblem(file, line, "", f"byte 0x{raw[wrong.start()]:02x}", TEXT_ACCEPTED)
-        )
-        return None
-    words = [word for word in WORD.findall(text) if any(c > "\x7f" and c.isalpha() for c in word)]
-    example = f" (such as {words[0]!r})" if words else f" (byte 0x{raw[at]:02x})"
-    return text, f"Windows-1252{example}"
-
-
-def _strict(
-    file: str, raw: bytes, codec: str, name: str, problems: list[RowProblem]
-) -> tuple[str, str] | None:
-    try:
-        return _no_zero(file, raw.decode(codec), name, problems)
-    except UnicodeDecodeError as error:
-        line = raw.count(b"\n", 0, error.start) + 1
-        problems.append(RowProblem(file, line, "", f"byte 0x{raw[error.start]:02x}", TEXT_ACCEPTED))
-        return None
-
-
-def _no_zero(file: str, text: str, name: str, problems: list[RowProblem]) -> tuple[str, str] | None:
-    if "\0" in text:
-        line = text.count("\n", 0, text.index("\0")) + 1
-        problems.append(RowProblem(file, line, "", "byte 0x00", TEXT_ACCEPTED))
-        return None
-    return unicodedata.normalize("NFC", text), name
-
-
-def _without_mark(raw: bytes) -> str | None:
-    """UTF-16 without its mark shows by zeros at every other byte of an ASCII header."""
+            return [(codec, name)]
+    # UTF-16 without its mark shows by zeros at every other byte of an ASCII header.
     head = raw[:200]
     even, odd = head[::2].count(0), head[1::2].count(0)
     if odd > 0.4 * len(head) and even == 0:
-        return "utf-16-le"
+        return [("utf-16-le", "UTF-16")]
     if even > 0.4 * len(head) and odd == 0:
-        return "utf-16-be"
-    return None
+        return [("utf-16-be", "UTF-16")]
+    return [("utf-8", "UTF-8"), ("cp1252", "Windows-1252")]
 
 
 SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
@@ -131,8 +119,8 @@ LINE = re.compile(r"[^\r\n]*(?:\r\n?|\n)|[^\r\n]+")
 HINT = re.compile(r"sep=(.)\r?\n", re.IGNORECASE)  # what Excel writes for itself
 
 
-def split(
-    file: str, text: str, encoding: str, problems: list[RowProblem], layout: SheetLayout = PLAIN
+def _split(
+    file: str, text: str, encoding: str, problems: list[RowProblem], layout: SheetLayout
 ) -> FileTable | None:
     """Return the table in `text`; None after adding to `problems`."""
     start = HINT.match(text)
@@ -142,7 +130,8 @@ def split(
         problems.append(RowProblem(file, 1, "", separator, f"values separated by {names}"))
         return None
     before = len(problems)
-    cells = packed(_filled(file, text, separator, start is not None, problems), layout)
+    rows = islice(_filled(file, text, separator, problems), 1 if start else 0, None)
+    cells = packed(rows, layout)
     if len(problems) > before:
         return None
     if cells is None:
@@ -152,16 +141,16 @@ def split(
     return named_table(file, PurePath(file).stem, cells, words, problems, separator=separator)
 
 
-def _filled(
-    file: str, text: str, separator: str, skip_first: bool, problems: list[RowProblem]
-) -> Iterator[Line]:
+def _filled(file: str, text: str, separator: str, problems: list[RowProblem]) -> Iterator[Line]:
     """The rows that hold anything, with the line where each begins, as far as they can be read."""
-    reader = csv.reader(_lines(text), delimiter=separator, strict=True)
+    # Lines one by one: a second text would be four times as large.
+    lines = (found.group() for found in LINE.finditer(text))
+    reader = csv.reader(lines, delimiter=separator, strict=True)
     line = 1
     try:
         for row in reader:
             cells = [cell.strip() for cell in row]
-            if any(cells) and not (skip_first and line == 1):
+            if any(cells):
                 yield line, cells
             line = reader.line_num + 1
     except csv.Error as error:
@@ -173,7 +162,7 @@ def _separator(text: str) -> str:
     """The one by which the header has the most known columns; else the most words, or columns."""
 
     def rank(separator: str) -> tuple[int, int, int]:
-        begin = list(islice(_records(text, separator), LOOKED_AT))
+        begin = [row for _, row in islice(_filled("", text, separator, []), LOOKED_AT)]
         known = (sum(known_name(name) is not None for name in row) for row in begin)
         # Decimal commas make columns of numbers, but none of a header.
         words = (sum(not is_number(cell) for cell in row) for row in begin)
@@ -182,33 +171,14 @@ def _separator(text: str) -> str:
     return max(SEPARATORS, key=rank)
 
 
-def _lines(text: str) -> Iterator[str]:
-    """The lines with their ends, one by one: a second text would be four times as large."""
-    return (found.group() for found in LINE.finditer(text))
-
-
-def _records(text: str, separator: str) -> Iterator[list[str]]:
-    try:
-        for row in csv.reader(_lines(text), delimiter=separator):
-            if any(cell.strip() for cell in row):
-                yield row
-    except csv.Error:
-        return
-
-
 ZIP, OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
 SHEET_ACCEPTED = "a workbook (.xlsx, .xls, .ods) without a password, or a text file (CSV)"
 FIRST_DAY_1904 = dt.date(1904, 1, 1)
 MOST_BYTES = 1_000_000_000  # unpacked; a small file can hold endless zeros
 
 
-def is_workbook(raw: bytes) -> bool:
-    """Tell whether a spreadsheet program wrote the file, whatever its name."""
-    return raw.startswith((ZIP, OLE))
-
-
-def read_sheets(
-    file: str, raw: bytes, problems: list[RowProblem], layout: SheetLayout = PLAIN
+def _read_sheets(
+    file: str, raw: bytes, problems: list[RowProblem], layout: SheetLayout
 ) -> list[FileTable]:
     """Return the tables of the sheets; add to `problems` the cells that cannot be read."""
     try:
