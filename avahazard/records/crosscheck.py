@@ -17,7 +17,7 @@ from avahazard.arrays import Floats
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Event, Path, Profile, Records, Speed, deposit_volume_m3
-from avahazard.records.intake import Intake, speed_key
+from avahazard.records.intake import Intake, Key, speed_key
 from avahazard.records.meanings import ELEVATION
 
 Fault = tuple[str, float, str]  # column, value, what would be accepted
@@ -269,6 +269,9 @@ def check_places(intake: Intake, known: Records) -> None:
     Stored records are checked again where their path has another profile or release now.
     """
     new = intake.records
+    paths = {p.path_id: p for p in (*known.paths, *new.paths)}
+    events = {e.event_id: e for e in (*known.events, *new.events)}
+    speeds = {speed_key(s): s for s in (*known.speeds, *new.speeds)}
     # Of points that do not lie on the Earth, which are refused already, nothing fits.
     low, high = ELEVATION.possible
     profiles = {
@@ -276,42 +279,35 @@ def check_places(intake: Intake, known: Records) -> None:
         for p in (*known.profiles, *new.profiles)
         if low <= p.y_m.min() and p.y_m.max() <= high
     }
-    paths = {p.path_id: p for p in (*known.paths, *new.paths)}
+    read_paths = {p.path_id for p in new.paths}
+    read_events = {e.event_id for e in new.events}
+    read_speeds = {speed_key(s) for s in new.speeds}
     changed = {p.path_id for p in new.profiles}
     released = {p.path_id: p.release_elevation_m for p in known.paths}
     # A path that is new has no stored events.
     moved = {p.path_id for p in new.paths if p.release_elevation_m != released.get(p.path_id)}
-    read_paths = {p.path_id for p in new.paths}
-    read_events = {e.event_id for e in new.events}
-    stored_events = [e for e in known.events if e.event_id not in read_events]
-    path_of = {e.event_id: e.path_id for e in (*stored_events, *new.events)}
-
-    for event in new.events:
-        if found := volume_fault(event):
-            intake.refuse(("event", event.event_id), *found)
-    for path in (*new.paths, *(p for p in known.paths if p.path_id not in read_paths)):
-        profile = profiles.get(path.path_id)
-        if profile is None or path.path_id not in changed | read_paths:
-            continue
-        if fault := release_fault(path, profile):
-            intake.refuse(("path", path.path_id), *fault)
-    for event in (*new.events, *(e for e in stored_events if e.path_id in changed | moved)):
+    found: list[tuple[Key, Fault | None]] = []
+    for path_id, path in paths.items():
+        if path_id in profiles and path_id in changed | read_paths:
+            found.append((("path", path_id), release_fault(path, profiles[path_id])))
+    for event_id, event in events.items():
+        faults = [volume_fault(event)] if event_id in read_events else []
         profile = profiles.get(event.path_id or "")
-        if profile is None:
-            continue
-        # Each place by itself, else with one another.
-        alone = [stop_fault(event, profile), release_fault(event, profile)]
-        faults = alone if any(alone) else [place_fault(event, paths.get(profile.path_id), profile)]
-        for fault in filter(None, faults):
-            intake.refuse(("event", event.event_id), *fault)
-    read_speeds = {speed_key(s) for s in new.speeds}
-    for speed in (*new.speeds, *(s for s in known.speeds if speed_key(s) not in read_speeds)):
-        profile = profiles.get(path_of.get(speed.event_id) or "")
-        touched = speed_key(speed) in read_speeds or speed.event_id in read_events
-        if profile is None or not (touched or profile.path_id in changed):
-            continue
-        if fault := speed_fault(speed, profile):
-            intake.refuse(speed_key(speed), *fault)
+        if profile is not None and (event_id in read_events or event.path_id in changed | moved):
+            # Each place by itself, else with one another.
+            alone = [stop_fault(event, profile), release_fault(event, profile)]
+            of_path = paths.get(profile.path_id)
+            faults += alone if any(alone) else [place_fault(event, of_path, profile)]
+        found += [(("event", event_id), fault) for fault in faults]
+    for key, speed in speeds.items():
+        of_event = events.get(speed.event_id)
+        profile = profiles.get((of_event and of_event.path_id) or "")
+        touched = key in read_speeds or speed.event_id in read_events
+        if profile is not None and (touched or profile.path_id in changed):
+            found.append((key, speed_fault(speed, profile)))
+    for key, fault in found:
+        if fault is not None:
+            intake.refuse(key, *fault)
 
 
 def check_one_scale(intake: Intake, known: Records) -> None:

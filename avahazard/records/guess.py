@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import tomllib
 from collections.abc import Iterator, Sequence
@@ -51,29 +52,21 @@ class GuessedTable(NamedTuple):
 
 def guess_tables(file: FilePath) -> tuple[list[GuessedTable], list[RowProblem]]:
     """Guess every table of a file; what of it cannot be read is returned too."""
-    problems: list[RowProblem] = []
-    found = []
-    for layout, sheet in _layouts(file, problems):
-        tables = [t for t in read_tables(file, [], layout) if t.title == sheet]
-        found += [_guessed(table, layout) for table in tables]
-    return found, problems
-
-
-def _layouts(file: FilePath, problems: list[RowProblem]) -> Iterator[tuple[SheetLayout, str]]:
-    """Each sheet, with the rows of its header and units."""
     faults: list[RowProblem] = []
     heads = read_tables(file, faults, SheetLayout(guess=True))
-    if not heads:
-        problems += faults
-    for table in heads:
+    found = []
+    for head in heads:
+        row = [column.texts[0] for column in head.columns.values() if len(head.lines)]
+        words = [text for text in row if text and not is_number(text)]
         units = None
-        if len(table.lines):
-            row = [column.texts[0] for column in table.columns.values() if column.texts[0]]
-            like = [text for text in row if _any_unit(text)]
-            if like and 2 * len(like) >= sum(not is_number(text) for text in row):
-                units = None if any(is_number(text) for text in row) else table.lines[0]
-        merged = any("merged" in fault.value for fault in faults if fault.file == table.file)
-        yield SheetLayout(table.first, units, merged), table.title
+        if words and len(words) == sum(map(bool, row)):
+            of_units = 2 * sum(map(_any_unit, words)) >= len(words)
+            units = head.lines[0] if of_units else None
+        merged = any("merged" in fault.value for fault in faults if fault.file == head.file)
+        layout = SheetLayout(head.first, units, merged)
+        tables = read_tables(file, [], layout)
+        found += [_guessed(table, layout) for table in tables if table.title == head.title]
+    return found, [] if heads else faults
 
 
 def _any_unit(text: str) -> bool:
@@ -225,5 +218,4 @@ def as_toml(tables: Sequence[tuple[str, GuessedTable]]) -> str:
 
 
 def _quoted(text: str) -> str:
-    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
-    return '"' + "".join(c if c >= " " else f"\\u{ord(c):04x}" for c in escaped) + '"'
+    return json.dumps(text, ensure_ascii=False)

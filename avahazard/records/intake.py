@@ -106,24 +106,15 @@ def profile_difference(one: Profile, other: Profile) -> tuple[int, Difference] |
     n = min(len(one.x_m), len(other.x_m))
     found: list[tuple[int, Difference]] = []
     for name in (f.name for f in fields(Profile) if f.name != "path_id"):
-        left, right = getattr(one, name), getattr(other, name)
-        if left is None or right is None or isinstance(left, str):
-            same = left is right or (isinstance(left, str) and left == right)
-            unequal = [] if same else [0]
-        else:
-            unequal = np.flatnonzero(np.asarray(left[:n]) != np.asarray(right[:n])).tolist()
-        if unequal:
-            place = unequal[0]
-            found.append((place, (name, _at(left, place), _at(right, place))))
+        # What a profile lacks, or has once, is the same at all points.
+        given = (np.atleast_1d(np.asarray(getattr(profile, name))) for profile in (one, other))
+        left, right = np.broadcast_arrays(*(values[:n] for values in given))
+        found += [
+            (k, (name, left[k], right[k])) for k in np.flatnonzero(left != right)[:1].tolist()
+        ]
     if not found and len(one.x_m) != len(other.x_m):
         found = [(n - 1, ("path_id", f"{len(one.x_m)} points", f"{len(other.x_m)} points"))]
     return min(found, key=lambda difference: difference[0], default=None)
-
-
-def _at(values: object, place: int) -> object:
-    if isinstance(values, str) or values is None:
-        return values
-    return values[place]  # type: ignore[index]
 
 
 KEYS: dict[str, Callable[[Any], Key]] = {
