@@ -65,18 +65,12 @@ class PathLine:
 
 def path_line(profile: Profile) -> PathLine | str:
     """The line of a profile, or what its coordinates lack."""
-    code = profile.crs or ""
-    if profile.easting_m is not None and profile.northing_m is not None:
-        xy = np.column_stack([profile.easting_m, profile.northing_m])
-        crs = read_system(code)
-        lacking = f"unknown crs '{code}'" if code else "coordinates without a crs"
-    elif profile.lon is not None and profile.lat is not None:
-        xy = np.column_stack([profile.lon, profile.lat])
-        code, crs, lacking = "EPSG:4326", WGS84, ""
-    else:
+    if profile.on_map is None:
         return "no coordinates"
+    xy, code = profile.on_map
+    crs = read_system(code)
     if crs is None:
-        return lacking
+        return f"unknown crs '{code}'" if code else "coordinates without a crs"
     return PathLine(profile.x_m, profile.y_m, xy, system_code(crs) or code, crs.to_2d())
 
 

@@ -32,23 +32,17 @@ from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.collection import Profile, Records, of_path
 from avahazard.results.hazard import FarthestRecord, MapPoint
 
-DEGREES = "EPSG:4326"
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecordedStops:
     """Recorded stops `x` (m) `[n_records]` with their dates, inf for runouts beyond the profile.
 
-    The path's line is `east`, `north` at `line_x` (m), all `[n_points]`, in the system `crs`;
-    empty where the profile has no coordinates.
+    `profile` has the path's line on the map, if any.
     """
 
     x: Floats = field(default_factory=lambda: np.empty(0))
     dates: tuple[str | None, ...] = ()
-    line_x: Floats = field(default_factory=lambda: np.empty(0))
-    east: Floats = field(default_factory=lambda: np.empty(0))
-    north: Floats = field(default_factory=lambda: np.empty(0))
-    crs: str = ""
+    profile: Profile | None = None
 
     def farthest(self) -> FarthestRecord | None:
         """The stop farthest down, the latest of equals; None without records."""
@@ -64,10 +58,14 @@ class RecordedStops:
 
     def point(self, x: float) -> MapPoint | None:
         """The place x (m) on the map; None without coordinates, or off their line."""
-        if not len(self.line_x) or not self.line_x[0] <= x <= self.line_x[-1]:
+        if self.profile is None or self.profile.on_map is None:
             return None
-        east, north = (float(np.interp(x, self.line_x, c)) for c in (self.east, self.north))
-        return MapPoint(east, north, self.crs)
+        (xy, crs), along = self.profile.on_map, self.profile.x_m
+        # Coordinates in metres mean nothing without a system.
+        if not crs or not along[0] <= x <= along[-1]:
+            return None
+        east, north = (float(np.interp(x, along, coordinate)) for coordinate in xy.T)
+        return MapPoint(east, north, crs)
 
 
 def recorded_stops_of(records: Records, path_id: str, smooth: SmoothProfile) -> RecordedStops:
@@ -78,17 +76,8 @@ def recorded_stops_of(records: Records, path_id: str, smooth: SmoothProfile) -> 
     return RecordedStops(
         np.array([np.inf if x is None else x for x in places], np.float64),
         tuple(event.date for event in mine.events),
-        *_line(profile),
+        profile,
     )
-
-
-def _line(profile: Profile) -> tuple[Floats, Floats, Floats, str]:
-    """The line of a profile on the map; coordinates in metres mean nothing without a system."""
-    if profile.easting_m is not None and profile.northing_m is not None and profile.crs:
-        return profile.x_m, profile.easting_m, profile.northing_m, profile.crs
-    if profile.lon is not None and profile.lat is not None:
-        return profile.x_m, profile.lon, profile.lat, DEGREES
-    return np.empty(0), np.empty(0), np.empty(0), ""
 
 
 WORTH_A_NOTE = 0.05

@@ -17,6 +17,8 @@ from avahazard.arrays import Floats
 from avahazard.records.errors import AvahazardError, did_you_mean
 
 Covariate = float | str
+DEGREES = "EPSG:4326"
+"""The system of longitude and latitude."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +57,20 @@ class Profile:
     lon: Floats | None = None
     lat: Floats | None = None
     elevation_sigma_m: Floats | None = None
+
+    @property
+    def on_map(self) -> tuple[Floats, str] | None:
+        """Its points on the map `[n_points, 2]`, to the east and north, and their system.
+
+        In metres where that is named, else in degrees; empty for metres of no named system. None
+        without coordinates.
+        """
+        degrees = self.lon is not None and self.lat is not None
+        if self.easting_m is not None and self.northing_m is not None and (self.crs or not degrees):
+            return np.column_stack([self.easting_m, self.northing_m]), self.crs or ""
+        if self.lon is not None and self.lat is not None:
+            return np.column_stack([self.lon, self.lat]), DEGREES
+        return None
 
 
 NUMBERS_OF_POINTS = ("x_m", "y_m", "easting_m", "northing_m", "lon", "lat", "elevation_sigma_m")

@@ -60,8 +60,7 @@ def guess_tables(file: FilePath) -> tuple[list[GuessedTable], list[RowProblem]]:
         words = [text for text in row if text and not is_number(text)]
         units = None
         if words and len(words) == sum(map(bool, row)):
-            of_units = 2 * sum(map(_any_unit, words)) >= len(words)
-            units = head.lines[0] if of_units else None
+            units = head.lines[0] if 2 * sum(map(_any_unit, words)) >= len(words) else None
         merged = any("merged" in fault.value for fault in faults if fault.file == head.file)
         layout = SheetLayout(head.first, units, merged)
         tables = read_tables(file, [], layout)

@@ -16,6 +16,7 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.records.cells import with_remedy
 from avahazard.records.collection import (
+    DEGREES,
     NUMBERS_OF_POINTS,
     VOLUME_REL_SIGMA,
     Covariate,
@@ -444,9 +445,15 @@ def gather_events(
             header = (*header, *ON_PROFILE)  # the stored place is not kept beside a new point
         for line, row in sorted(found, key=lambda item: item[0]):
             event = build_event(row, covariates[table.file, line])
-            if isinstance(row, EventRow):
-                profile = profiles.get(row.path_id)
-                event = _placed(event, row, (table.file, line), profile, convert, placed, intake)
+            if isinstance(row, EventRow) and row.point:
+                stop = place_stop(row, profiles.get(row.path_id), convert)
+                if isinstance(stop, PlacedStop):
+                    placed[event.event_id] = stop.distance_m
+                    event = replace(event, runout_x_m=round(stop.x_m, 3))
+                else:
+                    column, accepted = stop
+                    key = ("event", event.event_id)
+                    intake.refuse(key, column, getattr(row, column), accepted)
             events.append(complete_event(event, old.get(event.event_id), header))
         if placed:
             far = max(placed, key=placed.__getitem__)
@@ -455,33 +462,6 @@ def gather_events(
                 f"at most {placed[far]:.0f} m from them ({far})."
             )
     return events
-
-
-def _placed(
-    event: Event,
-    row: EventRow,
-    origin: tuple[str, int],
-    profile: Profile | None,
-    convert: Convert | None,
-    placed: dict[str, float],
-    intake: Intake,
-) -> Event:
-    """The event with its stop along the path, where that is known as a point alone."""
-    name = "easting_m" if row.easting_m is not None else "lon"
-    known = (row.runout_x_m, row.runout_elevation_m) != (None, None) or row.left_profile
-    if known or getattr(row, name) is None:
-        return event
-    if profile is None:
-        accepted = "a path with a profile on the map, for a stop that is a point"
-        intake.problems.append(RowProblem(*origin, "path_id", row.path_id, accepted))
-        return event
-    stop = place_stop(row, profile, convert)
-    if stop.accepted:
-        value = f"{getattr(row, name):g}"
-        intake.problems.append(RowProblem(*origin, name, value, stop.accepted))
-        return event
-    placed[event.event_id] = stop.distance_m
-    return replace(event, runout_x_m=round(stop.x_m, 3))
 
 
 def gather_speeds(tables: Sequence[FileTable], known: Records, intake: Intake) -> list[Speed]:
@@ -534,32 +514,37 @@ Convert = Callable[[Floats, str, str], Floats]
 
 
 class PlacedStop(NamedTuple):
-    """Its distance along the path and from the line (m); what would be accepted, or empty."""
+    """Its distance along the path and from the line, in m."""
 
     x_m: float
     distance_m: float
-    accepted: str
 
 
-def place_stop(row: EventRow, profile: Profile, convert: Convert | None) -> PlacedStop:
+def place_stop(
+    row: EventRow, profile: Profile | None, convert: Convert | None
+) -> PlacedStop | tuple[str, str]:
     """The place on the line of `profile` nearest to the coordinates of `row`.
 
-    Without `convert`, coordinates in another system than those of the line are not accepted.
+    Without one, the column at fault and what would be accepted. Without `convert`, coordinates in
+    another system than those of the line are not accepted.
     """
-    line = _line(profile)
-    if line is None:
-        return PlacedStop(0.0, 0.0, "runout_x_m: the profile of the path has no coordinates")
-    xy, system = line
-    if row.lon is None and row.crs is None:
-        return PlacedStop(0.0, 0.0, "a crs beside easting_m and northing_m")
-    place = (row.lon, row.lat) if row.lon is not None else (row.easting_m, row.northing_m)
-    given = "EPSG:4326" if row.lon is not None else str(row.crs)
+    column = row.point
+    if profile is None:
+        return "path_id", "a path with a profile on the map, for a stop that is a point"
+    xy, system = profile.on_map or (np.empty((0, 2)), "")
+    if not system:
+        return column, "runout_x_m: the profile of the path has no coordinates"
+    if column == "easting_m" and row.crs is None:
+        return column, "a crs beside easting_m and northing_m"
+    place, given = (row.lon, row.lat), DEGREES
+    if column == "easting_m":
+        place, given = (row.easting_m, row.northing_m), str(row.crs)
     point = np.array(place, np.float64)
     if given != system:
         point = np.full(2, np.nan) if convert is None else convert(point, given, system)
     if not np.all(np.isfinite(point)):
-        return PlacedStop(0.0, 0.0, f"coordinates that exist in {system}")
-    if system == "EPSG:4326":  # degrees as metres near the stop
+        return column, f"coordinates that exist in {system}"
+    if system == DEGREES:  # as metres near the stop
         metres = 111_195.0 * np.array([np.cos(np.radians(point[1])), 1.0])
         xy, point = (xy - point) * metres, np.zeros(2)
     step = np.diff(xy, axis=0)
@@ -582,12 +567,4 @@ def place_stop(row: EventRow, profile: Profile, convert: Convert | None) -> Plac
     elif len(gaps):
         one, other = x[near[gaps[0]]], x[near[gaps[0] + 1]]
         accepted = f"runout_x_m: the line passes twice, at {one:.0f} and {other:.0f} m"
-    return PlacedStop(float(x[k]), float(distance[k]), accepted)
-
-
-def _line(profile: Profile) -> tuple[Floats, str] | None:
-    if profile.lon is not None and profile.lat is not None:
-        return np.column_stack([profile.lon, profile.lat]), "EPSG:4326"
-    if profile.easting_m is None or profile.northing_m is None or profile.crs is None:
-        return None
-    return np.column_stack([profile.easting_m, profile.northing_m]), profile.crs
+    return (column, accepted) if accepted else PlacedStop(float(x[k]), float(distance[k]))

@@ -209,12 +209,19 @@ class EventRow(DepositRow, PointRow):
     runout_length_m: None = Field(None, description="empty, because path_id is given")
     h_over_l: None = Field(None, description="empty, because path_id is given")
 
+    @property
+    def point(self) -> str:
+        """The first coordinate of the stop, where that is known as a point alone; else empty."""
+        if self.runout_x_m is not None or self.runout_elevation_m is not None or self.left_profile:
+            return ""
+        given = (name for name in ("lon", "easting_m") if getattr(self, name) is not None)
+        return next(given, "")
+
     @model_validator(mode="after")
     def _runout_given(self, info: ValidationInfo) -> Self:
         needed = (info.context or {}).get("need_runout", True)
-        places = (self.runout_x_m, self.runout_elevation_m, self.easting_m, self.lon)
-        given = any(place is not None for place in places)
-        if needed and not given and not self.left_profile:
+        known = self.runout_x_m is not None or self.runout_elevation_m is not None
+        if needed and not (known or self.left_profile or self.point):
             raise wrong("runout_x_m", "runout_x_m or runout_elevation_m, or left_profile 1")
         return self
 

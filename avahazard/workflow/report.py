@@ -22,6 +22,7 @@ from avahazard.inference.prediction import predict_stops
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
 from avahazard.records.collection import (
+    DEGREES,
     Event,
     Path,
     Profile,
@@ -327,18 +328,18 @@ def _plan(
     profile: Profile, ground: TerrainCrop | None, flow: page.FlowView | None
 ) -> page.PlanView | None:
     """The path from above, by its own coordinates; None where it has none."""
+    if profile.on_map is None:
+        return None
+    xy, crs = profile.on_map
     some = np.unique(np.linspace(0, len(profile.x_m) - 1, MOST_PLACES).round().astype(int))
-    if profile.easting_m is not None and profile.northing_m is not None:
-        return page.PlanView(
-            profile.x_m[some],
-            profile.easting_m[some],
-            profile.northing_m[some],
-            profile.crs or "?",
-            *((ground, flow) if ground is not None and ground.crs == profile.crs else ()),
-        )
-    if profile.lon is not None and profile.lat is not None:
-        return page.PlanView(profile.x_m[some], profile.lon[some], profile.lat[some], None)
-    return None
+    east, north = xy[some].T
+    return page.PlanView(
+        profile.x_m[some],
+        east,
+        north,
+        None if crs == DEGREES else crs or "?",
+        *((ground, flow) if ground is not None and ground.crs == crs else ()),
+    )
 
 
 def event_views(

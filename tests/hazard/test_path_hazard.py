@@ -168,18 +168,19 @@ def test_the_limit_is_the_path_s_or_the_effect_s() -> None:
 
 
 def test_the_map_holds_both_ends_of_the_line_and_nothing_beyond() -> None:
-    line = {"line_x": [100.0, 900.0], "east": [7.0, 7.8], "north": [46.0, 46.4]}
-    stops = RecordedStops(**{name: np.array(values) for name, values in line.items()}, crs="C")
+    x, east, north = np.array([100.0, 900.0]), np.array([7.0, 7.8]), np.array([46.0, 46.4])
+    line = Profile("P", x, -x, easting_m=east, northing_m=north, crs="C")
+    stops = RecordedStops(profile=line)
     assert stops.point(100.0) == MapPoint(7.0, 46.0, "C")
     assert stops.point(900.0) == MapPoint(7.8, 46.4, "C")
     assert stops.point(np.nextafter(100.0, 0.0)) is None
     assert stops.point(np.nextafter(900.0, 1e4)) is None
-    assert RecordedStops().point(0.0) is None
+    assert RecordedStops(profile=replace(line, crs=None)).point(100.0) is None
 
 
 def test_without_records_or_coordinates_there_is_nothing() -> None:
     nothing = RecordedStops()
-    assert {len(c) for c in (nothing.x, nothing.line_x, nothing.east, nothing.north)} == {0}
+    assert len(nothing.x) == 0
     assert nothing.farthest() is None
     assert nothing.point(0.0) is None
     assert nothing.beyond(0.0) == 0

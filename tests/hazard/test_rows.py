@@ -24,6 +24,7 @@ from avahazard.hazard.rows import (
 from avahazard.hazard.volume_records import VolumeRecord, region_of
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.smooth_profile import smooth_profile
+from avahazard.records.collection import Profile
 from avahazard.results.hazard import (
     Design,
     FarthestRecord,
@@ -177,13 +178,11 @@ def test_the_records_and_the_map_beside_it() -> None:
     middle = stop(np.exp(np.log(0.7) - 0.2))
     assert of(given, 100.0).farthest_record is None
     assert of(given, 100.0).point is None
+    along = np.array([0.0, 3600.0])
     recorded = RecordedStops(
         np.array([middle - 50.0, middle + 20.0, middle + 40.0]),
         ("1950", "1960-01-02", None),
-        np.array([0.0, 3600.0]),
-        np.array([7.0, 7.36]),
-        np.array([46.0, 46.0]),
-        "EPSG:4326",
+        Profile("P", along, -along, lon=np.array([7.0, 7.36]), lat=np.array([46.0, 46.0])),
     )
     found = of(replace(given, recorded=recorded), 100.0)
     assert found.runout_x_m.q50 == pytest.approx(middle, abs=0.5)
@@ -198,7 +197,9 @@ def test_the_records_and_the_map_beside_it() -> None:
 
 def test_beyond_the_profile_nothing_is_counted() -> None:
     given = path(draws(0.1, 3), one_volume(2e6, 3, rate=5.0))
-    recorded = RecordedStops(np.array([1500.0]), ("1970",), *[np.array([0.0, 9e3])] * 3, "X")
+    along = np.array([0.0, 9e3])
+    line = Profile("P", along, -along, easting_m=along, northing_m=along, crs="X")
+    recorded = RecordedStops(np.array([1500.0]), ("1970",), line)
     found = of(replace(given, recorded=recorded), 300.0)
     assert found.runout_x_m == found.runout_elevation_m == PlaceQuantiles(None, None, None)
     assert (found.p_beyond, found.point, found.records_beyond) == (1.0, None, None)
