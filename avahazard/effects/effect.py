@@ -272,6 +272,8 @@ class Definition:
     - `beyond`: 0 for the catalogue, 1 for a kind that is made for what a file has, 2 for pairs of
       these. Of effects that explain alike the lowest is named; `family` is the kind's name.
     - `curve(facts)`: of an effect that is a smooth curve, that; None where it has levels.
+    - `member_of`: the key of a smooth of which it is one shape, and that shape as a function of its
+      values and the states; where either stands out both are fitted, the smooth from that shape on.
     - `names_cause`: False for a smooth curve, which is no physics yet: a verdict that rests on
       such alone is `unexplained`, and it needs no margin of evidence.
     - `column`: the column that the effect is about; a smooth of it would only repeat the effect.
@@ -299,6 +301,7 @@ class Definition:
     alternatives: Callable[[EventColumns, Sites], Sequence[Facts]] | None = None
     beyond: int = 0
     curve: Callable[[Facts], Curve | None] = lambda _facts: None
+    member_of: tuple[str, Callable[[Floats, Floats], Floats]] | None = None
     names_cause: bool = True
     column: str | None = None
     reads: str | None = None

@@ -12,10 +12,10 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from numpy.polynomial.legendre import legvander
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.covariate import spline_columns
 from avahazard.effects.effect import (
     Curve,
     Definition,
@@ -38,6 +38,7 @@ from avahazard.effects.stretches import (
 from avahazard.notes import Note
 from avahazard.physics.cells import GRAVITY, SPEEDS, Resistance
 from avahazard.physics.terrain import Terrain
+from avahazard.records.errors import AvahazardError
 
 EDGE_M = 40.0
 """The snow line is blurred over this height, so that the likelihood is smooth in it."""
@@ -57,6 +58,7 @@ TURBULENT_DRAG = Definition(
     needs="profile; speeds help",
     build=lambda _: MotionEffect("turbulent-drag", (DRAG,), partial(_added, "drag")),
     lacking=needs_profile,
+    member_of=("force:speed", lambda values, speeds: values[0] * speeds**2),
     limits_speed=True,
     order=20,
 )
@@ -94,6 +96,8 @@ COHESION = Definition(
     needs="profile, speeds",
     build=lambda _: MotionEffect("cohesion", (STRENGTH,), partial(_added, "constant")),
     lacking=needs_profile,
+    # As friction: its force over the load.
+    member_of=("force:slope", lambda v, slope: v[0] / (GRAVITY * np.cos(np.radians(slope)))),
     order=40,
 )
 
@@ -187,13 +191,14 @@ CENTRIFUGAL = Definition(
 """A setting of the model: nothing is built for it."""
 
 
-QUANTILES = (0.05, 0.35, 0.65, 0.95)
-"""Of the states along the paths: the knots of the curve."""
+ENDS, DEGREE, WITHOUT_SPEEDS = (0.03, 0.97), 4, 2
+"""Quantiles of the states along the paths between which a curve varies; its degree, and that where
+no speeds were measured: stops say little of a shape."""
 FRICTION_SD, FORCE_SD = 0.1, 0.8
 """Prior standard deviation of the rms of friction, or of force (m/s²), that goes with the state in
 a line; half of it for each departure from that."""
-LEAST_APART, N_GRID = 0.1, 61
-"""Least distance of knots against all of their range, and places at which curves are compared."""
+N_GRID = 61
+"""Places at which curves are compared."""
 MOST = 4.0
 """Prior standard deviations that a coefficient can be."""
 USUAL_FRICTION = 0.4
@@ -235,47 +240,50 @@ def _along(site: Site) -> slice:
     return slice(int(np.searchsorted(site.terrain_x, np.min(site.release_x))), None)
 
 
-def _knots(values: Floats) -> Facts:
-    low, *inner, high = np.quantile(values, QUANTILES).tolist()
-    least = LEAST_APART * (high - low)
-    knots = [low]
-    knots += [k for k in inner if low + least < k < high - least and k > knots[-1] + least]
-    knots += [high]
-    spread = max(float(np.std(values)), 1e-6)
-    return {"knots": knots, "centre": float(np.mean(values)), "scale": spread}
-
-
-def _facts(state: str, _columns: EventColumns, sites: Sites) -> Facts:
-    of = STATES[state][2]
-    return _knots(np.concatenate([of(site.terrain)[_along(site)] for site in sites]))
+def _facts(state: str, columns: EventColumns, sites: Sites) -> Facts:
+    """The range of a state where avalanches were recorded, and knots evenly in it."""
+    seen = []
+    for k, site in enumerate(sites):
+        stops = columns.stop_elevation[columns.path_index == k]
+        lowest = np.min(stops) if len(stops) else np.nan
+        way = _along(site)
+        # One that ran beyond its profile has no stop: then all of the path.
+        passed = ~(site.terrain.middle_y[way] < lowest)
+        seen.append(STATES[state][2](site.terrain)[way][passed])
+    low, high = np.quantile(np.concatenate(seen), ENDS).tolist()
+    return {"low": low, "high": high, "degree": DEGREE if columns.tracks else WITHOUT_SPEEDS}
 
 
 def _speed_facts(columns: EventColumns, sites: Sites) -> Facts:
-    """Speeds of blocks on the energy line of the usual runout."""
+    """Speeds up to the largest that was measured, or of blocks on the line of the usual runout."""
+    if columns.tracks:
+        largest = max(float(np.max(t.speed)) for t in columns.tracks)
+        return {"low": 0.0, "high": largest, "degree": DEGREE}
     known = columns.height_over_length[np.isfinite(columns.height_over_length)]
     friction = float(np.median(known)) if len(known) else USUAL_FRICTION
-    speeds = []
+    speeds = [1.0, 2.0]
     for site in sites:
         way = _along(site)
         x, y = site.terrain_x[way], site.heights()[way]
         square = 2.0 * GRAVITY * (y[0] - y - friction * (x - x[0]))
-        speeds.append(np.sqrt(square[square > 0.0]))
-    return _knots(np.append(np.concatenate(speeds), [1.0, 2.0]))
+        speeds += np.sqrt(square[square > 0.0]).tolist()
+    return {"low": 0.0, "high": float(np.quantile(speeds, ENDS[1])), "degree": WITHOUT_SPEEDS}
 
 
-def _basis(facts: Facts, values: Floats, rest: float | None = None) -> Floats:
-    """Columns `[n, n_knots - 1]` at values of the state, orthonormal over the range of the knots.
+def _basis(facts: Facts, values: Floats, *, rests: bool) -> Floats:
+    """Columns `[n, degree]` at values of the state: a line, then bends of ever more turns.
 
-    Beyond it they stay as they are. Their mean is 0 or, where `rest` is given, they are 0 there.
+    Polynomials, orthonormal over the range of the facts; beyond it they stay as they are. Their
+    mean is 0 or, where the effect `rests`, they are 0 at the low end.
     """
-    knots = np.array(facts["knots"])
+    low, high = facts["low"], facts["high"]
 
     def curve(at: Floats) -> Floats:
-        inside = np.clip(at, knots[0] if rest is None else rest, knots[-1])
-        return spline_columns(inside, knots, facts["centre"], facts["scale"])
+        inside = np.clip((at - low) / max(high - low, 1e-6), 0.0, 1.0)
+        return legvander(2.0 * inside - 1.0, facts["degree"])[:, 1:]
 
-    grid = curve(np.linspace(knots[0] if rest is None else rest, knots[-1], N_GRID))
-    zero = np.mean(grid, axis=0) if rest is None else grid[0]
+    grid = curve(np.linspace(low, high, N_GRID))
+    zero = grid[0] if rests else np.mean(grid, axis=0)
     _, mixed = np.linalg.qr(grid - zero)
     mixed *= np.sign(np.diag(mixed))[:, None] / np.sqrt(N_GRID)
     return np.asarray((curve(values) - zero) @ np.linalg.inv(mixed))
@@ -285,12 +293,12 @@ def _by_ground(
     state: str, facts: Facts, site: Site, resistance: Resistance, values: Floats
 ) -> Resistance:
     terrain = site.terrain_for(resistance)
-    friction = _basis(facts, STATES[state][2](terrain)) @ values
+    friction = _basis(facts, STATES[state][2](terrain), rests=False) @ values
     return replace(resistance, offset=resistance.offset + friction)
 
 
 def _by_speed(facts: Facts, _site: Site, resistance: Resistance, values: Floats) -> Resistance:
-    force = _basis(facts, SPEEDS, rest=0.0) @ values
+    force = _basis(facts, SPEEDS, rests=True) @ values
     if resistance.speed_constant is not None:
         force = force + resistance.speed_constant
     return replace(resistance, speed_constant=np.asarray(force))
@@ -298,14 +306,13 @@ def _by_speed(facts: Facts, _site: Site, resistance: Resistance, values: Floats)
 
 def _curve(state: str, facts: Facts) -> Curve:
     speed = state == SPEED
-    rest = 0.0 if speed else None
-    x = np.linspace(facts["knots"][0] if rest is None else rest, facts["knots"][-1], N_GRID)
+    x = np.linspace(facts["low"], facts["high"], N_GRID)
     return Curve(
         of=state,
         unit="m/s" if speed else STATES[state][1],
         value=FORCE if speed else "friction",
         x=x,
-        columns=_basis(facts, x, rest),
+        columns=_basis(facts, x, rests=speed),
         rests=speed,
         form="speed_resistance" if speed else "added_friction",
         state="speeds" if speed else f"track.{state}",
@@ -314,9 +321,14 @@ def _curve(state: str, facts: Facts) -> Curve:
 
 
 def _build(state: str, facts: Facts) -> MotionEffect:
+    if "knots" in facts:
+        raise AvahazardError(
+            f"The curve of force:{state} was fitted by an earlier version, in another form.",
+            "Add it to its parent again.",
+        )
     speed = state == SPEED
     unit, sd = ("m/s2, rms", FORCE_SD) if speed else ("friction, rms", FRICTION_SD)
-    bends = [(f"bend_{k + 1}", 0.5 * sd) for k in range(len(facts["knots"]) - 2)]
+    bends = [(f"bend_{k + 1}", 0.5 * sd) for k in range(facts["degree"] - 1)]
     parameters = tuple(
         Parameter(name, unit, 0.0, 0.0, s, -MOST * s, MOST * s)
         for name, s in [("slope", sd), *bends]

@@ -179,7 +179,7 @@ def sample(
     # Short walks show where a star falls short: a long one on such a star would be in vain.
     for n in (min(PILOT_DRAWS, n_draws), n_draws) if fine.nodes.varies else (n_draws,):
         found = _rounds(fine, mode, n_chains, n, seed, progress)
-        while (better := improved(fine, posterior, found.draws)) is not None:
+        while (better := improved(fine, found.draws)) is not None:
             fine, mode = better, find_mode(better, mode.u)
             found = _rounds(fine, mode, n_chains, n, seed, progress)
     return found

@@ -152,7 +152,7 @@ def with_given_priors(
     the law has its prior from other records.
     """
     speeds = bool(observations.speeds)
-    layout = build_layout(specification, tuple(effects), {}, speeds=speeds)
+    layout = build_layout(specification, tuple(effects), speeds=speeds)
     others = layout.beside_the_law()
     in_log = {*layout.logs, *layout.spreads.values()}
     positive = {

@@ -27,7 +27,7 @@ from avahazard.inference.model import specification as spec
 from avahazard.inference.model.choices import BLOCK
 from avahazard.inference.model.friction_model import friction_model
 from avahazard.inference.model.laws import LAWS
-from avahazard.inference.model.layout import TRACK_SLOT, Layout, arm_between, with_arms
+from avahazard.inference.model.layout import TRACK_SLOT, Arms, Layout, arm_between, with_arms
 from avahazard.inference.model.observations import (
     build_observations,
     require_one_scale,
@@ -94,7 +94,8 @@ def save_calibrated(
         "facts": model.facts,
         "method": model.method,
         "paths": paths,
-        "arms": model.layout.arms,
+        "arms": model.layout.arms.points,
+        "along": model.layout.arms.along,
         "slots": slots,
     }
     settings = {
@@ -238,7 +239,8 @@ def _load(
     slots = kept["slots"]
     draws = {key: v.ravel() for key, v in store.load_draws(session, stored.calibration).items()}
     u = np.column_stack([draws[f"{COORDINATE}{slot}"] for slot in slots])
-    friction = friction_model(specification, effects, kept.get("arms"), speeds=TRACK_SLOT in slots)
+    arms = Arms(kept.get("arms", {}), kept.get("along", {}))
+    friction = friction_model(specification, effects, arms, speeds=TRACK_SLOT in slots)
     if "arms" not in kept:
         friction = replace(friction, layout=_on_draws(friction.layout, slots, u))
     return FittedModel(
@@ -270,7 +272,7 @@ def _on_draws(layout: Layout, slots: Sequence[str], u: Floats) -> Layout:
             low = max(slot.low, min(middle - reach, np.min(drawn)))
             high = min(slot.high, max(middle + reach, np.max(drawn)))
             arms[slot.name] = arm_between(float(middle), float(low), float(high), POINTS_ON_DRAWS)
-    return with_arms(layout, arms)
+    return with_arms(layout, Arms(arms))
 
 
 STILL_PRIOR = 0.75

@@ -46,7 +46,9 @@ def judge(name: str) -> Line:
             return line
         if of is beyond:
             known = knowing(Path())
-            band = next((b for d in diagnoses if (b := leading_band(d, truth["right"]))), None)
+            # Beside a force that was added before, a shape is that of what is left.
+            naming = (d for d in diagnoses if {*d["missing"]} & {*truth["right"]})
+            band = next((leading_band(d, truth["right"]) for d in naming), None)
             inside = None if band is None else share_inside(arm, int(seed), band)
             return line | {"gain": known["gain"], "knows": known["crps"], "inside": inside}
         (key,) = truth["right"]

@@ -42,31 +42,33 @@ def some(n: int) -> Resistance:
 
 
 @pytest.mark.parametrize("key", KEYS)
-def test_curves_are_orthonormal_over_the_range_of_the_knots(key: str) -> None:
-    facts = facts_of(key)
-    knots, rest = facts["knots"], 0.0 if key == "force:speed" else None
-    low = knots[0] if rest is None else rest
-    grid = np.linspace(low, knots[-1], N_GRID)
-    curves = _basis(facts, grid, rest)
-    assert curves.shape == (N_GRID, len(knots) - 1)
-    np.testing.assert_allclose(curves.T @ curves / N_GRID, np.eye(len(knots) - 1), atol=1e-9)
+def test_curves_are_orthonormal_over_the_range_of_the_state(key: str) -> None:
+    facts, rests = facts_of(key), key == "force:speed"
+    low, high = facts["low"], facts["high"]
+    grid = np.linspace(low, high, N_GRID)
+    curves = _basis(facts, grid, rests=rests)
+    n = facts["degree"]
+    assert curves.shape == (N_GRID, n)
+    np.testing.assert_allclose(curves.T @ curves / N_GRID, np.eye(n), atol=1e-9)
     # The first goes in a line with the state, and up; the others bend.
     line = np.polyfit(grid, curves[:, 0], 1)
     np.testing.assert_allclose(curves[:, 0], np.polyval(line, grid), atol=1e-9)
     assert line[0] > 0.0
-    if rest is None:
-        np.testing.assert_allclose(curves.mean(axis=0), 0.0, atol=1e-9)
+    if rests:
+        np.testing.assert_array_equal(_basis(facts, np.zeros(1), rests=True), 0.0)
     else:
-        np.testing.assert_array_equal(_basis(facts, np.zeros(1), rest), 0.0)
-    beyond = _basis(facts, np.array([low - 9.0, low, knots[-1], knots[-1] + 9.0]), rest)
+        np.testing.assert_allclose(curves.mean(axis=0), 0.0, atol=1e-9)
+    beyond = _basis(facts, np.array([low - 9.0, low, high, high + 9.0]), rests=rests)
     np.testing.assert_allclose(beyond[[0, 3]], beyond[[1, 2]])
 
 
 @pytest.mark.parametrize("key", KEYS)
-def test_the_knots_are_in_order_and_apart(key: str) -> None:
-    knots = np.array(facts_of(key)["knots"])
-    assert 2 <= len(knots) <= 4
-    assert np.all(np.diff(knots) > 0.09 * (knots[-1] - knots[0]))
+def test_a_power_of_the_state_is_among_the_curves(key: str) -> None:
+    facts, rests = facts_of(key), key == "force:speed"
+    at = np.linspace(facts["low"], facts["high"], 40)
+    columns_ = np.column_stack([_basis(facts, at, rests=rests), np.ones(len(at))])
+    left = at**2 - columns_ @ np.linalg.lstsq(columns_, at**2, rcond=None)[0]
+    assert np.max(np.abs(left)) < 1e-6 * np.max(at**2)
 
 
 @pytest.mark.parametrize("state", STATES)
@@ -83,7 +85,9 @@ def test_friction_of_each_cell_is_that_of_its_state(state: str) -> None:
         "distance": middle - terrain.x[0],
     }[state]
     facts = facts_of(f"force:{state}")
-    np.testing.assert_allclose(after.offset - 0.02, _basis(facts, by_hand) @ values, atol=1e-3)
+    np.testing.assert_allclose(
+        after.offset - 0.02, _basis(facts, by_hand, rests=False) @ values, atol=1e-3
+    )
     assert np.ptp(after.offset) > 0.01
     for name in ("factor", "constant", "drag"):
         np.testing.assert_array_equal(getattr(after, name), getattr(some(terrain.n_cells), name))
@@ -120,8 +124,14 @@ def test_the_block_feels_the_force(key: str) -> None:
         }
         if key == "force:speed":
             speed = np.sqrt(np.maximum(w, 0.0))
-            return rate(mu, w, slope, second, constant=_basis(facts, speed, 0.0) @ values)
-        return rate(mu, w, slope, second, offset=_basis(facts, np.array([states[key]])) @ values)
+            return rate(mu, w, slope, second, constant=_basis(facts, speed, rests=True) @ values)
+        return rate(
+            mu,
+            w,
+            slope,
+            second,
+            offset=_basis(facts, np.array([states[key]]), rests=False) @ values,
+        )
 
     slow = solve_ivp(pull, (start, 900.0), [0.0], t_eval=places, rtol=1e-6, max_step=5.0)
     terrain = site().fine_terrain if key == "force:speed" else site().terrain

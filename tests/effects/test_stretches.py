@@ -65,7 +65,7 @@ def test_without_speeds_it_is_a_curve_along_all_paths() -> None:
     assert all_parts(columns(), sites()) is None
     entry = definition(KEY)
     facts = entry.facts(columns(), sites())
-    assert "knots" in facts
+    assert "degree" in facts
     assert entry.alternatives is not None
     assert entry.alternatives(columns(), sites()) == [facts]
 

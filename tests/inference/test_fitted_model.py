@@ -10,6 +10,7 @@ import pytest
 from avahazard.inference.fitted_model import diagnose_chains, exact_volumes, fitted_model, in_slots
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.choices import MethodName
+from avahazard.inference.model.layout import Arms
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.records.collection import Event, Records
 from tests.inference.studies import near, observations, posterior, records
@@ -51,14 +52,15 @@ def test_draws_go_to_the_slots_of_their_names() -> None:
 def test_on_other_events_it_is_the_same_model() -> None:
     given = posterior(observations(speeds=False), "turbulent-drag")
     grid = (0.01, 0.02, 0.05)
-    given = given.on_star({"turbulent-drag.drag": grid})
+    given = given.on_star(Arms({"turbulent-drag.drag": grid}))
     model = fitted_model(given, _draws(given), {"P0": np.zeros(50)})
     new = model.on(_new_events(Event("new", "P1", runout_elevation_m=700.0, volume_m3=2e4)))
     assert new.observations.columns.event_id == ("new",)
     assert new.specification == model.specification
     assert new.posterior.effects == model.posterior.effects
-    (slot,) = (slot for slot in new.posterior.layout.slots if slot.name == "turbulent-drag.drag")
-    assert (slot.arm, slot.low, slot.high) == (grid, grid[0], grid[-1])
+    layout = new.posterior.layout
+    (k,) = (k for k, slot in enumerate(layout.slots) if slot.name == "turbulent-drag.drag")
+    assert (layout.slots[k].arm, layout.low[k], layout.high[k]) == (grid, grid[0], grid[-1])
     np.testing.assert_array_equal(new.draws, model.draws)
     assert (new.offsets, new.method) == (model.offsets, "marginal")
     # On its own events it is what it was.

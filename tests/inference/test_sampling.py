@@ -176,7 +176,7 @@ def test_the_star_is_that_which_was_sampled() -> None:
     drag = next(s for s in whole.slots if s.name == "turbulent-drag.drag")
     layout = found.posterior.layout
     (k,) = (k for k, s in enumerate(layout.slots) if s.name == drag.name)
-    assert layout.arms == {drag.name: layout.slots[k].arm}
+    assert layout.arms.points == {drag.name: layout.slots[k].arm}
     assert layout.slots[k].arm != drag.arm
     draws = found.draws[:, k]
     assert drag.low <= draws.min() <= draws.max() <= drag.high

@@ -49,7 +49,7 @@ from tests.workflow.worlds import bowl
 
 SPECIFICATION = Specification(law="power", scatter="volume", tails="student", centrifugal=False)
 ARM = (0.1, 0.05, 0.2, 0.1 + 0.2)
-ARMS = {"turbulent-drag.drag": ARM}
+ARMS = Arms({"turbulent-drag.drag": ARM}, {"turbulent-drag.drag": {"log sigma": 0.5}})
 
 
 def _found(arms: Arms | None = None, *own: Definition) -> FittedModel:
@@ -114,8 +114,9 @@ def test_the_posterior_is_the_same_as_before(database: str) -> None:
 def test_the_star_is_kept(database: str) -> None:
     _store(database, _found(ARMS))
     layout = load_stored(database, "m")[0].posterior.layout
-    (slot,) = (s for s in layout.slots if s.name in ARMS)
-    assert (slot.arm, slot.low, slot.high) == (ARM, min(ARM), max(ARM))
+    (k,) = layout.tables
+    assert layout.arms == ARMS
+    assert (layout.slots[k].arm, layout.low[k], layout.high[k]) == (ARM, min(ARM), max(ARM))
 
 
 @pytest.mark.parametrize("grids", [{}, {"turbulent-drag.drag": [0.0, 0.05, 0.1, 0.2, 0.4]}])
@@ -134,7 +135,7 @@ def test_a_model_of_a_version_with_grids_stands_on_a_star_about_its_draws(
     slot, drawn = model.layout.slots[k], found.draws[:, k]
     assert slot.arm[0] == np.median(drawn)
     ends = np.median(drawn) + REACH * np.std(drawn) * np.array([-1.0, 1.0])
-    assert (slot.low, slot.high) == pytest.approx(ends)
+    assert model.layout.arm_ends[:, k] == pytest.approx(ends)
     assert len(slot.arm) == 9
     for u in found.draws[[0, 50]]:
         exact = model.posterior.exact_log_likelihood(u)

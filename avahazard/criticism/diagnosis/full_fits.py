@@ -112,7 +112,7 @@ def fitted_in_full(
     observations = base.observations
     likely = likely_values(screening.candidates, observations)
     strong = list(spread_map(_strong, (likely, base), screening.candidates))
-    likely = likely_values(strong, observations)
+    likely = dict(likely_values(strong, observations))
     screening = replace(screening, candidates=tuple(sorted(strong, key=lambda c: -c.surprise)))
     worth: list[str] = []
     families: Counter[str] = Counter()
@@ -122,6 +122,12 @@ def fitted_in_full(
         rare = not c.definition.beyond or families[c.definition.family] <= OF_A_FAMILY
         if rare and c.surprise > WORTH_A_FIT and c.gain >= least and len(worth) < FITTED:
             worth.append(c.key)
+    for c in screening.candidates:
+        smooth = _smooth_of(c, screening.candidates, observations)
+        if smooth is not None and {c.key, smooth[0]} & {*worth}:
+            key, values = smooth
+            worth += [c.key, key]
+            likely[key] = [values, *likely.get(key, [])]
     by_path = [c.key for c in screening.candidates if _by_path(c.definition, observations)]
     # To first order larger errors of the volumes may gain a fifth of what they do, or nothing.
     errors = [c.key for c in screening.candidates if c.key == VOLUME_ERROR.key]
@@ -147,6 +153,20 @@ def fitted_in_full(
     found = tuple(replace(c, p_family=float(p_values[c.key])) for c in ranked)
     fits = {key: fit for key, fit in fits.items() if np.isfinite(fit.evidence)}
     return fits, replace(screening, candidates=found)
+
+
+def _smooth_of(
+    candidate: Screened, candidates: Sequence[Screened], observations: Observations
+) -> tuple[str, Floats] | None:
+    """The smooth among the candidates of which one is a shape, and its values for that shape."""
+    key, shape = candidate.definition.member_of or ("", None)
+    entry = next((c.definition for c in candidates if c.key == key), None)
+    if entry is None or shape is None:
+        return None
+    curve = entry.curve(entry.facts(observations.columns, observations.sites))
+    assert curve is not None
+    heights = shape(candidate.likely, curve.x)
+    return key, np.asarray(np.linalg.lstsq(curve.columns, heights, rcond=None)[0])
 
 
 def _strong(shared: tuple[Likely, Refit], candidate: Screened) -> Screened:

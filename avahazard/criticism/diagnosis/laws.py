@@ -30,7 +30,7 @@ from avahazard.results.diagnosis import Shape
 LEVELS = (0.05, 0.5, 0.95)
 PLACES, POINTS = 10, 25
 """Places of curves, and values of each parameter of a form's shape on the grid."""
-FITTED, NEAR, NEAR_SHARE = 4, 6.0, 0.1
+FITTED, NEAR, NEAR_SHARE = 4, 6.0, 0.03
 """Forms that are fitted at most, and how near to the best of the screening they must be: nats, or
 a share of what the smooth gains, where the second order is no more exact."""
 RIVAL_SHARE = 0.65
@@ -56,18 +56,13 @@ Laws = tuple[FoundLaw, ...]
 
 
 def found_shape(fit: Refit, entry: Definition) -> Shape | None:
-    """The curve of a smooth that was fitted, by the posterior; None for what is no curve.
-
-    One by speed ends at the largest that was measured: beyond it nothing holds the curve.
-    """
+    """The curve of a smooth that was fitted, by the posterior; None for what is no curve."""
     curve = entry.curve(fit.facts.get(entry.key, {}))
     if curve is None:
         return None
-    measured = [track.speed for track in fit.observations.speeds] if curve.of == "speed" else []
-    seen = curve.x <= np.max(np.concatenate(measured)) if measured else np.full(len(curve.x), True)
-    curves = fit.drawn(entry.key) @ curve.columns[seen].T
+    curves = fit.drawn(entry.key) @ curve.columns.T
     low, middle, high = (tuple(row) for row in np.quantile(curves, LEVELS, axis=0).tolist())
-    x = tuple(curve.x[seen].tolist())
+    x = tuple(curve.x.tolist())
     return Shape(curve.of, curve.unit, curve.value, x, low, middle, high, curve.path)
 
 

@@ -17,11 +17,13 @@ from avahazard.inference.fitting.mode import (
     FIRST_SPREAD,
     Evidence,
     Mode,
+    find_mode,
     log_evidence,
     start_coordinates,
 )
 from avahazard.inference.fitting.star import (
     gauss_newton,
+    improved,
     mode_from,
     mode_on_star,
     search_mode,
@@ -41,6 +43,8 @@ Likely = Mapping[str, Sequence[Floats]]
 """Values of the parameters of effects, by key, from which fits begin."""
 LEAST_START = 0.03
 """Share of a range that a fit begins off a bound which is neutral."""
+ROUGH_EVIDENCE = 0.3
+"""Error of the evidence (nats) from which on the star is made anew by the draws on it."""
 ROUGHLY = 0.3
 """Gain (nats) of the last step to a rough mode."""
 
@@ -131,6 +135,11 @@ def refit(
         evidence = Evidence(-np.inf, 0.0, mode.u[None])
     else:
         evidence = log_evidence(posterior, mode)
+        if posterior.nodes.varies and evidence.error > ROUGH_EVIDENCE:
+            better = improved(posterior, evidence.sample) or posterior
+            at = find_mode(better, mode.u)
+            if (more := log_evidence(better, at)).error < evidence.error:
+                posterior, mode, evidence = better, at, more
     posterior.nodes.forget_runs()
     # None where no draw lies within the star: the model then has no evidence.
     value = float(np.nan_to_num(evidence.value, nan=-np.inf, neginf=-np.inf))
@@ -146,7 +155,7 @@ def _near(
     """The mode from that of `start`: on its star, where the same effects shape the tables."""
     at = _carried(start, posterior)
     on_star = posterior.on_star_of(start.posterior)
-    mode = None if on_star is None else mode_on_star(on_star, at, posterior)
+    mode = None if on_star is None else mode_on_star(on_star, at)
     if on_star is None or mode is None:
         return search_mode(posterior, at, tried, least)
     return on_star, mode

@@ -19,7 +19,6 @@ from scipy.special import gammaln, log_ndtr, logsumexp
 from avahazard.arrays import Floats, Ints
 from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.layout import Layout, build_layout
 from avahazard.inference.seeds import generator
 
 STEEP = 100.0
@@ -123,18 +122,22 @@ def find_mode(
 def climb(posterior: Posterior, u: Floats, free: Ints, iterations: int) -> tuple[Floats, float]:
     """The best coordinates from u on with only the slots `free` moving, and the cost there.
 
-    The cost is minus the log density; gradients are exact by the slots `Posterior.sloped`, and
-    differences over `GRADIENT_STEP` of `units` by the others, forwards but at an upper bound.
+    The cost is minus the log density. What shapes tables moves along the arms of the star;
+    gradients are exact by the slots `Posterior.sloped`, and differences over `GRADIENT_STEP` of
+    `units` by the others, forwards but at an upper bound.
     """
-    low, high = posterior.layout.low, posterior.layout.high
-    whole = u.copy()
-    unit = units(posterior)
+    layout = posterior.layout
+    unit, (low, high) = units(posterior), layout.arm_ends
     apart = GRADIENT_STEP * unit
     exact = np.isin(free, posterior.sloped)
+    whole = layout.on_arms(u).copy()
+
+    def coordinates(v: Floats) -> Floats:
+        whole[free] = np.clip(v * unit[free], low[free], high[free])
+        return np.clip(layout.from_arms(whole), layout.low, layout.high)
 
     def cost(v: Floats) -> tuple[float, Floats]:
-        whole[free] = v * unit[free]
-        at = np.clip(whole, low, high)
+        at = coordinates(v)
         value, slopes = np.nan, np.zeros(len(at))
         if exact.any():
             value, slopes = posterior.density_and_slopes(at)
@@ -143,19 +146,17 @@ def climb(posterior: Posterior, u: Floats, free: Ints, iterations: int) -> tuple
             # Where there is no density there are no slopes of it.
             value, moved = -float(costs(posterior, at[None])[0]), np.full(len(free), True)
         if moved.any():
-            step = np.where(at + apart > high, -apart, apart)[free[moved]]
-            around = np.tile(at, (len(step), 1))
-            around[np.arange(len(step)), free[moved]] += step
+            step = np.where(whole + apart > high, -apart, apart)[free[moved]]
+            around = at + step[:, None] * layout.turn[:, free[moved]].T
             gradient[moved] = (costs(posterior, around) + value) / step
         return -value, gradient * unit[free]
 
     bounds = list(zip((low / unit)[free], (high / unit)[free], strict=True))
-    first = (u / unit)[free]
+    first = (whole / unit)[free]
     found = minimize(
         cost, first, method="L-BFGS-B", jac=True, bounds=bounds, options={"maxiter": iterations}
     )
-    whole[free] = found.x * unit[free]
-    return np.clip(whole, low, high), float(found.fun)
+    return coordinates(found.x), float(found.fun)
 
 
 def costs(posterior: Posterior, u: Floats) -> Floats:
@@ -187,7 +188,7 @@ def covariance_at(posterior: Posterior, u: Floats) -> Floats:
     if values[0] < LEAST_CURVATURE:
         if any(slot.arm for slot in posterior.layout.slots):
             # Bends of the blend hide the curvature: the information stands for it.
-            scores = scores_at(posterior, u, APART * unit) * unit
+            scores = scores_at(posterior, u, np.diag(APART * unit)) * unit
             priors = np.array([slot.sd for slot in posterior.layout.slots]) / unit
             hessian = scores.T @ scores + np.diag(priors**-2.0)
         # Against a bound the density need not bend down, but falls as an exponential, whose
@@ -199,27 +200,32 @@ def covariance_at(posterior: Posterior, u: Floats) -> Floats:
     return np.asarray(np.outer(unit, unit) * ((vectors / values) @ vectors.T))
 
 
-def scores_at(posterior: Posterior, u: Floats, apart: Floats) -> Floats:
+def scores_at(posterior: Posterior, u: Floats, moves: Floats) -> Floats:
     """Derivatives of each event's log likelihood by every coordinate, `[n_events, n_slots]`.
 
-    Differences over `apart` `[n_slots]`, of tables made on the spot.
+    Differences over the columns of `moves` `[n_slots, n_slots]`, of tables made on the spot.
     """
+    layout = posterior.layout
     pinned = posterior.pinned(u)
     offsets = pinned.mode_offsets(u)
     here = pinned.event_log_likelihood(u, offsets)
-    scores, slots = np.zeros((len(here), len(u))), posterior.layout.slots
+    shapes = np.array([bool(slot.arm) for slot in layout.slots])
+    neutral = shapes & (u == [slot.neutral for slot in layout.slots])
+    low, high = layout.ranges
 
-    def moved(k: int, by: float) -> Floats:
-        there = u.copy()
-        there[k] += by
-        at = posterior.pinned(there) if slots[k].arm else pinned
+    def moved(by: Floats) -> Floats:
+        there = u + by
+        at = posterior.pinned(there) if np.any(by[shapes]) else pinned
         return at.event_log_likelihood(there, offsets)
 
-    for k, step in enumerate(np.where(u + apart > posterior.layout.high, -apart, apart)):
+    changes, signs = np.empty((len(here), len(u))), np.ones(len(u))
+    for k, move in enumerate(moves.T):
+        signs[k] = 1.0 if np.all((u + move <= high) & (u + move >= low)) else -1.0
+        by = np.clip(u + signs[k] * move, low, high) - u
         # A neutral effect is left out, and with it the small errors of runs that have it.
-        neutral = bool(slots[k].arm) and u[k] == slots[k].neutral
-        scores[:, k] = (moved(k, step) - (moved(k, 1e-6 * step) if neutral else here)) / step
-    return scores
+        beside = moved(1e-6 * by) if np.any(by[neutral]) else here
+        changes[:, k] = moved(by) - beside
+    return changes @ np.linalg.inv(signs * moves)
 
 
 def _steps(posterior: Posterior, centre: Floats, unit: Floats) -> Floats:
@@ -250,13 +256,15 @@ ENOUGH = 150.0
 """Effective draws with which the error is about 0.08 nats."""
 SAMPLE = 400
 """Draws of the posterior that are kept (systematic resampling)."""
+CHECKED_DRAWS = 8
+"""Draws at which a star is held against tables made on the spot."""
 FREEDOM = 5.0
 WIDER = 3.0
 """Half of the first draws spread that much wider than the curvature at the mode promises."""
 
 
 class Evidence(NamedTuple):
-    """Log marginal likelihood and its standard error by simulation, nats.
+    """Log marginal likelihood and its standard error by simulation and by the star, nats.
 
     `sample` `[n, n_slots]` are draws of the posterior, by the weights of the simulation.
     """
@@ -296,20 +304,27 @@ def log_evidence(posterior: Posterior, mode: Mode) -> Evidence:
         density = np.concatenate([density, posterior.log_densities(more)])
     weight = density - _log_mixture(u, proposals)
     value = float(logsumexp(weight)) - np.log(len(weight)) - log_prior_mass(posterior)
-    # Tables made on the spot decide at the mode (`star`); the shape about it is kept.
-    value += posterior.exact_log_likelihood(mode.u) - posterior.log_likelihood(mode.u)
     share = np.cumsum(np.exp(weight - logsumexp(weight)))
     chosen = np.searchsorted(share, (np.arange(SAMPLE) + 0.5) / SAMPLE * share[-1])
-    return Evidence(float(value), float(_effective(weight) ** -0.5), u[chosen])
+    sample = u[chosen]
+    # Tables made on the spot decide: the mean of what they are more likely by than the star.
+    off = errors_at(posterior, sample)
+    value += float(logsumexp(off)) - np.log(len(off))
+    error = np.hypot(_effective(weight) ** -0.5, np.std(off) / np.sqrt(len(off)))
+    return Evidence(float(value), float(error), sample)
+
+
+def errors_at(posterior: Posterior, draws: Floats) -> Floats:
+    """By how much (nats) a star errs at some of its `draws` `[n, n_slots]`."""
+    if not posterior.nodes.varies:
+        return np.zeros(1)
+    some = draws[np.linspace(0, len(draws) - 1, CHECKED_DRAWS).astype(np.int64)]
+    return np.array([posterior.exact_log_likelihood(u) - posterior.log_likelihood(u) for u in some])
 
 
 def log_prior_mass(posterior: Posterior) -> float:
-    """Log of the integral of `exp(layout.log_prior)` over the ranges of the effects themselves.
-
-    A star about a mode narrows the ranges; the prior stays what it was.
-    """
-    speeds = bool(posterior.observations.speeds)
-    layout: Layout = build_layout(posterior.specification, posterior.effects, {}, speeds=speeds)
+    """Log of the integral of `exp(layout.log_prior)` over the ranges of the effects themselves."""
+    layout = posterior.layout
     total = 0.0
     for slot in layout.slots:
         low, high = slot.bounds

@@ -15,48 +15,54 @@ from typing import NamedTuple
 
 import numpy as np
 
-from avahazard.arrays import Floats, Ints
+from avahazard.arrays import Bools, Floats, Ints
 from avahazard.effects.effect import Effect
 from avahazard.inference.fitting.mode import (
     APART,
     Mode,
     climb,
+    errors_at,
     find_mode,
     scores_at,
     start_coordinates,
     units,
 )
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.layout import arm_between, scatter_centre
+from avahazard.inference.model.layout import Arms, arm_between, scatter_centre
 
 STEPS, SMALLEST_GAIN = 20, 0.01
 """Most Gauss-Newton steps, and the gain (nats) of the last."""
-SHARE_APART = 0.05
-"""Largest differences for derivatives, in standard deviations."""
+SHARE_APART = 0.3
+"""Differences for derivatives, in standard deviations of directions that are independent: the log
+likelihood is rough by a tenth of a nat, which the coordinates by themselves do not bear."""
 DAMPING, MOST_DAMPING = 1e-3, 1e4
 ITERATIONS = 30
-FIRST_REACH, REACH = 2.0, 5.0
-"""Standard deviations about the mode to which a star reaches, the first of them by those of the
-information, which are rough."""
+REACH, LONGER, MUCH_SHORTER = 4.0, 1.6, 0.4
+"""Standard deviations about the mode to which a star reaches, and by how many times its arms should
+be longer or shorter to be made anew: the first ones are by the information, which is rough."""
 POINTS, MOST_POINTS = 4, 16
 """Points of an arm besides the centre, and the most that it gets where it errs."""
-MOST_STARS, MOST_ERROR = 6, 10.0
-LONGER = 6.0
-"""Most by which arms are longer than those of the star before."""
+MOST_STARS, MOST_ERROR = 8, 2.0
+MOST_TIMES = 6.0
+"""Most by which arms are longer, or shorter, than those of the star before."""
 TOLERANCE = 0.3
 """Largest error (nats) of the log likelihood at the mode and `CHECKED` standard deviations off."""
 CHECKED = 2.0
-CHECKED_DRAWS, DRAWS_TOLERANCE = 8, 1.0
-"""Draws at which it is held against tables made on the spot, and the largest error there."""
+DRAWS_TOLERANCE = 1.0
+"""Largest error (nats) at draws (`errors_at`)."""
+LEANS = 0.3
+"""Share of the reach about the mode within which an end of a range turns no arms."""
+EDGE_NEAR = 1e-3
+"""Share of an arm within which a mode is at its end."""
 EDGE, EDGE_SHARE = 0.02, 0.005
 """Draws gather at an edge where more than that share are within that part of the star's reach."""
 
 
 class Peak(NamedTuple):
-    """Coordinates of a mode by tables made on the spot, standard deviations there `[n_slots]`."""
+    """A mode by tables made on the spot: its coordinates, and the covariance by the information."""
 
     u: Floats
-    sd: Floats
+    covariance: Floats
     log_density: float
 
 
@@ -67,32 +73,115 @@ def starred(posterior: Posterior, peak: Peak) -> tuple[Posterior, Mode]:
     likelihood itself may be rough. Arms of a star whose mode is none of the exact tables are too
     long: they are halved.
     """
-    axes = np.array([k for k, slot in enumerate(posterior.layout.slots) if slot.arm], np.int64)
-    low, high = posterior.layout.low[axes], posterior.layout.high[axes]
-    u, half, points = peak.u, FIRST_REACH * peak.sd[axes], np.full(len(axes), POINTS)
-    checked = False
+    axes = _axes(posterior)
+    u, size = peak.u, REACH**2 * peak.covariance[np.ix_(axes, axes)]
+    points, before, good = np.full(len(axes), POINTS), np.inf, None
     for _ in range(MOST_STARS):
-        ends = np.maximum(low, u[axes] - half), np.minimum(high, u[axes] + half)
-        local, mode = _on(posterior, axes, u, *ends, points)
+        local = posterior.on_star(arms_about(posterior, u, size, points))
+        mode = find_mode(local, u)
         if _error(local, mode.u) > MOST_ERROR:
-            half, u, checked = 0.5 * half, peak.u, False
+            u, size = peak.u, 0.25 * size
             continue
-        held = ((mode.u[axes] <= ends[0]) & (ends[0] > low)) | (
-            (mode.u[axes] >= ends[1]) & (ends[1] < high)
-        )
-        wanted = REACH * np.sqrt(np.diag(mode.covariance)[axes])
-        wanted = np.clip(wanted, half / LONGER, LONGER * half)
-        if checked and not held.any():
-            break
-        half, u, checked = np.where(held, np.maximum(wanted, 2.0 * half), wanted), mode.u, True
-    errors = _errors(local, mode, u, axes)
-    while (wrong := (errors > TOLERANCE) & (points < MOST_POINTS)).any():
+        good = local, mode
+        held = _held(local, mode.u[None], EDGE_NEAR) > 0.0
+        wanted, back = _size_wanted(local, mode.covariance, held), _turned_back(local)
+        longer = np.sqrt(np.diag(back @ wanted @ back.T) / np.diag(back @ size @ back.T))
+        if held.any() or np.any((longer < MUCH_SHORTER) | (longer > LONGER)):
+            u, size = mode.u, wanted
+            continue
+        errors = _errors(local, mode, u)
+        wrong = (errors > TOLERANCE) & (points < MOST_POINTS)
+        if not wrong.any() or np.max(errors) > 0.5 * before:
+            break  # it is right, or errs between the arms
         points, before = np.where(wrong, 2 * points, points), np.max(errors)
-        local, mode = _on(posterior, axes, u, *ends, points)
-        errors = _errors(local, mode, u, axes)
-        if np.max(errors) > 0.5 * before:
-            break  # it errs between the arms
-    return local, mode
+    return good or (local, mode)
+
+
+def arms_about(posterior: Posterior, u: Floats, size: Floats, points: Ints) -> Arms:
+    """The arms of a star about u, of these numbers of `points` `[n_axes]`.
+
+    They are as long as `size` `[n_axes, n_axes]`, the square of the reach times a covariance, and
+    turn with it: coordinates that go together move the tables little where they move together.
+    Those that lean against an end of their range are moved by their own arms alone.
+    """
+    axes, slots = _axes(posterior), posterior.layout.slots
+    low, high = posterior.layout.ranges[:, axes]
+    spread = LEANS * np.sqrt(np.diag(size))
+    leans = (u[axes] - spread < low) | (u[axes] + spread > high)
+    turn, half = _turned(size, ~leans)
+    at, arms, along = np.linalg.solve(turn, u[axes]).tolist(), {}, {}
+    for j, axis in enumerate(axes):
+        down, up = (min(half[j], _room(s * turn[:, j], u[axes], low, high)) for s in (-1, 1))
+        arms[slots[axis].name] = arm_between(at[j], at[j] - down, at[j] + up, int(points[j]))
+        moved = [i for i in np.flatnonzero(turn[:, j]) if i != j]
+        along[slots[axis].name] = {slots[axes[i]].name: float(turn[i, j]) for i in moved}
+    return Arms(arms, along)
+
+
+def _turned(covariance: Floats, rank: Floats | Bools) -> tuple[Floats, Floats]:
+    """Directions (columns) that are independent under a covariance, and the spread along each.
+
+    Coordinates move with those of lower rank; of those of rank 0 each keeps to itself.
+    """
+    order = np.argsort(rank, kind="stable")
+    lower, n = np.linalg.cholesky(covariance[np.ix_(order, order)]), int(np.sum(rank == 0))
+    spread = np.sqrt(np.diag(covariance))
+    spread[order[n:]] = np.diag(lower)[n:]
+    lower /= np.diag(lower)
+    lower[:n, :n] = np.eye(n)
+    turn = np.empty_like(lower)
+    turn[np.ix_(order, order)] = lower
+    return turn, spread
+
+
+def _axes(posterior: Posterior) -> Ints:
+    return np.array([k for k, slot in enumerate(posterior.layout.slots) if slot.arm], np.int64)
+
+
+def _room(move: Floats, at: Floats, low: Floats, high: Floats) -> float:
+    """How far `move` `[n]` can be gone from a place within its ends, `[n]` each."""
+    ends = np.where(move > 0.0, high, low)
+    ways = (ends - at)[move != 0.0] / move[move != 0.0]
+    return max(0.0, float(np.min(ways)))
+
+
+def _held(posterior: Posterior, u: Floats, edge: float) -> Floats:
+    """Shares of places u `[n, n_slots]` at an end of each arm `[n_axes]` where its range goes on.
+
+    That is, within the part `edge` of the arm from that end.
+    """
+    layout, axes = posterior.layout, _axes(posterior)
+    (low, high), places = layout.arm_ends[:, axes], layout.on_arms(u)[:, axes]
+    near, middle, turn = edge * (high - low), np.mean(u, axis=0), layout.turn[:, axes].T
+    at, shares = np.mean(places, axis=0), np.zeros(len(axes))
+    for beyond, sign, end in (
+        (places <= low + near, -1.0, low),
+        (places >= high - near, 1.0, high),
+    ):
+        rooms = np.array([_room(sign * move, middle, *layout.ranges) for move in turn])
+        goes_on = rooms > sign * (end - at) + 1e-9
+        shares = np.maximum(shares, np.mean(beyond, axis=0) * goes_on)
+    return shares
+
+
+def _size_wanted(posterior: Posterior, covariance: Floats, longer: Bools) -> Floats:
+    """The size of a better star (`arms_about`), by a covariance `[n_slots, n_slots]`.
+
+    Of an arm that must be `longer` at least twice the length.
+    """
+    axes = _axes(posterior)
+    back, half = _turned_back(posterior), 0.5 * np.ptp(posterior.layout.arm_ends[:, axes], axis=0)
+    on_arms = back @ covariance[np.ix_(axes, axes)] @ back.T
+    sd = np.sqrt(np.diag(on_arms))
+    wanted = np.clip(REACH * sd, half / MOST_TIMES, MOST_TIMES * half)
+    times = np.where(longer, np.maximum(wanted, 2.0 * half), wanted) / sd
+    turn = posterior.layout.turn[np.ix_(axes, axes)]
+    return np.asarray(turn @ (np.outer(times, times) * on_arms) @ turn.T)
+
+
+def _turned_back(posterior: Posterior) -> Floats:
+    axes = _axes(posterior)
+    return np.asarray(np.linalg.inv(posterior.layout.turn[np.ix_(axes, axes)]))
 
 
 def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) -> Peak:
@@ -106,18 +195,22 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
     others = np.setdiff1d(np.arange(len(u)), axes)
     u, cost = climb(posterior.pinned(u), u, others, ITERATIONS)
     prior = np.diag([slot.sd**-2.0 for slot in layout.slots])
-    damping, apart = DAMPING, APART * units(posterior)
-    sd = np.ones(len(u))
+    damping, moves, covariance = DAMPING, np.diag(APART * units(posterior)), np.eye(len(u))
+    rank = np.ones(len(u), np.int64)
+    rank[others] = 2
     for _ in range(STEPS):
-        scores = scores_at(posterior, u, apart)
+        scores = scores_at(posterior, u, moves)
         slope = np.sum(scores, axis=0) + layout.prior_slopes(u)
         information = scores.T @ scores + prior
-        apart = np.minimum(apart, SHARE_APART / np.sqrt(np.diag(information)))
         against = ((u <= layout.low) & (slope < 0.0)) | ((u >= layout.high) & (slope > 0.0))
         free = np.flatnonzero(~against)
         inner = information[np.ix_(free, free)]
-        sd[free] = np.sqrt(np.diag(np.linalg.inv(inner)))
-        sd[against] = 1.0 / np.maximum(np.abs(slope), 1.0)[against]
+        covariance = np.diag(np.maximum(np.abs(slope), 1.0) ** -2.0)
+        covariance[np.ix_(free, free)] = np.linalg.inv(inner)
+        spread = LEANS * np.sqrt(np.diag(covariance))
+        leans = (u - spread < layout.low) | (u + spread > layout.high)
+        turn, along = _turned(covariance, np.where(leans, 0, rank))
+        moves = SHARE_APART * turn * along
         gain = 0.0
         while damping <= MOST_DAMPING:
             moved = u.copy()
@@ -132,32 +225,22 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
             damping *= 10.0
         if gain < least:
             break
-    return Peak(u, sd, -cost)
+    return Peak(u, covariance, -cost)
 
 
-def _on(
-    posterior: Posterior, axes: Ints, u: Floats, low: Floats, high: Floats, points: Ints
-) -> tuple[Posterior, Mode]:
-    """The posterior on a star about u with arms of these ends and numbers of points; its mode."""
-    sides = zip(axes, u[axes].tolist(), low.tolist(), high.tolist(), points.tolist(), strict=True)
-    slots = posterior.layout.slots
-    local = posterior.on_star({slots[k].name: arm_between(*of_arm) for k, *of_arm in sides})
-    return local, find_mode(local, u)
-
-
-def _errors(posterior: Posterior, mode: Mode, centre: Floats, axes: Ints) -> Floats:
-    """By how much a star errs (nats) along its axes `[n_axes]`, some standard deviations off.
+def _errors(posterior: Posterior, mode: Mode, centre: Floats) -> Floats:
+    """By how much a star errs (nats) along its arms `[n_axes]`, some standard deviations off.
 
     Where the mode has moved from the `centre`, its own error counts along all that have moved by
     much.
     """
-    low, high = posterior.layout.low, posterior.layout.high
-    sd = np.sqrt(np.diag(mode.covariance))
-    away = np.abs(mode.u - centre)[axes] / sd[axes]
+    axes, back = _axes(posterior), _turned_back(posterior)
+    together = mode.covariance[:, axes] @ back.T
+    sd = np.sqrt(np.diag(back @ together[axes]))
+    away = np.abs(back @ (mode.u - centre)[axes]) / sd
     errors = np.where(away >= 0.5 * np.max(away), _error(posterior, mode.u), 0.0)
-    for j, axis in enumerate(axes):
-        move = CHECKED * mode.covariance[:, axis] / sd[axis]
-        sides = np.clip([mode.u - move, mode.u + move], low, high)
+    for j, move in enumerate((CHECKED * together / sd).T):
+        sides = np.clip([mode.u - move, mode.u + move], *posterior.layout.ranges)
         errors[j] = max(errors[j], *(_error(posterior, side) for side in sides))
     return errors
 
@@ -166,31 +249,27 @@ def _error(posterior: Posterior, u: Floats) -> float:
     return abs(posterior.log_likelihood(u) - posterior.exact_log_likelihood(u))
 
 
-def improved(fine: Posterior, whole: Posterior, draws: Floats) -> Posterior | None:
+def improved(fine: Posterior, draws: Floats) -> Posterior | None:
     """`fine` on a better star where its `draws` `[..., n_slots]` ask for one, else None.
 
-    It reaches on where draws gather at an end that the ranges of `whole` do not have: the curvature
-    at the mode of a posterior that is skewed or bent says too little of how far it reaches. It gets
-    more points where some of the draws disagree with tables made on the spot.
+    It reaches on where draws gather at an end that their range does not have: the curvature at the
+    mode of a posterior that is skewed or bent says too little of how far it reaches. It gets more
+    points where some of the draws disagree with tables made on the spot.
     """
     flat = draws.reshape(-1, draws.shape[-1])
-    some = flat[np.linspace(0, len(flat) - 1, CHECKED_DRAWS).astype(np.int64)]
-    wrong = bool(fine.nodes.varies) and max(_error(fine, u) for u in some) > DRAWS_TOLERANCE
-    arms = {}
-    for k, (slot, range_) in enumerate(zip(fine.layout.slots, whole.layout.slots, strict=True)):
-        if not slot.arm:
-            continue
-        length, low, high, n = slot.high - slot.low, slot.low, slot.high, len(slot.arm) - 1
-        if low > range_.low and np.mean(flat[:, k] < low + EDGE * length) > EDGE_SHARE:
-            low = max(low - length, range_.low)
-        if high < range_.high and np.mean(flat[:, k] > high - EDGE * length) > EDGE_SHARE:
-            high = min(high + length, range_.high)
-        longer = (low, high) != (slot.low, slot.high)
-        more = min(2 * n, MOST_POINTS) if longer or wrong else n
-        if longer or more > n:
-            centre = float(np.median(flat[:, k])) if longer else slot.arm[0]
-            arms[slot.name] = arm_between(centre, low, high, more)
-    return fine.on_star(arms) if arms else None
+    wrong = np.max(np.abs(errors_at(fine, flat))) > DRAWS_TOLERANCE
+    gathers = _held(fine, flat, EDGE) > EDGE_SHARE
+    slots, axes = fine.layout.slots, _axes(fine)
+    points = np.array([len(slots[k].arm) - 1 for k in axes])
+    more = np.where(gathers | wrong, np.minimum(2 * points, MOST_POINTS), points)
+    if gathers.any():
+        size = _size_wanted(fine, np.cov(flat.T), gathers)
+        return fine.on_star(arms_about(fine, np.median(flat, axis=0), size, more))
+    if np.array_equal(more, points):
+        return None
+    ends = zip(axes, *fine.layout.arm_ends[:, axes].tolist(), more.tolist(), strict=True)
+    arms = {slots[k].name: arm_between(slots[k].arm[0], low, high, n) for k, low, high, n in ends}
+    return fine.on_star(Arms(arms))
 
 
 FIRST_POINTS, OTHER_POINTS = 5, 3
@@ -229,23 +308,28 @@ def search_mode(
             at = max([(here, at), *tried], key=lambda climb: climb[0])[1]
     peak = gauss_newton(posterior, at)
     if posterior.exact_log_likelihood(peak.u) < least:
-        return posterior, Mode(peak.u, peak.log_density, np.diag(peak.sd**2))
+        return posterior, Mode(peak.u, peak.log_density, peak.covariance)
     return starred(posterior, peak)
 
 
-def mode_on_star(posterior: Posterior, u: Floats, whole: Posterior) -> Mode | None:
+def mode_on_star(posterior: Posterior, u: Floats) -> Mode | None:
     """The highest mode found from u `[n_slots]` on the star that a posterior has already.
 
-    None where the star errs there, or ends within `CHECKED` standard deviations while the ranges of
-    `whole` go on.
+    None where the star errs there, or ends within `CHECKED` standard deviations while the ranges
+    go on.
     """
     modes = [find_mode(posterior, at) for at in starts_of_kinds(posterior, u)]
     mode = max(modes, key=lambda mode: mode.log_density)
-    low, high = posterior.layout.low, posterior.layout.high
-    away = CHECKED * np.sqrt(np.diag(mode.covariance))
-    ends = (mode.u - away < low) & (low > whole.layout.low)
-    ends |= (mode.u + away > high) & (high < whole.layout.high)
-    return None if ends.any() or _error(posterior, mode.u) > TOLERANCE else mode
+    layout, axes, back = posterior.layout, _axes(posterior), _turned_back(posterior)
+    away = CHECKED * np.sqrt(np.diag(back @ mode.covariance[np.ix_(axes, axes)] @ back.T))
+    (low, high), at = layout.arm_ends[:, axes], layout.on_arms(mode.u)[axes]
+    moves = np.concatenate([-layout.turn[:, axes].T, layout.turn[:, axes].T])
+    ends = np.append(at - away < low, at + away > high)
+    rooms = [_room(move, mode.u, *layout.ranges) for move in moves[ends]]
+    goes_on = any(
+        room > way for room, way in zip(rooms, np.append(at - low, high - at)[ends], strict=True)
+    )
+    return None if goes_on or _error(posterior, mode.u) > TOLERANCE else mode
 
 
 def mode_from(posterior: Posterior, u: Floats) -> tuple[Posterior, Mode]:

@@ -226,12 +226,16 @@ class NodeCharts:
         if place not in self._between:
             if self._axes and self._chart is None:
                 star = Star([self.layout.slots[axis].arm for axis in self._axes])
-                at = [self._exact(tuple(point)) for point in star.points.tolist()]
+                turn = self.layout.turn[np.ix_(self._axes, self._axes)]
+                at = [self._exact(tuple(point)) for point in (star.points @ turn.T).tolist()]
                 self._chart = Chart(star, at, self._in_sight)
-            made = self._exact(place) if self._chart is None else self._chart.at(place)
+            made = self._exact(place) if self._chart is None else self._chart.at(self._on_arms(u))
             # Differences are taken by coordinates of which most leave the place as it is.
             keep(self._between, place, made, KEPT_BETWEEN)
         return self._between[place]
+
+    def _on_arms(self, u: Floats) -> list[float]:
+        return [float(v) for v in self.layout.on_arms(u)[list(self._axes)]]
 
     def exact(self, u: Floats) -> Nodes:
         """Nodes from runs made for just these coordinates."""

@@ -50,7 +50,7 @@ class Posterior:
 
     `friction` is the model of friction, `of_events` what it takes of these events. `nodes` holds
     what the records say of friction, on the star of the parameters that shape the tables, whose
-    arms are those of `arms` by name, else the effects' own.
+    arms are `arms`, else the effects' own.
     """
 
     def __init__(
@@ -105,7 +105,7 @@ class Posterior:
         return other
 
     def on_star(self, arms: Arms) -> Posterior:
-        """The same posterior on another star: arms, and so ranges, of parameters by name."""
+        """The same posterior on another star."""
         other = copy(self)
         other.friction = replace(self.friction, layout=with_arms(self.layout, arms))
         other.nodes = self.nodes.on_star(other.layout)
@@ -120,9 +120,8 @@ class Posterior:
 
         if other.observations is not self.observations or shaped_by(self) != shaped_by(other):
             return None
-        arms = {slot.name: slot.arm for slot in other.layout.slots if slot.arm}
         here = copy(self)
-        here.friction = replace(self.friction, layout=with_arms(self.layout, arms))
+        here.friction = replace(self.friction, layout=with_arms(self.layout, other.layout.arms))
         here.nodes = self.nodes.on_star_of(other.nodes, here.layout)
         return here
 
@@ -132,7 +131,7 @@ class Posterior:
 
     def density_and_offsets(self, u: Floats) -> tuple[float, Offsets | None]:
         """`log_density`, with the groups' offsets that it rests on where there are any."""
-        if (u < self.layout.low).any() or (u > self.layout.high).any():
+        if not self.layout.within(u):
             return -np.inf, None
         value, offsets = self._given(u, self.nodes_at(u), *self.location_and_scatter(u))
         return value + float(self.layout.log_prior(u)), offsets
@@ -141,7 +140,7 @@ class Posterior:
         """`log_density` `[n]` at many coordinates u `[n, n_slots]`: most of the work is shared."""
         layout = self.layout
         result = np.full(len(u), -np.inf)
-        inside = np.flatnonzero(np.all((u >= layout.low) & (u <= layout.high), axis=1))
+        inside = np.flatnonzero(layout.within(u))
         if not len(inside):
             return result
         if self._volume_errors or self.layout.kinds is not None:

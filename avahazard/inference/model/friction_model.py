@@ -329,7 +329,7 @@ def friction_model(
     speeds: bool,
 ) -> FrictionModel:
     """The friction of a model with these effects, on whatever they act; as in `build_layout`."""
-    layout = build_layout(specification, effects, arms or {}, speeds=speeds)
+    layout = build_layout(specification, effects, arms, speeds=speeds)
     on_friction = tuple(
         e for e in effects if isinstance(e, FrictionEffect | ScatterEffect | GroupEffect)
     )

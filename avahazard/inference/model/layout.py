@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Bools, Floats
 from avahazard.effects.effect import Effect, GroupEffect, KindsEffect, Parameter, shapes_tables
 from avahazard.inference.model.laws import Law, law
 from avahazard.inference.model.specification import GivenPrior, Specification
 
-Arms = Mapping[str, tuple[float, ...]]
-"""Arms of a star of exact tables by slot name: the points along a coordinate, the centre first."""
+
+class Arms(NamedTuple):
+    """Arms of a star of exact tables, by slot name.
+
+    `points` along each, the centre first. `along` has by what the slots of others move where that
+    one moves by 1: stars turn with the posterior, whose coordinates go together.
+    """
+
+    points: Mapping[str, Sequence[float]]
+    along: Mapping[str, Mapping[str, float]] = MappingProxyType({})
+
 
 SCATTER_CENTRE = 0.15
 """Prior centre of the scatter of log friction: the paper's Gibbs fit has 0.158."""
@@ -49,7 +60,7 @@ def least_scatter(in_log: bool) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """One coordinate: a normal prior cut to [low, high]; an `arm` if it shapes tables.
+    """One coordinate: a normal prior cut to [low, high]; an `arm` if it shapes tables (`Arms`).
 
     The parameter that people read is the coordinate times `scale`, so that samplers move in
     coordinates of order one; at `neutral` it is `neutral_value` to the last bit. With
@@ -67,6 +78,7 @@ class Slot:
     scale: float = 1.0
     neutral_value: float = np.nan
     lognormal: bool = False
+    along: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -102,18 +114,74 @@ class Layout:
 
     @cached_property
     def low(self) -> Floats:
-        """Lower bounds `[n_slots]`."""
-        return np.array([s.low for s in self.slots])
+        """Lower bounds `[n_slots]`: of the ranges, and of what the star reaches."""
+        return np.asarray(np.maximum(self.ranges[0], self._reached[0]))
 
     @cached_property
     def high(self) -> Floats:
         """Upper bounds `[n_slots]`."""
-        return np.array([s.high for s in self.slots])
+        return np.asarray(np.minimum(self.ranges[1], self._reached[1]))
+
+    @cached_property
+    def ranges(self) -> Floats:
+        """Ends of the ranges of the parameters themselves, `[2, n_slots]`."""
+        return np.array([[s.low, s.high] for s in self.slots]).T
 
     @property
     def arms(self) -> Arms:
         """The arms of its star."""
-        return {slot.name: slot.arm for slot in self.slots if slot.arm}
+        armed = [slot for slot in self.slots if slot.arm]
+        return Arms({s.name: s.arm for s in armed}, {s.name: s.along for s in armed if s.along})
+
+    @cached_property
+    def arm_ends(self) -> Floats:
+        """Ends of the arms on them, `[2, n_slots]`; of other slots those of their range."""
+        arms = [s.arm or (s.low, s.high) for s in self.slots]
+        return np.array([[min(arm), max(arm)] for arm in arms]).T
+
+    @cached_property
+    def turn(self) -> Floats:
+        """What coordinates move by along each arm (or slot), `[n_slots, n_slots]`."""
+        index = {slot.name: k for k, slot in enumerate(self.slots)}
+        turn = np.eye(len(self.slots))
+        for k, slot in enumerate(self.slots):
+            for name, by in slot.along.items():
+                turn[index[name], k] = by
+        return turn
+
+    def on_arms(self, u: Floats) -> Floats:
+        """Places on the arms of coordinates u, both `[..., n_slots]`."""
+        return u if self._turned_back is None else np.asarray(u @ self._turned_back.T)
+
+    def from_arms(self, places: Floats) -> Floats:
+        """Coordinates of places on the arms, both `[..., n_slots]`."""
+        return places if self._turned_back is None else np.asarray(places @ self.turn.T)
+
+    def within(self, u: Floats) -> Bools:
+        """Whether coordinates u `[..., n_slots]` are in their ranges, and within the star."""
+        inside = np.all((u >= self.low) & (u <= self.high), axis=-1)
+        if self._turned_back is not None:
+            places, (low, high) = self.on_arms(u), self.arm_ends
+            off = 1e-9 * (high - low)
+            off = np.where(np.isfinite(off), off, 0.0)
+            inside &= np.all((places >= low - off) & (places <= high + off), axis=-1)
+        return np.asarray(inside)
+
+    @cached_property
+    def _turned_back(self) -> Floats | None:
+        """The inverse of `turn`, None where each arm moves its own slot alone."""
+        turned = any(slot.along for slot in self.slots)
+        return np.asarray(np.linalg.inv(self.turn)) if turned else None
+
+    @cached_property
+    def _reached(self) -> Floats:
+        """What the star reaches, `[2, n_slots]`; no end where there is no arm."""
+        armed = [k for k, slot in enumerate(self.slots) if slot.arm]
+        reached = np.tile([[-np.inf], [np.inf]], len(self.slots))
+        both = self.turn[:, armed] * self.arm_ends[:, None, armed]
+        ends = both.min(axis=0).sum(axis=1), both.max(axis=0).sum(axis=1)
+        reached[:, armed] = np.array(ends)[:, armed]
+        return reached
 
     def log_prior(self, u: Floats) -> Floats:
         """Log density of the prior at coordinates u `[..., n_slots]`, up to a constant `[...]`."""
@@ -237,10 +305,10 @@ def arm_between(centre: float, low: float, high: float, n: int) -> tuple[float, 
 
 
 def with_arms(layout: Layout, arms: Arms) -> Layout:
-    """The layout with the arms, and so the ranges, of some slots replaced by name."""
+    """The layout with the arms of some slots replaced by name."""
     slots = [
-        replace(s, arm=tuple(arms[s.name]), low=min(arms[s.name]), high=max(arms[s.name]))
-        if s.name in arms
+        replace(s, arm=tuple(arms.points[s.name]), along=arms.along.get(s.name, s.along))
+        if s.name in arms.points
         else s
         for s in layout.slots
     ]
@@ -248,9 +316,13 @@ def with_arms(layout: Layout, arms: Arms) -> Layout:
 
 
 def build_layout(
-    specification: Specification, effects: tuple[Effect, ...], arms: Arms, *, speeds: bool
+    specification: Specification,
+    effects: tuple[Effect, ...],
+    arms: Arms | None = None,
+    *,
+    speeds: bool,
 ) -> Layout:
-    """The coordinates of a model; `arms` replaces those of effects, and so ranges, by name.
+    """The coordinates of a model; `arms` replace those of effects.
 
     With measured `speeds` friction scatters along tracks.
     """
@@ -315,7 +387,7 @@ def build_layout(
         law_correlation=None if prior is None else prior.correlation,
     )
     layout = replace(layout, slots=with_given(layout, specification.given))
-    return with_arms(layout, arms)
+    return layout if arms is None else with_arms(layout, arms)
 
 
 def _slot(effect: Effect, p: Parameter) -> Slot:

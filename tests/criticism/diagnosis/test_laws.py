@@ -162,23 +162,3 @@ def test_a_law_of_the_ground_is_held_against_stretches_of_paths(
     assert fitted_laws == {"force:elevation": fitted}
     # What is no force by the place has no rivals there.
     assert with_laws(base, fits, found | {"force:slope": 200.0})[1] == {}
-
-
-def test_a_force_by_speed_is_shown_as_far_as_speeds_were_measured() -> None:
-    entry = find_definition("force:speed")
-    facts = {"knots": [0.0, 20.0, 40.0, 60.0], "centre": 30.0, "scale": 15.0}
-    drawn = np.ones((3, 3))
-    tracks = [SimpleNamespace(speed=np.array([5.0, top])) for top in (31.0, 44.5)]
-    fit: Any = SimpleNamespace(
-        facts={entry.key: facts},
-        drawn=lambda _key: drawn,
-        observations=SimpleNamespace(speeds=tracks),
-    )
-    found = found_shape(fit, entry)
-    assert found is not None
-    assert found.x[-1] == 44.0
-    assert len(found.q50) == len(found.x)
-    fit.observations.speeds = []
-    whole = found_shape(fit, entry)
-    assert whole is not None
-    assert whole.x[-1] == 60.0

@@ -11,6 +11,7 @@ from scipy.special import logsumexp, ndtr
 from avahazard.criticism.diagnosis.refits import refit
 from avahazard.inference.fitting.mode import Mode, find_mode, log_evidence, log_prior_mass
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.layout import Arms
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from tests.criticism.lengths import lengths
@@ -58,7 +59,7 @@ def test_an_effect_on_the_motion() -> None:
 def test_priors_count_over_the_ranges_of_the_effects_whatever_the_grids() -> None:
     model = studies.posterior(studies.observations(speeds=False), "forest-drag")
     slot = next(s for s in model.layout.slots if s.arm)
-    finer = model.on_star({slot.name: tuple(float(v) for v in np.linspace(0.1, 0.4, 7))})
+    finer = model.on_star(Arms({slot.name: tuple(float(v) for v in np.linspace(0.1, 0.4, 7))}))
     assert log_prior_mass(finer) == log_prior_mass(model)
     mass = 0.0
     for s in model.layout.slots:
@@ -70,7 +71,7 @@ def test_priors_count_over_the_ranges_of_the_effects_whatever_the_grids() -> Non
 def test_a_mode_far_wider_than_its_range_has_an_evidence() -> None:
     """Against a bound the curvature may be next to none: draws about it all missed."""
     model = studies.posterior(studies.observations(12, 6), law="constant")
-    narrow = model.on_star({"log track sigma": (-2.53, -2.52, -2.51, -2.5)})
+    narrow = model.on_star(Arms({"log track sigma": (-2.53, -2.52, -2.51, -2.5)}))
     mode = find_mode(narrow)
     wide = mode.covariance.copy()
     wide[-1, :] = wide[:, -1] = 0.0

@@ -17,6 +17,7 @@ from avahazard.inference.fitting.star import (
     search_mode,
 )
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.layout import Arms
 from avahazard.inference.model.observations import build_observations
 from avahazard.synth.dataset import Settings
 from avahazard.synth.making import make_dataset
@@ -41,7 +42,8 @@ def _moved(model: Posterior, u: np.ndarray, axis: int, by: float) -> np.ndarray:
 
 def test_the_mode_of_exact_tables_is_a_top_of_the_exact_density() -> None:
     model = _model("turbulent-drag")
-    u, sd, top = gauss_newton(model, search_mode(model)[1].u + 0.1)
+    u, covariance, top = gauss_newton(model, search_mode(model)[1].u + 0.1)
+    sd = np.sqrt(np.diag(covariance))
     for axis in range(len(u)):
         for side in (-0.3, 0.3):
             v = _moved(model, u, axis, side * sd[axis])
@@ -66,8 +68,8 @@ def test_a_star_reaches_some_standard_deviations() -> None:
     whole = _model("turbulent-drag")
     (k,) = whole.layout.tables
     model, mode = search_mode(whole)
-    slot, sd = model.layout.slots[k], float(np.sqrt(mode.covariance[k, k]))
-    for end, bound in ((slot.low, whole.layout.low[k]), (slot.high, whole.layout.high[k])):
+    sd = float(np.sqrt(mode.covariance[k, k]))
+    for end, bound in zip(model.layout.arm_ends[:, k], whole.layout.ranges[:, k], strict=True):
         reach = abs(end - mode.u[k]) / sd
         assert end == bound or 0.4 * REACH < reach < 2.5 * REACH
 
@@ -75,13 +77,13 @@ def test_a_star_reaches_some_standard_deviations() -> None:
 def test_a_star_goes_on_where_draws_gather_at_an_end_of_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(star, "_error", lambda *_: 0.0)
+    monkeypatch.setattr(star, "errors_at", lambda *_: np.zeros(1))
     model = _model("turbulent-drag")
     k = model.layout.tables[0]
     whole = model.layout.slots[k]
 
     def on(*shares: float) -> Posterior:
-        return model.on_star({whole.name: tuple(np.array(shares) * whole.high)})
+        return model.on_star(Arms({whole.name: tuple(np.array(shares) * whole.high)}))
 
     def draws(*shares: float) -> np.ndarray:
         given = np.tile(near(model), (2, 100, 1))
@@ -89,25 +91,24 @@ def test_a_star_goes_on_where_draws_gather_at_an_end_of_it(
         return given
 
     fine = on(0.04, 0.03, 0.035, 0.045, 0.05)
-    assert improved(fine, model, draws(0.034, 0.046)) is None
-    better = improved(fine, model, draws(0.034, 0.05))
+    assert improved(fine, draws(0.034, 0.046)) is None
+    better = improved(fine, draws(0.034, 0.05))
     assert better is not None
-    # By its own length, on that side alone, with twice the points.
-    slot = better.layout.slots[k]
-    assert (slot.low, slot.high) == pytest.approx((0.03 * whole.high, 0.07 * whole.high))
-    assert len(slot.arm) == 9
+    # About the draws, twice as long, with twice the points.
+    assert better.layout.arm_ends[:, k] == pytest.approx(np.array([0.022, 0.062]) * whole.high)
+    assert len(better.layout.slots[k].arm) == 9
     # The end of the range itself is no end of the star alone.
-    assert improved(on(0.9, 0.8, 0.85, 0.95, 1.0), model, draws(0.99, 1.0)) is None
+    assert improved(on(0.9, 0.8, 0.85, 0.95, 1.0), draws(0.99, 1.0)) is None
 
 
 def test_a_star_gets_points_where_draws_disagree_with_it() -> None:
     model = _model("turbulent-drag")
     k = model.layout.tables[0]
     whole = model.layout.slots[k]
-    coarse = model.on_star({whole.name: (0.5 * whole.high, 0.0, whole.high)})
+    coarse = model.on_star(Arms({whole.name: (0.5 * whole.high, 0.0, whole.high)}))
     draws = np.tile(near(model), (2, 100, 1))
     draws[..., k] = np.linspace(0.05, 0.3, 100) * whole.high
-    better = improved(coarse, model, draws)
+    better = improved(coarse, draws)
     assert better is not None
     assert len(better.layout.slots[k].arm) == 5
 
@@ -178,7 +179,7 @@ def test_it_gets_over_the_valley_where_a_climb_stays() -> None:
     assert found.log_density > near_none.log_density + 2.0
     # From the other end of the range it comes to the same.
     far = near_none.u.copy()
-    far[drag] = model.layout.slots[drag].high
+    far[drag] = model.layout.high[drag]
     _, again = search_mode(model, far)
     assert again.log_density == pytest.approx(found.log_density, abs=0.05)
     assert again.u[drag] == pytest.approx(found.u[drag], abs=0.05)

@@ -14,7 +14,7 @@ from avahazard.inference.likelihood import node_charts, predicted
 from avahazard.inference.likelihood.nodes import build_nodes
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import BlockRuns, predict_records, run_blocks
-from avahazard.inference.model.layout import arm_between
+from avahazard.inference.model.layout import Arms, arm_between
 from avahazard.inference.model.observations import (
     Observations,
     build_observations,
@@ -120,7 +120,7 @@ def test_an_arm_has_its_points_on_both_sides_of_the_centre(centre: float) -> Non
 def test_a_chart_holds_at_the_points_of_its_star() -> None:
     model = posterior(in_sight(), "turbulent-drag", "leading-edge")
     drag = (0.3, 0.2, 0.25, 0.35, 0.4)
-    model = model.on_star({"turbulent-drag.drag": drag})
+    model = model.on_star(Arms({"turbulent-drag.drag": drag}))
     u = near(model, **{"turbulent-drag.drag": 0.3, "leading-edge.share": 1.0})
     for value in drag:
         u[model.layout.tables[0]] = value

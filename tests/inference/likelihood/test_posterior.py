@@ -13,6 +13,7 @@ from avahazard.inference.fitting.mode import start_coordinates
 from avahazard.inference.likelihood import posterior as of_posterior
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.layout import Arms
 from avahazard.inference.model.specification import Specification
 from avahazard.workers import set_workers
 from tests.inference.naive_posterior import NaivePosterior
@@ -161,8 +162,8 @@ def test_a_restricted_posterior_knows_a_part_of_the_events() -> None:
     u = _place(model, 0)
     part = model.restricted(keep)
     assert part.log_likelihood(u) == pytest.approx(model.event_log_likelihood(u)[keep].sum())
-    again = part.on_star({"log track sigma": (-3.0, -2.0, -1.0)})
-    fine = part.on_star({"log track sigma": (float(u[-1]), -4.5, -1.0)})
+    again = part.on_star(Arms({"log track sigma": (-3.0, -2.0, -1.0)}))
+    fine = part.on_star(Arms({"log track sigma": (float(u[-1]), -4.5, -1.0)}))
     assert fine.log_likelihood(u) == part.exact_log_likelihood(u)
     assert again.layout.high[-1] == -1.0
 

@@ -11,7 +11,7 @@ from scipy import stats
 from avahazard.effects.groups import SPREAD
 from avahazard.inference.fitting.mode import log_prior_mass
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.layout import TRACK_RANGE, with_arms
+from avahazard.inference.model.layout import TRACK_RANGE, Arms, with_arms
 from avahazard.inference.model.specification import GivenPrior
 from tests.inference.studies import near, observations, posterior
 
@@ -94,7 +94,7 @@ def test_values_are_exactly_neutral_where_coordinates_are() -> None:
 def test_other_grids_are_other_ranges() -> None:
     layout = posterior(observations(), "cohesion").layout
     k = layout.tables[0]
-    finer = with_arms(layout, {"cohesion.strength": (0.2, 0.3, 0.4)})
+    finer = with_arms(layout, Arms({"cohesion.strength": (0.2, 0.3, 0.4)}))
     assert finer.slots[k].arm == (0.2, 0.3, 0.4)
     assert (finer.low[k], finer.high[k]) == (0.2, 0.4)
     assert (layout.low[k], layout.high[k]) == (0.0, 3.5)
