@@ -133,6 +133,14 @@ class Event:
         return self.path_id is None and self.fall_height_m is None
 
     @property
+    def deposit_m3(self) -> float | None:
+        """Volume of its deposit, V = L W H / 2 (paper, section 2); None where a side is unknown."""
+        length, width = self.deposit_length_m, self.deposit_width_m
+        if length is None or width is None or self.deposit_thickness_m is None:
+            return None
+        return length * width * self.deposit_thickness_m / 2.0
+
+    @property
     def year(self) -> int | None:
         """Calendar year of the event, None without a date."""
         return int(self.date[:4]) if self.date else None
@@ -159,7 +167,6 @@ class Speed:
     elevation_m: float | None = None
 
 
-VOLUME_REL_SIGMA = 0.5
 H_OVER_L_REL_SIGMA = 0.05
 """Error of an H/L that is recorded alone, as a share of it: tables give two digits."""
 
@@ -174,11 +181,6 @@ def runout_sigma_m(year: int | None) -> float:
     if year < 1905:
         return 25.0
     return 25.0 - 15.0 * (year - 1905) / 70.0
-
-
-def deposit_volume_m3(length_m: float, width_m: float, thickness_m: float) -> float:
-    """Volume of a deposit, V = L W H / 2 in m3 (paper, section 2)."""
-    return length_m * width_m * thickness_m / 2.0
 
 
 def speed_sigma_m_s(speed_m_s: float) -> float:

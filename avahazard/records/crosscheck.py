@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
-from avahazard.records.collection import Event, Path, Profile, Records, Speed, deposit_volume_m3
+from avahazard.records.collection import Event, Path, Profile, Records, Speed
 from avahazard.records.intake import Intake, Key, speed_key
 from avahazard.records.meanings import ELEVATION
 
@@ -158,11 +158,9 @@ VOLUME_FACTOR = 2.0
 
 def volume_fault(event: Event) -> Fault | None:
     """Return what is wrong where the volume is not that of its deposit, V = L W H / 2."""
-    sides = (event.deposit_length_m, event.deposit_width_m, event.deposit_thickness_m)
-    known = [side for side in sides if side is not None]
-    if event.volume_m3 is None or len(known) < 3:
+    deposit = event.deposit_m3
+    if event.volume_m3 is None or deposit is None:
         return None
-    deposit = deposit_volume_m3(*known)
     allowed = max(math.log(VOLUME_FACTOR), N_SIGMA * event.volume_rel_sigma)
     if abs(math.log(event.volume_m3) - math.log(deposit)) > allowed:
         return "volume_m3", event.volume_m3, Note("volume_of_deposit", deposit=deposit)

@@ -18,14 +18,12 @@ from avahazard.records.cells import with_remedy
 from avahazard.records.collection import (
     DEGREES,
     NUMBERS_OF_POINTS,
-    VOLUME_REL_SIGMA,
     Covariate,
     Event,
     Path,
     Profile,
     Records,
     Speed,
-    deposit_volume_m3,
     runout_sigma_m,
     speed_sigma_m_s,
 )
@@ -36,7 +34,6 @@ from avahazard.records.forms import FORMS, PLACES, Kind, column_kinds, read_cova
 from avahazard.records.intake import Drawn, Intake, speed_key
 from avahazard.records.mapping import BESIDE, TableMapping, fits, lacking, mapped, read_mappings
 from avahazard.records.rows import (
-    DepositRow,
     EventRow,
     PathRow,
     ProfileRow,
@@ -236,26 +233,22 @@ def _ids(column: str, tables: Iterable[FileTable]) -> set[str]:
 MIN_POINTS = 5
 
 
-def build_event(row: DepositRow, covariates: Mapping[str, Covariate]) -> Event:
+def build_event(row: EventRow | StraightRow, covariates: Mapping[str, Covariate]) -> Event:
     """Make an event of its row: default errors, and the volume of its deposit."""
-    values = row.__dict__.copy()  # the model's own iteration takes four times as long
-    if row.volume_m3 is None:
-        values["volume_m3"] = _deposit(row)
-    if row.runout_sigma_m is None:
-        values["runout_sigma_m"] = runout_sigma_m(
-            int(row.date[:4]) if row.date is not None else None
-        )
-    if row.volume_rel_sigma is None:
-        values["volume_rel_sigma"] = VOLUME_REL_SIGMA
-    if isinstance(row, StraightRow):
-        values["fall_height_m"], values["runout_length_m"] = row.height_and_reach
-        if values["fall_height_m"] is not None:
-            values["h_over_l"] = None
-        values["runout_elevation_m"] = None
+    # The model's own iteration takes four times as long.
+    values = {name: value for name, value in row.__dict__.items() if value is not None}
     for name in COORDINATES:
         values.pop(name, None)
-    values["left_profile"] = isinstance(row, EventRow) and row.left_profile
-    return Event(**values, covariates=covariates)
+    year = int(row.date[:4]) if row.date is not None else None
+    values.setdefault("runout_sigma_m", runout_sigma_m(year))
+    if isinstance(row, StraightRow):
+        height, reach = row.height_and_reach
+        values |= {"fall_height_m": height, "runout_length_m": reach}
+        values |= {"runout_elevation_m": None, "left_profile": False}
+        if height is not None:
+            values["h_over_l"] = None
+    event = Event(**values, covariates=covariates)
+    return event if event.volume_m3 is not None else replace(event, volume_m3=event.deposit_m3)
 
 
 def build_profile(
@@ -313,12 +306,12 @@ def complete_event(new: Event, old: Event | None, header: Collection[str]) -> Ev
         kept.pop(name, None)
     if old.runout_sigma_m == runout_sigma_m(old.year):
         kept.pop("runout_sigma_m", None)
-    of_deposit = "volume_m3" in kept and old.volume_m3 == _deposit(old)
+    of_deposit = "volume_m3" in kept and old.volume_m3 == old.deposit_m3
     event: Event = replace(new, **kept)
     if "runout_sigma_m" not in kept and "runout_sigma_m" not in header:
         event = replace(event, runout_sigma_m=runout_sigma_m(event.year))
     if of_deposit or event.volume_m3 is None:
-        event = replace(event, volume_m3=_deposit(event))
+        event = replace(event, volume_m3=event.deposit_m3)
     return event
 
 
@@ -349,12 +342,6 @@ def _kept(old: Path | Event, new: Path | Event, header: Collection[str]) -> dict
     names = [f.name for f in fields(old) if f.name != "covariates" and f.name not in header]
     covariates = {c: v for c, v in old.covariates.items() if c not in header}
     return {n: getattr(old, n) for n in names} | {"covariates": covariates | dict(new.covariates)}
-
-
-def _deposit(event: Event | DepositRow) -> float | None:
-    sides = (event.deposit_length_m, event.deposit_width_m, event.deposit_thickness_m)
-    known = [side for side in sides if side is not None]
-    return deposit_volume_m3(*known) if len(known) == 3 else None
 
 
 ON_PROFILE = frozenset({"runout_x_m", "runout_elevation_m"})
@@ -427,23 +414,10 @@ def gather_events(
     old = {event.event_id: event for event in known.events} if need_runout else {}
     events = []
     for table in tables:
-        given = need_runout and not set(PLACES).isdisjoint(table.header)
-        reach = bool({"fall_height_m", "runout_length_m", "h_over_l"} & set(table.header))
-        rows: dict[type[EventRow | StraightRow], list[tuple[int, dict[str, str]]]]
-        rows = {EventRow: [], StraightRow: []}
-        for line, cells in _each_once("event", "event_id", table, intake):
-            rows[EventRow if "path_id" in cells or not reach else StraightRow].append((line, cells))
-        found = [
-            row
-            for form, needed in ((EventRow, given), (StraightRow, need_runout))
-            for row in check_rows(
-                form, table.file, iter(rows[form]), intake.problems, {"need_runout": needed}
-            )
-        ]
         header, placed = table.header, dict[str, float]()
         if not ON_PROFILE & set(header) and {"easting_m", "lon"} & set(header):
             header = (*header, *ON_PROFILE)  # the stored place is not kept beside a new point
-        for line, row in sorted(found, key=lambda item: item[0]):
+        for line, row in _event_rows(table, intake, need_runout):
             event = build_event(row, covariates[table.file, line])
             if isinstance(row, EventRow) and row.point:
                 stop = place_stop(row, profiles.get(row.path_id), convert)
@@ -462,6 +436,20 @@ def gather_events(
                 f"at most {placed[far]:.0f} m from them ({far})."
             )
     return events
+
+
+def _event_rows(
+    table: FileTable, intake: Intake, need_runout: bool
+) -> Iterator[tuple[int, EventRow | StraightRow]]:
+    """Yield the rows of events: of those on a path, the file may hold the runouts or not."""
+    placed = need_runout and not set(PLACES).isdisjoint(table.header)
+    straight = not set(ON_A_LINE).isdisjoint(table.header)
+    for line, cells in _each_once("event", "event_id", table, intake):
+        form: type[EventRow | StraightRow] = StraightRow
+        context = {"need_runout": need_runout}
+        if "path_id" in cells or not straight:
+            form, context = EventRow, {"need_runout": placed}
+        yield from check_rows(form, table.file, [(line, cells)], intake.problems, context)
 
 
 def gather_speeds(tables: Sequence[FileTable], known: Records, intake: Intake) -> list[Speed]:

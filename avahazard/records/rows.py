@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime as dt
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Annotated, Literal, Self, TypeVar
 
 from pydantic import (
@@ -64,7 +64,7 @@ def wrong(column: str, accepted: str) -> PydanticCustomError:
 def check_rows(
     form: type[R],
     file: str,
-    rows: Iterator[tuple[int, dict[str, str]]],
+    rows: Iterable[tuple[int, dict[str, str]]],
     problems: list[RowProblem],
     context: dict[str, bool] | None = None,
 ) -> Iterator[tuple[int, R]]:

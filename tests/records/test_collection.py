@@ -15,7 +15,6 @@ from avahazard.records.collection import (
     Records,
     Speed,
     data_fingerprint,
-    deposit_volume_m3,
     find_path,
     find_profile,
     only_paths,
@@ -66,7 +65,9 @@ def test_runout_sigma_by_year(year: int | None, sigma: float) -> None:
 
 
 def test_deposit_is_half_a_block() -> None:
-    assert deposit_volume_m3(100, 20, 3) == 3000
+    event = Event("e", deposit_length_m=100, deposit_width_m=20)
+    assert event.deposit_m3 is None
+    assert replace(event, deposit_thickness_m=3).deposit_m3 == 3000
 
 
 def test_speed_sigma_is_a_tenth_but_a_metre_per_second() -> None:
