@@ -1,7 +1,7 @@
 """The program `avahazard`: its commands and the options of all of them.
 
 A command is a function in a file beside this one; it is loaded only when it is called, so that
-help is there at once. To add one, add its line to COMMANDS.
+help is there at once. To add one, add its name to COMMANDS.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import os
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
@@ -21,32 +21,48 @@ from typer.main import get_command
 from avahazard import __version__
 from avahazard.records.errors import AvahazardError, did_you_mean
 
-HERE = Path(__file__).parent
+COMMANDS = {
+    name: module
+    for module, names in (
+        ("project", "run"),
+        ("files", "init db"),
+        ("records", "import paths path runout friction fit"),
+        (
+            "models",
+            "calibrate models model rerun compare diagnose effects effect add ladder predict",
+        ),
+        ("hazard", "volumes hazard zones simulate map"),
+        ("records", "alpha-beta"),
+        ("files", "report export"),
+        ("project", "demo"),
+        ("files", "synth"),
+    )
+    for name in names.split()
+}
+"""The module under `avahazard.cli` of each command."""
+COMPUTING = frozenset(
+    "calibrate compare diagnose add ladder hazard zones simulate map report demo".split()  # noqa: SIM905
+)
+"""Commands that compute for long, with the options of the engine."""
 
 
-class Entry(NamedTuple):
-    """A command: its name, and its module under `avahazard.cli`."""
+def function_of(command: str) -> str:
+    """Its function; a name that Python keeps for itself ends in an underscore."""
+    name = command.replace("-", "_")
+    return f"{name}_" if keyword.iskeyword(name) else name
 
-    name: str
-    module: str
 
-    @property
-    def function(self) -> str:
-        """What it is called there; a name that Python keeps for itself ends in an underscore."""
-        name = self.name.replace("-", "_")
-        return f"{name}_" if keyword.iskeyword(name) else name
-
-    @property
-    def help(self) -> str:
-        """The first line of its help, read without loading the module."""
-        return _helps(self.module)[self.function]
+def help_of(command: str) -> str:
+    """The first line of its help, read without loading the module."""
+    return _helps(COMMANDS[command])[function_of(command)]
 
 
 @cache
 def _helps(module: str) -> dict[str, str]:
     """By name, the first line of the help of each function of a module, and of each group."""
     found = {}
-    for node in ast.parse((HERE / f"{module}.py").read_text(encoding="utf-8")).body:
+    source = Path(__file__).with_name(f"{module}.py").read_text(encoding="utf-8")
+    for node in ast.parse(source).body:
         if isinstance(node, ast.FunctionDef):
             found[node.name] = (ast.get_docstring(node) or "").partition("\n")[0]
         elif isinstance(node, ast.Assign) and isinstance(node.value, ast.Call):
@@ -62,20 +78,17 @@ class Commands(TyperGroup):
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the names, without loading the commands."""
         del ctx
-        return [entry.name for entry in COMMANDS]
+        return list(COMMANDS)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Load one command; None when there is none of this name."""
         del ctx
-        for entry in COMMANDS:
-            if entry.name == cmd_name:
-                return load(entry)
-        return None
+        return load(cmd_name) if cmd_name in COMMANDS else None
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Find the command that is called; of an unknown one, say which are close."""
-        if self.get_command(ctx, args[0]) is None and not args[0].startswith("-"):
-            close = did_you_mean(args[0], self.list_commands(ctx))
+        if args[0] not in COMMANDS and not args[0].startswith("-"):
+            close = did_you_mean(args[0], COMMANDS)
             ctx.fail(f"No such command '{args[0]}'. {close}".rstrip())
         return super().resolve_command(ctx, args)
 
@@ -83,7 +96,7 @@ class Commands(TyperGroup):
         """Write the list of commands for the help, without loading them."""
         del ctx
         with formatter.section("Commands"):
-            formatter.write_dl([(entry.name, entry.help) for entry in COMMANDS])
+            formatter.write_dl([(name, help_of(name)) for name in COMMANDS])
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command; an error that the user can correct ends with status 1."""
@@ -98,58 +111,20 @@ class Commands(TyperGroup):
             raise typer.Exit(1) from error
 
 
-def load(entry: Entry) -> Any:
-    """Return the command of `entry`: the function, or the group, of its name."""
+def load(name: str) -> Any:
+    """Return the command of this name: its function, or its group."""
     from avahazard.cli.options import taking_requests, with_engine  # noqa: PLC0415
 
-    found = getattr(import_module(f"avahazard.cli.{entry.module}"), entry.function)
+    found = getattr(import_module(f"avahazard.cli.{COMMANDS[name]}"), function_of(name))
     if isinstance(found, typer.Typer):
         command = get_command(found)
     else:
         single = typer.Typer(rich_markup_mode=None, add_completion=False)
-        whole = with_engine(found) if entry.name in COMPUTING else found
-        single.command(entry.name)(taking_requests(whole))
+        whole = with_engine(found) if name in COMPUTING else found
+        single.command(name)(taking_requests(whole))
         command = get_command(single)
-    command.name = entry.name
+    command.name = name
     return command
-
-
-COMPUTING = frozenset(
-    "calibrate compare diagnose add ladder hazard zones simulate map report demo".split()  # noqa: SIM905
-)
-"""Commands that compute for long, with the options of the engine."""
-COMMANDS: tuple[Entry, ...] = (
-    Entry("run", "project"),
-    Entry("init", "files"),
-    Entry("db", "files"),
-    Entry("import", "records"),
-    Entry("paths", "records"),
-    Entry("path", "records"),
-    Entry("runout", "records"),
-    Entry("friction", "records"),
-    Entry("fit", "records"),
-    Entry("calibrate", "models"),
-    Entry("models", "models"),
-    Entry("model", "models"),
-    Entry("rerun", "models"),
-    Entry("compare", "models"),
-    Entry("diagnose", "models"),
-    Entry("effects", "models"),
-    Entry("effect", "models"),
-    Entry("add", "models"),
-    Entry("ladder", "models"),
-    Entry("predict", "models"),
-    Entry("volumes", "hazard"),
-    Entry("hazard", "hazard"),
-    Entry("zones", "hazard"),
-    Entry("simulate", "hazard"),
-    Entry("map", "hazard"),
-    Entry("alpha-beta", "records"),
-    Entry("report", "files"),
-    Entry("export", "files"),
-    Entry("demo", "project"),
-    Entry("synth", "files"),
-)
 
 
 app = typer.Typer(

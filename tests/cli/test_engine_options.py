@@ -8,8 +8,7 @@ import pytest
 import typer
 from typer.main import get_command
 
-from avahazard.cli.main import COMMANDS as ENTRIES
-from avahazard.cli.main import COMPUTING, load
+from avahazard.cli.main import COMMANDS, COMPUTING, load
 from avahazard.cli.options import taking_requests, with_engine
 from avahazard.engine import chosen
 from avahazard.workers import n_workers, set_workers
@@ -19,9 +18,9 @@ OPTIONS = {"--engine", "--workers", "--scheduler"}
 
 def test_the_commands_that_have_them() -> None:
     names = {
-        entry.name
-        for entry in ENTRIES
-        if {option for p in load(entry).params for option in p.opts} >= OPTIONS
+        name
+        for name in COMMANDS
+        if {option for p in load(name).params for option in p.opts} >= OPTIONS
     }
     assert names == COMPUTING
 
