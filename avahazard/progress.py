@@ -6,13 +6,8 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
 
 from avahazard.results.base import Report, silent
-
-if TYPE_CHECKING:
-    from rich.progress import Progress
-
 
 PATIENCE_S = 2.0
 LINE_EVERY_S = 10.0
@@ -27,14 +22,11 @@ def show_progress(*, log: bool = True) -> Iterator[Report]:
     Nothing is shown for what takes less than two seconds. A terminal or a notebook then gets one
     bar, which says what is being done; a log file gets a line now and then, unless `log` is false.
     """
-    if not (log or sys.stderr.isatty() or "ipykernel" in sys.modules):
-        yield silent
-        return
-    display = _Bar() if sys.stderr.isatty() or "ipykernel" in sys.modules else _Lines()
-    try:
-        yield display.report
-    finally:
-        display.close()
+    if sys.stderr.isatty() or "ipykernel" in sys.modules:
+        with _bar() as report:
+            yield report
+    else:
+        yield _lines() if log else silent
 
 
 class Clock:
@@ -62,58 +54,13 @@ class Clock:
         return self.shown, f"{left:.0f} s left" + (" of this step" if self.steps > 1 else "")
 
 
-class _Bar:
-    def __init__(self) -> None:
-        self.began = time.monotonic()
-        self.clock = Clock()
-        self.progress: Progress | None = None
-
-    def report(self, what: str, done: float, total: float) -> None:
-        share, words = self.clock.tell(done, total)
-        if self.progress is None:
-            if time.monotonic() - self.began < PATIENCE_S:
-                return
-            self.progress = _rich_progress()
-            self.progress.add_task(what, total=1.0, percent="", left="")
-            self.progress.start()
-        task = self.progress.task_ids[0]
-        self.progress.update(
-            task, description=what, completed=share, percent=_percent(share), left=words
-        )
-
-    def close(self) -> None:
-        if self.progress is not None:
-            self.progress.stop()
-
-
-class _Lines:
-    def __init__(self) -> None:
-        self.clock = Clock()
-        self.said = time.monotonic() + PATIENCE_S - LINE_EVERY_S
-
-    def report(self, what: str, done: float, total: float) -> None:
-        share, words = self.clock.tell(done, total)
-        now = time.monotonic()
-        if now - self.said < LINE_EVERY_S or total <= 0:
-            return
-        self.said = now
-        print(", ".join(filter(None, (f"{what}: {_percent(share)}%", words))), file=sys.stderr)
-        sys.stderr.flush()
-
-    def close(self) -> None:
-        """Nothing is open."""
-
-
-def _percent(share: float) -> int:
-    """Whole percents that are done: 100 only at the end."""
-    return int(100.0 * share + 1e-9)
-
-
-def _rich_progress() -> Progress:
-    from rich.console import Console  # noqa: PLC0415
+@contextmanager
+def _bar() -> Iterator[Report]:
+    from rich.console import Console  # noqa: PLC0415 (slow)
     from rich.progress import BarColumn, Progress, TextColumn  # noqa: PLC0415
 
-    return Progress(
+    clock, began = Clock(), time.monotonic()
+    bar = Progress(
         TextColumn("{task.description}", markup=False),
         BarColumn(),
         TextColumn("{task.fields[percent]:>3} %"),
@@ -121,3 +68,36 @@ def _rich_progress() -> Progress:
         console=Console(stderr=True),
         transient=True,
     )
+    task = bar.add_task("", total=1.0, percent="", left="")
+
+    def report(what: str, done: float, total: float) -> None:
+        share, words = clock.tell(done, total)
+        bar.update(task, description=what, completed=share, percent=_percent(share), left=words)
+        if not bar.live.is_started and time.monotonic() - began >= PATIENCE_S:
+            bar.start()
+
+    try:
+        yield report
+    finally:
+        if bar.live.is_started:
+            bar.stop()
+
+
+def _lines() -> Report:
+    clock, said = Clock(), time.monotonic() + PATIENCE_S - LINE_EVERY_S
+
+    def report(what: str, done: float, total: float) -> None:
+        nonlocal said
+        share, words = clock.tell(done, total)
+        now = time.monotonic()
+        if now - said >= LINE_EVERY_S and total > 0:
+            said = now
+            told = filter(None, (f"{what}: {_percent(share)}%", words))
+            print(", ".join(told), file=sys.stderr, flush=True)
+
+    return report
+
+
+def _percent(share: float) -> int:
+    """Whole percents that are done: 100 only at the end."""
+    return int(100.0 * share + 1e-9)

@@ -13,10 +13,10 @@ from rich.console import Console
 
 from avahazard.cli.options import CalibratedModel, answers, argument, flag, output_file
 from avahazard.cli.output import (
+    SafeConsole,
     ask,
     emit,
     emit_rows,
-    output,
     settings,
     show,
     show_next,
@@ -85,7 +85,7 @@ def hazard(
         warn(f"the first {MOST_ROWS} of {found.n_rows} rows are shown: --json, or export.")
     warn(*_beside_windows(found))
     if not settings().as_json:
-        show_next(output(), ask("next_step.next_step", name=names[0]))
+        show_next(SafeConsole(), ask("next_step.next_step", name=names[0]))
 
 
 WINDOW = "data_window"

@@ -261,7 +261,8 @@ def effect(
         return
     written = ask("effects.write_template", file=file)
     then = f"avahazard add MODEL KEY --as NEW --effect-file {written.file}"
-    emit(written, f"Written: {written.file}\nChange it, then: {then}")
+    words = f"Written: {written.file}\nChange it, then: {then}"
+    emit(written, lambda console, _: console.print(words, soft_wrap=True))
 
 
 def _effect(console: Console, effect: EffectDetails) -> None:

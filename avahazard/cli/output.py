@@ -17,7 +17,7 @@ from typing import Any, Literal, NamedTuple
 
 import typer
 from rich import box
-from rich.console import Console, ConsoleOptions, ConsoleRenderable, RenderHook, RenderResult
+from rich.console import Console, ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
@@ -108,11 +108,9 @@ def safe(text: str, longest: int = LONGEST_LINE) -> str:
 def safe_json(text: str) -> str:
     """Escape in a JSON document what a terminal would obey; it means the same."""
     # Signs past the basic plane are two halves in JSON; the document's own tabs do not occur.
-    return UNSAFE.sub(lambda found: _escaped(found.group()), text)
-
-
-def _escaped(sign: str) -> str:
-    return "\\u007f" if sign == "\x7f" else json.dumps(sign)[1:-1]
+    return UNSAFE.sub(
+        lambda found: json.dumps(found.group())[1:-1].replace("\x7f", "\\u007f"), text
+    )
 
 
 def _picture(found: re.Match[str]) -> str:
@@ -124,47 +122,41 @@ def _picture(found: re.Match[str]) -> str:
     return "␡" if sign == "\x7f" else "\N{REPLACEMENT CHARACTER}"
 
 
-class SafeText:
-    """Whatever is rendered, its text made safe: the last door before the terminal."""
+class SafeConsole(Console):
+    """A console whose whole output is safe, on standard output or standard error.
 
-    def __init__(self, inner: ConsoleRenderable) -> None:
-        self.inner = inner
+    Words in brackets are no markup there.
+    """
 
-    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        """Render the inner object; codes of its own styles are no text."""
-        for segment in console.render(self.inner, options):
+    def __init__(self, *, stderr: bool = False, **more: Any) -> None:
+        super().__init__(stderr=stderr, markup=False, highlight=False, emoji=False, **more)
+
+    def render(
+        self, renderable: RenderableType, options: ConsoleOptions | None = None
+    ) -> Iterable[Segment]:
+        """Render with text made safe; codes of its own styles are no text."""
+        for segment in super().render(renderable, options):
             if segment.control or not UNSAFE.search(segment.text):
                 yield segment
             else:
                 yield Segment(UNSAFE.sub(_picture, segment.text), segment.style)
 
 
-class SafeHook(RenderHook):
-    """The hook by which a console prints `SafeText` alone."""
-
-    def process_renderables(self, renderables: list[ConsoleRenderable]) -> list[ConsoleRenderable]:
-        """Wrap all that is about to be printed."""
-        return [SafeText(one) for one in renderables]
-
-
 def emit(
     found: Any,
-    render: Render | str,
+    render: Render,
     *,
     document: Callable[[Any], Any] = document_of,
     notes: Callable[[Any], Iterable[str]] = notes_of,
 ) -> None:
-    """Print a result, as JSON where that was asked for, else by `render` or as that text; notes."""
+    """Print a result, as JSON where that was asked for, else by `render`; notes."""
     if settings().as_json:
         text = json.dumps(plain(document(found)), ensure_ascii=False, allow_nan=False, indent=2)
         typer.echo(safe_json(text))
     else:
-        console = output()
-        if isinstance(render, str):
-            console.print(render, soft_wrap=True)
-        else:
-            with speaking(TERMINAL):
-                render(console, found)
+        console = SafeConsole()
+        with speaking(TERMINAL):
+            render(console, found)
         show_next(console, getattr(found, "next", None))
     warn(*notes(found))
 
@@ -185,7 +177,7 @@ def emit_rows(documents: Iterable[Any], render: Callable[[Console], None]) -> No
     """As `emit` of a list, one document at a time, so that it may be long."""
     if not settings().as_json:
         with speaking(TERMINAL):
-            render(output())
+            render(SafeConsole())
         return
     before = "["
     for document in documents:
@@ -195,25 +187,10 @@ def emit_rows(documents: Iterable[Any], render: Callable[[Console], None]) -> No
     typer.echo("[]" if before == "[" else "\n]")
 
 
-def output() -> Console:
-    """Return the console on standard output; words in brackets are no markup there."""
-    return _safe(Console(markup=False, highlight=False, emoji=False))
-
-
-def errors() -> Console:
-    """Return the console on standard error."""
-    return _safe(Console(stderr=True, markup=False, highlight=False, emoji=False))
-
-
-def _safe(console: Console) -> Console:
-    console.push_render_hook(SafeHook())
-    return console
-
-
 def warn(*texts: str) -> None:
     """Print warnings on standard error, a line for all of one kind unless all are asked for."""
     for text in dict.fromkeys(texts) if settings().verbose else grouped(texts):
-        errors().print(Text(f"Note: {safe(text)}", style="yellow"), soft_wrap=True)
+        SafeConsole(stderr=True).print(Text(f"Note: {safe(text)}", style="yellow"), soft_wrap=True)
 
 
 def show(console: Console, found: report_tables.Table | None) -> None:
@@ -288,7 +265,7 @@ def _complaints(alike: Sequence[RowProblem]) -> list[tuple[Any, ...]]:
 
 def show_error(error: AvahazardError | OSError) -> None:
     """Print an error on standard error: the rows at fault, the message, the hint."""
-    console = errors()
+    console = SafeConsole(stderr=True)
     if isinstance(error, RejectedRows):
         for file, problems in groupby(error.problems, key=attrgetter("file")):
             equal: dict[tuple[str, str], list[RowProblem]] = {}

@@ -14,7 +14,7 @@ import typer
 from rich.console import Console
 
 from avahazard.cli.options import OnePath, answers, argument, flag, picture
-from avahazard.cli.output import ask, emit, errors, show, table
+from avahazard.cli.output import SafeConsole, ask, emit, show, table
 from avahazard.report.model_tables import fits_table
 from avahazard.report.tables import alpha_beta_table, cell, paths_table, thinned
 from avahazard.results.base import Rows
@@ -62,7 +62,7 @@ def import_(
         return
     found = ask("database.import_files", sources=sources, request=request)
     for line in found.read:
-        errors().print(f"Read {line}.", soft_wrap=True)
+        SafeConsole(stderr=True).print(f"Read {line}.", soft_wrap=True)
     emit(found, _imported)
 
 

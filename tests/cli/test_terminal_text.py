@@ -8,10 +8,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from rich.console import Console
 from typer.testing import Result
 
-from avahazard.cli.output import SafeHook, safe, safe_json, table
+from avahazard.cli.output import SafeConsole, safe, safe_json, table
 
 TITLE = "\x1b]0;owned\x07"
 BAD = {"escape": "\x1b[2J", "title": TITLE, "c1": "\x9b31m", "bidi": "a\u202eb", "del": "\x7f"}
@@ -39,8 +38,7 @@ def test_a_document_means_the_same_without_raw_signs(text: str) -> None:
 
 def test_whatever_a_console_prints_is_safe() -> None:
     out = io.StringIO()
-    console = Console(file=out, force_terminal=True, width=80)
-    console.push_render_hook(SafeHook())
+    console = SafeConsole(file=out, force_terminal=True, width=80)
     console.print("\x1b[2Jname\u202e", TITLE)
     console.print(table(TITLE, (TITLE,), [(TITLE + "y" * 130_000,)]))
     shown = out.getvalue()
