@@ -29,9 +29,7 @@ from avahazard.records.table import (
     FileTable,
     Line,
     SheetLayout,
-    named_table,
-    no_header,
-    packed,
+    filled,
 )
 
 
@@ -51,6 +49,7 @@ def read_tables(
     return [table] if table else []
 
 
+HEADER_ACCEPTED = "a header row with the names of the columns"
 TEXT_ACCEPTED = "a text file in UTF-8 (in a spreadsheet: save as .xlsx, or as 'CSV UTF-8')"
 MARKS = (
     (codecs.BOM_UTF8, "utf-8", "UTF-8 with a byte order mark"),
@@ -129,16 +128,16 @@ def _split(
         names = ", ".join(SEPARATORS.values())
         problems.append(RowProblem(file, 1, "", separator, f"values separated by {names}"))
         return None
-    before = len(problems)
-    rows = islice(_filled(file, text, separator, problems), 1 if start else 0, None)
-    cells = packed(rows, layout)
-    if len(problems) > before:
-        return None
-    if cells is None:
-        problems.append(no_header(file))
-        return None
     words = (encoding, SEPARATORS[separator])
-    return named_table(file, PurePath(file).stem, cells, words, problems, separator=separator)
+    empty = FileTable(file, name=PurePath(file).stem, words=words, separator=separator)
+    broken: list[RowProblem] = []
+    wrong: list[RowProblem] = []
+    rows = islice(_filled(file, text, separator, broken), 1 if start else 0, None)
+    table = filled(empty, rows, wrong, layout)
+    if table is None and not wrong:
+        wrong.append(RowProblem(file, 1, "", "", HEADER_ACCEPTED))
+    problems += broken or wrong
+    return None if broken else table
 
 
 def _filled(file: str, text: str, separator: str, problems: list[RowProblem]) -> Iterator[Line]:
@@ -195,7 +194,7 @@ def _read_sheets(
     before = len(problems)
     found = [_sheet(file, grid, len(grids) > 1, layout, problems) for grid in grids]
     if not any(found) and len(problems) == before:
-        problems.append(no_header(file))
+        problems.append(RowProblem(file, 1, "", "", HEADER_ACCEPTED))
     return [table for table in found if table is not None]
 
 
@@ -357,26 +356,22 @@ def _sheet(
             texts.append(text)
         if any(texts):
             lines.append((line, tuple(texts)))
-    cells = packed(lines, layout)
-    if cells is None:
-        return None
-    for top, _, bottom, _ in () if layout.merged else grid.merged:
-        if bottom + 1 > cells.first:
+    empty = FileTable(
+        label,
+        name=grid.title if several else PurePath(file).stem,
+        words=("workbook", *grid.words),
+        separator="",
+        title=grid.title,
+        first_day=grid.first_day,
+    )
+    table = filled(empty, lines, problems, layout, dated, written)
+    first = table.first if table else layout.header or 1
+    for top, _, bottom, _ in () if layout.merged or not lines else grid.merged:
+        if bottom + 1 > first:
             accepted = "cells that are not merged: each row with values of its own (or merged = "
             accepted += "true in columns.toml)"
             problems.append(RowProblem(label, top + 1, "", "merged cells", accepted))
-    name = grid.title if several else PurePath(file).stem
-    return named_table(
-        label,
-        name,
-        cells,
-        ("workbook", *grid.words),
-        problems,
-        dated=dated,
-        written=written,
-        first_day=grid.first_day,
-        title=grid.title,
-    )
+    return table
 
 
 def _fill(grid: Grid) -> None:

@@ -7,7 +7,7 @@ from array import array
 from bisect import bisect_left
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import chain, islice, repeat
 from operator import itemgetter
 from typing import Any, Literal, NamedTuple
@@ -44,30 +44,6 @@ class SheetLayout(NamedTuple):
 PLAIN = SheetLayout()
 
 
-class SheetCells(NamedTuple):
-    """The lines of a table, blank ones left out: names, then `columns` of `lines` `[n_rows]`.
-
-    `columns` are those with a name, in its order. `nameless` are columns (from 0) that hold
-    something under an empty name. `uneven` lines have another number of values, `(line, values)`.
-    `units` are the cells of the row of units; `likely` is the row that looks like the header, where
-    that is not the first.
-    """
-
-    first: int
-    names: tuple[str, ...]
-    lines: array[int]
-    columns: tuple[Texts, ...]
-    nameless: frozenset[int]
-    uneven: tuple[tuple[int, int], ...]
-    units: tuple[str, ...] = ()
-    likely: int = 0
-
-
-def no_header(file: str) -> RowProblem:
-    """What is wrong with a file without a line."""
-    return RowProblem(file, 1, "", "", "a header row with the names of the columns")
-
-
 def texts(values: Sequence[str]) -> Texts:
     """A column of these values."""
     return np.array(values, dtype=TEXT)
@@ -85,66 +61,6 @@ def header_row(rows: Sequence[Line]) -> int:
         if words > 1 and 2 * words > filled[k] and filled[k] >= 0.6 * max(filled):
             return k
     return 0
-
-
-def packed(lines: Iterable[Line], layout: SheetLayout = PLAIN) -> SheetCells | None:
-    """The cells of `lines`, of which the first has the names; None where there is no line."""
-    rows = (line for line in lines if line[0] >= (layout.header or 0))
-    begin = list(islice(rows, LOOKED_AT))
-    if not begin:
-        return None
-    likely = 0 if layout.header else header_row(begin)
-    if layout.guess:
-        begin = begin[likely:]
-    first, header = begin[0]
-    rest = chain(begin[1:], rows)
-    units: Sequence[str] = ()
-    named = [k for k, name in enumerate(header) if name]
-    empty = [k for k, name in enumerate(header) if not name]
-    fewest = named[-1] + 1 if named else 0
-    numbers = array("q")
-    held: list[Sequence[str]] = []
-    blocks: list[list[Texts]] = []
-    nameless: set[int] = set()
-    uneven: list[tuple[int, int]] = []
-    for line, cells in rest:
-        n = len(cells)
-        if line == layout.units:
-            units = cells
-            continue
-        if empty:
-            nameless.update(k for k in empty if k < n and cells[k])
-        # Spreadsheets leave columns that hold nothing, not even a name.
-        while n > len(header) and not cells[n - 1]:
-            n -= 1
-        if not fewest <= n <= len(header):
-            uneven.append((line, bisect_left(named, n) + max(n - len(header), 0)))
-            continue
-        numbers.append(line)
-        held.append(cells)
-        if len(held) == AT_ONCE:
-            blocks.append(_columns(held, named))
-            held = []
-    blocks.append(_columns(held, named))
-    columns = tuple(np.concatenate(parts) for parts in zip(*blocks, strict=True))
-    return SheetCells(
-        first,
-        tuple(header),
-        numbers,
-        columns,
-        frozenset(nameless),
-        tuple(uneven),
-        tuple(units),
-        begin[likely][0] if likely and not layout.guess else 0,
-    )
-
-
-def _columns(rows: Sequence[Sequence[str]], named: Sequence[int]) -> list[Texts]:
-    """The named columns of rows that have at least these."""
-    if not rows:
-        return [texts(()) for _ in named]
-    columns = list(zip(*rows, strict=False))
-    return [texts(columns[k]) for k in named]
 
 
 LONGEST_NAME = 200
@@ -179,8 +95,8 @@ class FileTable:
     """
 
     file: str
-    lines: array[int]
-    columns: Mapping[str, Column]
+    lines: array[int] = field(default_factory=lambda: array("q"))
+    columns: Mapping[str, Column] = field(default_factory=dict)
     name: str = ""
     words: tuple[str, ...] = ()
     separator: str = ","
@@ -250,66 +166,104 @@ def table_of(
     return FileTable(file, array("q", [line for line, _ in numbered]), columns)
 
 
-def named_table(
-    file: str,
-    name: str,
-    cells: SheetCells,
-    words: tuple[str, ...],
+def filled(
+    empty: FileTable,
+    lines: Iterable[Line],
     problems: list[RowProblem],
-    *,
-    separator: str = "",
-    title: str = "",
+    layout: SheetLayout = PLAIN,
     dated: Mapping[int, Collection[int]] | None = None,
     written: Mapping[int, Collection[int]] | None = None,
-    first_day: dt.date = FIRST_DAY,
 ) -> FileTable | None:
-    """The table of the cells of a text file or a sheet; None after adding to `problems`.
+    """The table with the cells of `lines`, blank ones left out, of which the first has the names.
 
-    `dated` and `written` are lines by the number of their column, from 0; all else is as in
-    `FileTable`.
+    `dated` and `written` are lines by the number of their column, from 0. None where there is no
+    line, and after adding to `problems` what is wrong with the names.
     """
-    used = [k for k, name in enumerate(cells.names) if name or k in cells.nameless]
-    header = _header(file, cells, used, problems)
-    if not header:
+    rows = (line for line in lines if line[0] >= (layout.header or 0))
+    begin = list(islice(rows, LOOKED_AT))
+    if not begin:
         return None
-    for line, n in cells.uneven:
-        accepted = f"{len(header)} values, as many as the header has columns"
-        if separator == ",":
-            accepted += " (a number with a decimal comma stands in quotes)"
-        problems.append(RowProblem(file, line, "", f"{n} values", accepted))
-    units = dict(enumerate(cells.units))
+    likely = 0 if layout.header else header_row(begin)
+    if layout.guess:
+        begin, likely = begin[likely:], 0
+    first, header = begin[0]
+    named = [k for k, name in enumerate(header) if name]
+    fewest = named[-1] + 1 if named else 0
+    units: Sequence[str] = ()
+    numbers = array("q")
+    held: list[Sequence[str]] = []
+    blocks: list[list[Texts]] = []
+    used = set(named)  # columns with a name, and those that hold something without one
+    uneven: list[tuple[int, int]] = []
+    for line, cells in chain(begin[1:], rows):
+        n = len(cells)
+        if line == layout.units:
+            units = cells
+            continue
+        if len(used) < len(header):
+            used.update(k for k, (_, cell) in enumerate(zip(header, cells, strict=False)) if cell)
+        # Spreadsheets leave columns that hold nothing, not even a name.
+        while n > len(header) and not cells[n - 1]:
+            n -= 1
+        if not fewest <= n <= len(header):
+            uneven.append((line, bisect_left(named, n) + max(n - len(header), 0)))
+            continue
+        numbers.append(line)
+        held.append(cells)
+        if len(held) == AT_ONCE:
+            blocks.append(_texts_of(held, named))
+            held = []
+    blocks.append(_texts_of(held, named))
+    names = [header[k] for k in sorted(used)]
+    faults = _faults_of_names(names, first, begin[likely][0])
+    problems += [RowProblem(empty.file, first, *fault) for fault in faults]
+    if faults:
+        return None
+    accepted = f"{len(names)} values, as many as the header has columns"
+    if empty.separator == ",":
+        accepted += " (a number with a decimal comma stands in quotes)"
+    problems += [RowProblem(empty.file, line, "", f"{n} values", accepted) for line, n in uneven]
+    unit = dict(enumerate(units))
     columns = {
-        spelt: Column(
-            held, spelt, units.get(k, ""), (dated or {}).get(k, ()), (written or {}).get(k, ())
+        header[k]: Column(
+            np.concatenate(parts),
+            header[k],
+            unit.get(k, ""),
+            (dated or {}).get(k, ()),
+            (written or {}).get(k, ()),
         )
-        for k, spelt, held in zip(used, header, cells.columns, strict=True)
+        for k, *parts in zip(named, *blocks, strict=True)
     }
-    return FileTable(
-        file, cells.lines, columns, name, words, separator, title, cells.first, first_day
-    )
+    return replace(empty, lines=numbers, columns=columns, first=first)
 
 
-def _header(
-    file: str, table: SheetCells, used: Sequence[int], problems: list[RowProblem]
-) -> tuple[str, ...]:
-    """Check the names of the columns; an empty tuple when they cannot be used."""
-    before, line = len(problems), table.first
-    cells = [table.names[k] for k in used]
-    if table.likely and (len(cells) < 2 or not all(cells)):
+def _texts_of(rows: Sequence[Sequence[str]], named: Sequence[int]) -> list[Texts]:
+    """The named columns of rows that have at least these."""
+    if not rows:
+        return [texts(()) for _ in named]
+    columns = list(zip(*rows, strict=False))
+    return [texts(columns[k]) for k in named]
+
+
+def _faults_of_names(names: Sequence[str], first: int, likely: int) -> list[tuple[str, str, str]]:
+    """Column, value and what would be accepted, where names of columns cannot be used.
+
+    They are those of row `first`; `likely` is the row that looks like the header.
+    """
+    if likely != first and (len(names) < 2 or not all(names)):
         accepted = (
-            f"the header: it seems to be in row {table.likely}, and row {line} a title; take the "
-            f"rows above it away, or write header = {table.likely} in columns.toml (import FILE "
+            f"the header: it seems to be in row {likely}, and row {first} a title; take the "
+            f"rows above it away, or write header = {likely} in columns.toml (import FILE "
             "--guess-columns writes one)"
         )
-        problems.append(RowProblem(file, line, "", cells[0] if cells else "", accepted))
-        return ()
-    for i, name in enumerate(cells):
+        return [("", names[0], accepted)]
+    found = []
+    for i, name in enumerate(names):
         if not name:
-            accepted = f"a name for column {i + 1}"
-            problems.append(RowProblem(file, line, "", "", accepted))
+            found.append(("", "", f"a name for column {i + 1}"))
         elif len(name) > LONGEST_NAME:
-            accepted = f"a column name of at most {LONGEST_NAME} characters"
-            problems.append(RowProblem(file, line, name[:40] + "…", name[:40] + "…", accepted))
-        elif name in cells[:i]:
-            problems.append(RowProblem(file, line, name, name, "each column name once"))
-    return () if len(problems) > before else tuple(cells)
+            short = name[:40] + "…"
+            found.append((short, short, f"a column name of at most {LONGEST_NAME} characters"))
+        elif name in names[:i]:
+            found.append((name, name, "each column name once"))
+    return found

@@ -13,9 +13,17 @@ from openpyxl import Workbook
 
 from avahazard.records.collection import Records
 from avahazard.records.conventions import UNKNOWN, Conventions
+from avahazard.records.errors import RowProblem
 from avahazard.records.intake import Intake
 from avahazard.records.reading import read_files
-from avahazard.records.table import Line, named_table, packed, table_of
+from avahazard.records.table import (
+    LOOKED_AT,
+    FileTable,
+    Line,
+    filled,
+    header_row,
+    table_of,
+)
 from tests.records.matrix import save_workbook
 
 WORDS = st.sampled_from(["", "", "7", "17.25", "1950-02-13", "a text of more than 15 bytes: ⛰"])
@@ -47,15 +55,15 @@ def test_columns_hold_what_the_lines_hold(header: list[str], cells: list[list[st
     lines: list[Line] = [(3 + 2 * k, row) for k, row in enumerate(cells) if any(row)]
     rows, uneven, nameless = obvious(header, lines)
     with patch("avahazard.records.table.AT_ONCE", 3):
-        held = packed([(1, header), *lines])
-        assert held is not None
-        assert held.nameless == nameless
-        assert [line for line, _ in held.uneven] == uneven
-        table = named_table("a.csv", "a", held, (), [])
-        if nameless or (held.likely and sum(map(bool, header)) < 2):  # a title is no header
+        problems: list[RowProblem] = []
+        table = filled(FileTable("a.csv"), [(1, header), *lines], problems)
+        a_title = header_row([(1, header), *lines][:LOOKED_AT]) > 0
+        if nameless or (a_title and sum(map(bool, header)) < 2):  # a title is no header
             assert table is None
+            assert a_title or len(problems) == len(nameless)
             return
         assert table is not None
+        assert [problem.line for problem in problems] == uneven
         assert list(table.numbered()) == rows
         wanted = range(len(rows) - 1, -1, -2)
         assert list(table.at(wanted)) == [rows[k] for k in wanted]
@@ -70,14 +78,16 @@ def test_columns_hold_what_the_lines_hold(header: list[str], cells: list[list[st
 
 
 def test_a_file_without_a_line_has_no_cells() -> None:
-    assert packed([]) is None
+    assert filled(FileTable("a.csv"), [], []) is None
 
 
 @given(HEADERS)
 def test_a_header_alone_has_columns_of_no_rows(header: list[str]) -> None:
-    held = packed([(1, header)])
-    assert held is not None
-    assert [len(column) for column in held.columns] == [0] * len([n for n in header if n])
+    table = filled(FileTable("a.csv"), [(1, header)], [])
+    assert table is not None
+    assert {name: len(column.texts) for name, column in table.columns.items()} == {
+        name: 0 for name in header if name
+    }
 
 
 PROFILE = [("path_id", "x_m", "y_m"), *(("P", 100 * i, 1000 - 90 * i) for i in range(6))]
