@@ -12,6 +12,7 @@ from itertools import islice
 from pathlib import PurePath
 from typing import Literal
 
+from avahazard.notes import counted
 from avahazard.records.cells import PLAIN_NUMBER as NUMBER
 from avahazard.records.cells import USUAL_MARKS, plain_cells
 from avahazard.records.collection import Covariate, Records
@@ -47,15 +48,6 @@ def spell(table: FileTable, stored: Collection[str], problems: list[RowProblem])
         columns={meant[name]: column for name, column in table.columns.items()},
         words=(*table.words, f"columns: {said}"),
     )
-
-
-def refuse_near(table: FileTable, columns: Collection[str], problems: list[RowProblem]) -> None:
-    """Add to `problems` columns of `table` that are nearly one of `columns` of its form."""
-    free = [column for column in columns if column not in table.header]
-    for name in table.header:
-        if name not in columns and (near := near_name(name, free)):
-            accepted = f"{near}, if it is meant; else another name than this"
-            problems.append(RowProblem(table.file, 1, name, name, accepted))
 
 
 PLACES = ("runout_x_m", "runout_elevation_m", "left_profile", "easting_m", "lon")
@@ -243,8 +235,12 @@ def check_ranges(
         for line, text in rows:
             if text in refused:
                 problems.append(RowProblem(table.file, line, column, text, accepted))
-        if unusual_rows := [row for row in rows if row[1] not in refused]:
-            doubts.append(_note(table, column, unusual_rows, what))
+        if doubtful := [f"line {line}: {text}" for line, text in rows if text not in refused]:
+            more = f" and {len(doubtful) - SHOWN} more" if len(doubtful) > SHOWN else ""
+            doubts.append(
+                f"{table.file}: {column} {what} ({', '.join(doubtful[:SHOWN])}{more}). Are the "
+                "unit and the value right? If so, use --unusual."
+            )
         notes += _marks_among_numbers(table, column)
     if not unusual:
         notes += doubts
@@ -315,15 +311,6 @@ def _number(text: str) -> float | None:
     return value if math.isfinite(value) else None
 
 
-def _note(table: FileTable, column: str, rows: list[tuple[int, str]], what: str) -> str:
-    shown = ", ".join(f"line {line}: {text}" for line, text in rows[:SHOWN])
-    more = f" and {len(rows) - SHOWN} more" if len(rows) > SHOWN else ""
-    return (
-        f"{table.file}: {column} {what} ({shown}{more}). Are the unit and the "
-        "value right? If so, use --unusual."
-    )
-
-
 FIRST_VALUES = 3
 
 
@@ -343,13 +330,6 @@ def understood(table: FileTable, form: str, columns: Collection[str]) -> list[Un
             meaning = f"your own column, {kind}" if kept else "not used"
         found.append(UnderstoodColumn(table.file, form, column.spelt, meaning, unit, first))
     return found
-
-
-def summary(table: FileTable, form: str) -> str:
-    """One line for a file or sheet: what it holds, and how it was read."""
-    n = len(table.lines)
-    rows = "1 row" if n == 1 else f"{n} rows"
-    return f"{table.file}: {form}, {rows} ({', '.join(table.words)})"
 
 
 FORMS: dict[Kind, tuple[type[Row], ...]] = {
@@ -403,10 +383,15 @@ def read_forms(
         wrong += of_header
         if kind is None:
             continue
-        refuse_near(table, COLUMNS[kind], wrong)
+        free = sorted(COLUMNS[kind] - set(table.header))
+        for name in table.header:
+            if name not in COLUMNS[kind] and (near := near_name(name, free)):
+                accepted = f"{near}, if it is meant; else another name than this"
+                wrong.append(RowProblem(table.file, 1, name, name, accepted))
         table = plain_cells(table, given, intake.problems)
         check_ranges(table, intake.problems, intake.notes, unusual=given.unusual)
-        intake.read.append(summary(table, kind))
+        rows = counted(len(table.lines), "row")
+        intake.read.append(f"{table.file}: {kind}, {rows} ({', '.join(table.words)})")
         intake.understood += understood(table, kind, COLUMNS[kind])
         found.append((kind, table))
     for table, of_header in unknown:
