@@ -16,7 +16,6 @@ from avahazard.cli.output import (
     SafeConsole,
     ask,
     emit,
-    emit_rows,
     settings,
     show,
     show_next,
@@ -77,13 +76,16 @@ def hazard(
       avahazard --json hazard first -V 20000 > bounds.json
     """
     found = ask("hazard.run_hazard", names=names, request=request)
-    emit_rows(
-        found.documents(),
-        lambda console: show_bounds(console, list(islice(found.rows(), MOST_ROWS)), found.failed),
+    emit(
+        found,
+        lambda console, found: show_bounds(
+            console, list(islice(found.rows(), MOST_ROWS)), found.failed
+        ),
+        document=lambda found: found.documents(),
+        notes=_beside_windows,
     )
     if found.n_rows > MOST_ROWS:
         warn(f"the first {MOST_ROWS} of {found.n_rows} rows are shown: --json, or export.")
-    warn(*_beside_windows(found))
     if not settings().as_json:
         show_next(SafeConsole(), ask("next_step.next_step", name=names[0]))
 

@@ -149,16 +149,30 @@ def emit(
     document: Callable[[Any], Any] = document_of,
     notes: Callable[[Any], Iterable[str]] = notes_of,
 ) -> None:
-    """Print a result, as JSON where that was asked for, else by `render`; notes."""
+    """Print a result, as JSON where that was asked for, else by `render`; notes.
+
+    A document that is an iterator is a list, of which one item is held at a time.
+    """
     if settings().as_json:
-        text = json.dumps(plain(document(found)), ensure_ascii=False, allow_nan=False, indent=2)
-        typer.echo(safe_json(text))
+        whole = document(found)
+        if isinstance(whole, Iterator):
+            before = "["
+            for item in whole:
+                typer.echo(f"{before}\n{indent(_json(item), '  ')}", nl=False)
+                before = ","
+            typer.echo("[]" if before == "[" else "\n]")
+        else:
+            typer.echo(_json(whole))
     else:
         console = SafeConsole()
         with speaking(TERMINAL):
             render(console, found)
         show_next(console, getattr(found, "next", None))
     warn(*notes(found))
+
+
+def _json(document: Any) -> str:
+    return safe_json(json.dumps(plain(document), ensure_ascii=False, allow_nan=False, indent=2))
 
 
 def show_next(console: Console, step: Note | None) -> None:
@@ -171,20 +185,6 @@ def show_next(console: Console, step: Note | None) -> None:
         command = re.sub("^avahazard ", lambda found: f"{found.group()}{option} ", command)
     console.print(f"{step.values.get('why', '')} Next:".lstrip())
     console.print(f"  {command}", soft_wrap=True)
-
-
-def emit_rows(documents: Iterable[Any], render: Callable[[Console], None]) -> None:
-    """As `emit` of a list, one document at a time, so that it may be long."""
-    if not settings().as_json:
-        with speaking(TERMINAL):
-            render(SafeConsole())
-        return
-    before = "["
-    for document in documents:
-        text = json.dumps(plain(document), ensure_ascii=False, allow_nan=False, indent=2)
-        typer.echo(f"{before}\n{indent(safe_json(text), '  ')}", nl=False)
-        before = ","
-    typer.echo("[]" if before == "[" else "\n]")
 
 
 def warn(*texts: str) -> None:
