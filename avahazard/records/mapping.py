@@ -5,11 +5,11 @@ from __future__ import annotations
 from array import array
 from collections.abc import Sequence
 from dataclasses import replace
-from fnmatch import fnmatch
 from itertools import takewhile
 from pathlib import Path as FilePath
+from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from avahazard.records.conventions import Decimal, Order
 from avahazard.records.errors import AvahazardError, did_you_mean
@@ -24,6 +24,9 @@ HINT = (
 )
 
 
+Names = Annotated[list[str], BeforeValidator(lambda one: [one] if isinstance(one, str) else one)]
+
+
 class Source(Strict):
     """Where a column comes from: one column, several that make a date, or one value for all rows.
 
@@ -31,7 +34,7 @@ class Source(Strict):
     stands for `10-20`. In a `value`, `{row}` is the number of the row.
     """
 
-    from_: str | list[str] | None = Field(None, alias="from")
+    names: Names = Field(default_factory=list, alias="from")
     value: str | int | float | None = None
     unit: str | None = None
     classes: dict[str, float] = Field(default_factory=dict)
@@ -39,14 +42,14 @@ class Source(Strict):
 
     @model_validator(mode="after")
     def _one_origin(self) -> Source:
-        if (self.from_ is None) == (self.value is None):
+        if bool(self.names) == (self.value is not None):
             raise ValueError("either `from` or `value`")
         return self
 
-    @property
-    def names(self) -> list[str]:
-        """The columns of the file that it needs."""
-        return [self.from_] if isinstance(self.from_, str) else list(self.from_ or ())
+
+NamedSource = Annotated[
+    Source, BeforeValidator(lambda name: {"from": name} if isinstance(name, str) else name)
+]
 
 
 class TableMapping(Strict):
@@ -67,18 +70,11 @@ class TableMapping(Strict):
     dates: Order | None = None
     need: list[str] = Field(default_factory=list)
     keep: list[str] | None = None
-    columns: dict[str, str | Source] = Field(default_factory=dict)
-
-    def sources(self) -> dict[str, Source]:
-        """Each column with its source."""
-        return {
-            name: Source.model_validate({"from": found}) if isinstance(found, str) else found
-            for name, found in self.columns.items()
-        }
+    columns: dict[str, NamedSource] = Field(default_factory=dict)
 
     def needed(self) -> list[str]:
         """The columns of the file that it names."""
-        found = [name for source in self.sources().values() for name in source.names]
+        found = [name for source in self.columns.values() for name in source.names]
         return list(dict.fromkeys([*found, *self.need, *(self.keep or ())]))
 
 
@@ -88,24 +84,23 @@ class Document(TableMapping):
     table: list[TableMapping] = Field(default_factory=list)
 
 
-def read_mappings(file: FilePath, text: str | None = None) -> list[TableMapping]:
+def read_mappings(file: FilePath) -> list[TableMapping]:
     """The tables of a `columns.toml`.
 
     Raises `AvahazardError` where it is none, or holds a unit that is not one of its column.
     """
-    if text is None:
-        if not file.is_file():
-            raise AvahazardError(f"There is no file {file}.", HINT)
-        try:
-            text = file.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise AvahazardError(f"{file} cannot be read as a text in UTF-8.", HINT) from error
+    if not file.is_file():
+        raise AvahazardError(f"There is no file {file}.", HINT)
+    try:
+        text = file.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise AvahazardError(f"{file} cannot be read as a text in UTF-8.", HINT) from error
     document = read_toml(str(file), text, Document, HINT)
     found = document.table or [document]
     for mapping in found:
         if not mapping.columns:
             raise AvahazardError(f"{file} has no [columns].", HINT)
-        for name, source in mapping.sources().items():
+        for name, source in mapping.columns.items():
             unit = MEANINGS[name].unit if name in MEANINGS else ""
             if source.unit is not None and not known_unit(source.unit, unit):
                 raise AvahazardError(
@@ -114,11 +109,6 @@ def read_mappings(file: FilePath, text: str | None = None) -> list[TableMapping]
                     "Write such as ft, km, km3, km/h, 1e6 m3; a column of your own has no unit.",
                 )
     return found
-
-
-def fits(mapping: TableMapping, file: str) -> bool:
-    """Whether a file is the one that the mapping is for, by its name."""
-    return mapping.file is None or fnmatch(FilePath(file).name, mapping.file)
 
 
 def lacking(mapping: TableMapping, table: FileTable) -> list[str]:
@@ -133,7 +123,7 @@ def mapped(table: FileTable, mapping: TableMapping) -> FileTable:
     at = {squash(name): name for name in table.header}
     columns: dict[str, Column] = {}
     used: set[str] = set()
-    for name, source in mapping.sources().items():
+    for name, source in mapping.columns.items():
         own = [at[squash(n)] for n in source.names]
         used |= set(own)
         if source.value is not None:

@@ -6,6 +6,7 @@ from array import array
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import fields, replace
+from fnmatch import fnmatch
 from itertools import pairwise
 from pathlib import Path as FilePath
 from sys import intern
@@ -32,7 +33,7 @@ from avahazard.records.crosscheck import check_one_scale, check_places, check_re
 from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem, told_once
 from avahazard.records.forms import FORMS, PLACES, Kind, column_kinds, read_covariates, read_forms
 from avahazard.records.intake import Drawn, Intake, speed_key
-from avahazard.records.mapping import BESIDE, TableMapping, fits, lacking, mapped, read_mappings
+from avahazard.records.mapping import BESIDE, TableMapping, lacking, mapped, read_mappings
 from avahazard.records.rows import (
     EventRow,
     PathRow,
@@ -200,7 +201,7 @@ def mapped_tables(
     found: list[FileTable] = []
     lacks: list[RowProblem] = []
     for mapping in read_mappings(where) if where is not None else ():
-        if not fits(mapping, str(file)):
+        if not fnmatch(file.name, mapping.file or "*"):
             continue
         faults: list[RowProblem] = []
         layout = SheetLayout(mapping.header, mapping.units, mapping.merged)

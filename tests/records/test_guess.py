@@ -34,7 +34,9 @@ def test_each_guess_has_its_reason_and_the_rest_is_open(tmp_path: Path) -> None:
     assert "is volume_m3: which one?" in said
     assert "'Länge' is mostly below 'Fallhöhe': is it in km?" in said
     assert "the unit of 'Länge' is not said" in said
-    (mapping,) = read_mappings(Path("columns.toml"), as_toml([(file.name, found)]))
+    written = tmp_path / "columns.toml"
+    written.write_text(as_toml([(file.name, found)]), encoding="utf-8")
+    (mapping,) = read_mappings(written)
     assert mapping.header == 3
     assert mapping.needed()[0] == "Nr"
 
@@ -64,9 +66,7 @@ def test_tables_of_one_folder_have_one_mapping(tmp_path: Path) -> None:
         (str(profiles), "x_m"),
         (str(profiles), "y_m"),
     ]
-    of_events, of_profiles = read_mappings(
-        Path("columns.toml"), Path(found.written).read_text(encoding="utf-8")
-    )
+    of_events, of_profiles = read_mappings(Path(found.written))
     assert "Nr" in of_events.needed()
     # The number of a point names no event.
     assert sorted(of_profiles.needed()) == ["Distanz (m)", "Höhe (m)", "Lawinenzug"]
