@@ -314,28 +314,22 @@ def _of_scheduler(address: str) -> Client:
         ) from error
     try:
         client.wait_for_workers(1, timeout=TIMEOUT_S)
-        _require_same_program(client, address)
+        # Other versions would give other bits, or none.
+        versions = map(str, client.run(_version, on_error="return").values())
+        others = sorted(set(versions) - {_version()})
     except TimeoutError as error:
         client.close()
         raise AvahazardError(
             f"The scheduler {address} has no workers.", f"Start some: dask worker {address}"
         ) from error
-    except AvahazardError:
-        client.close()
-        raise
-    return client
-
-
-def _require_same_program(client: Client, address: str) -> None:
-    """Other versions would give other bits, or none."""
-    versions = client.run(_version, on_error="return")
-    others = sorted({str(v) for v in versions.values() if v != _version()})
     if others:
+        client.close()
         raise AvahazardError(
             f"Workers of {address} do not have avahazard {_version()} as here: "
             f"{', '.join(others)}.",
             "Install the same version, with its lock, on all.",
         )
+    return client
 
 
 def _version() -> str:

@@ -89,10 +89,7 @@ def _kind(columns: set[str], stem: str) -> Kind | None:
             bool({"x_m", "y_m"} & columns) and not stem.startswith("path")
         )
         return "profiles" if points or stem.startswith("profile") else "paths"
-    for start, kind in _BY_NAME.items():
-        if stem.startswith(start):
-            return kind
-    return None
+    return next((kind for start, kind in _BY_NAME.items() if stem.startswith(start)), None)
 
 
 _BY_NAME: dict[str, Kind] = {
