@@ -103,12 +103,10 @@ def on_counter_slope(elevation_m: float, profile: Profile) -> bool:
     path.
     """
     # Most elevations lie on no rise of the points themselves, and most profiles have none.
-    rises = _rises_of_points(profile)
-    return bool(rises) and _among(elevation_m, rises) and _among(elevation_m, _rises(profile))
-
-
-def _among(elevation_m: float, rises: Rises) -> bool:
-    return any(low < elevation_m <= high for low, high in rises)
+    return all(
+        any(low < elevation_m <= high for low, high in rises(profile))
+        for rises in (_rises_of_points, _rises)
+    )
 
 
 @lru_cache(maxsize=KEPT)
@@ -283,15 +281,17 @@ def check_places(intake: Intake, known: Records) -> None:
     changed = {p.path_id for p in new.profiles}
     released = {p.path_id: p.release_elevation_m for p in known.paths}
     # A path that is new has no stored events.
-    moved = {p.path_id for p in new.paths if p.release_elevation_m != released.get(p.path_id)}
+    moved = changed | {
+        p.path_id for p in new.paths if p.release_elevation_m != released.get(p.path_id)
+    }
     found: list[tuple[Key, Fault | None]] = []
     for path_id, path in paths.items():
-        if path_id in profiles and path_id in changed | read_paths:
+        if path_id in profiles and (path_id in changed or path_id in read_paths):
             found.append((("path", path_id), release_fault(path, profiles[path_id])))
     for event_id, event in events.items():
         faults = [volume_fault(event)] if event_id in read_events else []
         profile = profiles.get(event.path_id or "")
-        if profile is not None and (event_id in read_events or event.path_id in changed | moved):
+        if profile is not None and (event_id in read_events or event.path_id in moved):
             # Each place by itself, else with one another.
             alone = [stop_fault(event, profile), release_fault(event, profile)]
             of_path = paths.get(profile.path_id)

@@ -12,7 +12,7 @@ from pathlib import Path as FilePath
 from typing import NamedTuple
 
 import numpy as np
-from rapidfuzz import fuzz
+from rapidfuzz import fuzz, process
 
 from avahazard.records.cells import LIKELY_MARKS
 from avahazard.records.conventions import is_number, read_dates
@@ -157,24 +157,21 @@ def _share(column: str, texts: Sequence[str]) -> float:
 
 def _like(name: str) -> dict[str, tuple[str, float]]:
     """Columns whose words are like a name, with the nearest word and its likeness of 100."""
-    own = squash(name)
     found: dict[str, tuple[str, float]] = {}
     for column, words in _squashed().items():
-        word, likeness = max(
-            ((w, 100.0 if own == s else fuzz.ratio(own, s)) for s, w in words),
-            key=lambda pair: pair[1],
-        )
-        if likeness >= NEAR:
+        near = process.extractOne(squash(name), words, scorer=fuzz.ratio, score_cutoff=NEAR)
+        if near is not None:
+            _, likeness, word = near
             found[column] = word, likeness
     return found
 
 
 @cache
-def _squashed() -> dict[str, list[tuple[str, str]]]:
+def _squashed() -> dict[str, dict[str, str]]:
+    """Of each column the words that are written for it, with their letters and digits."""
     known = tomllib.loads((files("avahazard.records") / "column_words.toml").read_text("utf-8"))
     return {
-        column: [(squash(word), word) for word in (*words, column)]
-        for column, words in known.items()
+        column: {word: squash(word) for word in (*words, column)} for column, words in known.items()
     }
 
 
