@@ -30,17 +30,9 @@ class Meaning(NamedTuple):
 
     words: str
     unit: str = ""
-    content: Content = "number"
     limits: Limits | None = None
+    content: Content = "number"
     further: tuple[str, ...] = ()
-
-
-def _text(words: str, *further: str) -> Meaning:
-    return Meaning(words, "", "text", None, further)
-
-
-def _number(words: str, unit: str = "", limits: Limits | None = None, *further: str) -> Meaning:
-    return Meaning(words, unit, "number", limits, further)
 
 
 ABOVE_SEA = "m a.s.l."
@@ -56,50 +48,52 @@ REACH = Limits((1e-3, 2e6), (1.0, 1e6))
 RATIO = Limits((1e-6, 1e3), (1e-3, 10.0))
 
 MEANINGS: dict[str, Meaning] = {
-    "path_id": Meaning("the path", "", "name"),
-    "event_id": Meaning("the event", "", "name"),
-    "name": _text("name of the path"),
-    "location": _text("where the path is"),
-    "orientation": _text("orientation of the path"),
-    "section": _text("channelled or open"),
-    "catchment_ha": _number("catchment area", "ha", Limits((0.0, 1e8), (0.0, 1e5))),
-    "release_elevation_m": _number("elevation of the release", ABOVE_SEA, ELEVATION),
-    "release_sigma_m": _number("error of the release elevation (sd)", "m", None, "paths", "events"),
-    "observed_from": _number("first year of observation"),
-    "observed_to": _number("last year of observation"),
-    "observed_below_m": _number("stops above are undetected", ABOVE_SEA, ELEVATION),
-    "not_observed": _text("years in which nobody looked", "paths"),
-    "width_m": _number("width of the flow", "m", None, "paths"),
-    "x_m": _number("horizontal distance from the top", "m", ALONG),
-    "y_m": _number("elevation of the point", ABOVE_SEA, ELEVATION),
-    "elevation_sigma_m": _number("error of the elevation (sd)", "m"),
-    "land_cover": _text("land cover from this point on"),
-    "easting_m": _number("easting", "m"),
-    "northing_m": _number("northing", "m"),
-    "crs": _text("coordinate system"),
-    "lon": _number("longitude", "degrees"),
-    "lat": _number("latitude", "degrees"),
-    "date": Meaning("date, or year", "", "date"),
-    "runout_elevation_m": _number("elevation of the stop", ABOVE_SEA, ELEVATION),
-    "runout_x_m": _number("horizontal distance of the stop", "m", ALONG),
-    "runout_sigma_m": _number("error of the runout (sd)", "m", ERROR),
-    "left_profile": Meaning("ran past the profile's end", "", "flag"),
-    "volume_m3": _number("volume of the deposit", "m3", VOLUME),
-    "deposit_length_m": _number("length of the deposit", "m", LENGTH),
-    "deposit_width_m": _number("width of the deposit", "m", LENGTH),
-    "deposit_thickness_m": _number(
+    "path_id": Meaning("the path", content="name"),
+    "event_id": Meaning("the event", content="name"),
+    "name": Meaning("name of the path", content="text"),
+    "location": Meaning("where the path is", content="text"),
+    "orientation": Meaning("orientation of the path", content="text"),
+    "section": Meaning("channelled or open", content="text"),
+    "catchment_ha": Meaning("catchment area", "ha", Limits((0.0, 1e8), (0.0, 1e5))),
+    "release_elevation_m": Meaning("elevation of the release", ABOVE_SEA, ELEVATION),
+    "release_sigma_m": Meaning(
+        "error of the release elevation (sd)", "m", further=("paths", "events")
+    ),
+    "observed_from": Meaning("first year of observation"),
+    "observed_to": Meaning("last year of observation"),
+    "observed_below_m": Meaning("stops above are undetected", ABOVE_SEA, ELEVATION),
+    "not_observed": Meaning("years in which nobody looked", content="text", further=("paths",)),
+    "width_m": Meaning("width of the flow", "m", further=("paths",)),
+    "x_m": Meaning("horizontal distance from the top", "m", ALONG),
+    "y_m": Meaning("elevation of the point", ABOVE_SEA, ELEVATION),
+    "elevation_sigma_m": Meaning("error of the elevation (sd)", "m"),
+    "land_cover": Meaning("land cover from this point on", content="text"),
+    "easting_m": Meaning("easting", "m"),
+    "northing_m": Meaning("northing", "m"),
+    "crs": Meaning("coordinate system", content="text"),
+    "lon": Meaning("longitude", "degrees"),
+    "lat": Meaning("latitude", "degrees"),
+    "date": Meaning("date, or year", content="date"),
+    "runout_elevation_m": Meaning("elevation of the stop", ABOVE_SEA, ELEVATION),
+    "runout_x_m": Meaning("horizontal distance of the stop", "m", ALONG),
+    "runout_sigma_m": Meaning("error of the runout (sd)", "m", ERROR),
+    "left_profile": Meaning("ran past the profile's end", content="flag"),
+    "volume_m3": Meaning("volume of the deposit", "m3", VOLUME),
+    "deposit_length_m": Meaning("length of the deposit", "m", LENGTH),
+    "deposit_width_m": Meaning("width of the deposit", "m", LENGTH),
+    "deposit_thickness_m": Meaning(
         "thickness of the deposit", "m", Limits((0.0, 5_000.0), (0.0, 100.0))
     ),
-    "volume_rel_sigma": _number("error of log volume (sd)", "", Limits((0.0, 10.0), (0.0, 2.5))),
-    "snow_type": _text("type of snow", "events"),
-    "fall_height_m": _number("height of fall H", "m", HEIGHT),
-    "runout_length_m": _number("horizontal reach L", "m", REACH),
-    "h_over_l": _number("H over L", "", RATIO),
-    "elevation_m": _number("elevation of the speed", ABOVE_SEA, ELEVATION),
-    "speed_m_s": _number("speed", "m/s", Limits((0.0, 500.0), (0.0, 150.0))),
-    "speed_sigma_m_s": _number("error of the speed (sd)", "m/s", Limits((0.0, 500.0), (0.0, 50.0))),
-    "return_period_years": _number("return period", "years"),
-    "year": _number("year"),
+    "volume_rel_sigma": Meaning("error of log volume (sd)", "", Limits((0.0, 10.0), (0.0, 2.5))),
+    "snow_type": Meaning("type of snow", content="text", further=("events",)),
+    "fall_height_m": Meaning("height of fall H", "m", HEIGHT),
+    "runout_length_m": Meaning("horizontal reach L", "m", REACH),
+    "h_over_l": Meaning("H over L", "", RATIO),
+    "elevation_m": Meaning("elevation of the speed", ABOVE_SEA, ELEVATION),
+    "speed_m_s": Meaning("speed", "m/s", Limits((0.0, 500.0), (0.0, 150.0))),
+    "speed_sigma_m_s": Meaning("error of the speed (sd)", "m/s", Limits((0.0, 500.0), (0.0, 50.0))),
+    "return_period_years": Meaning("return period", "years"),
+    "year": Meaning("year"),
 }
 
 

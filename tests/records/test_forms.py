@@ -185,7 +185,7 @@ def test_the_rest_passes_or_is_for_the_form(column: str, text: str) -> None:
 def test_a_further_column_has_its_limits_from_its_meaning_alone(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    depth = Meaning("depth", "m", "number", Limits((0.0, 100.0), (0.0, 20.0)), ("events",))
+    depth = Meaning("depth", "m", Limits((0.0, 100.0), (0.0, 20.0)), further=("events",))
     monkeypatch.setitem(MEANINGS, "deposit_depth_m", depth)
     (problem,), _ = check("deposit_depth_m", "-1")
     assert problem.accepted == "a number from 0 to 100 m"
