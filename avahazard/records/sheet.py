@@ -172,7 +172,6 @@ def _separator(text: str) -> str:
 
 ZIP, OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
 SHEET_ACCEPTED = "a workbook (.xlsx, .xls, .ods) without a password, or a text file (CSV)"
-FIRST_DAY_1904 = dt.date(1904, 1, 1)
 MOST_BYTES = 1_000_000_000  # unpacked; a small file can hold endless zeros
 
 
@@ -209,8 +208,6 @@ class Grid(NamedTuple):
 
 
 def _of_xlsx(raw: bytes) -> list[Grid]:
-    from openpyxl.utils.datetime import CALENDAR_MAC_1904  # noqa: PLC0415 (slow to import)
-
     book = _load(raw, values=False)
     formulas = {
         (sheet.title, cell.coordinate)
@@ -238,8 +235,7 @@ def _of_xlsx(raw: bytes) -> list[Grid]:
             for r in sheet.merged_cells.ranges
         ]
         rows = [[read(sheet.title, cell) for cell in row] for row in sheet.iter_rows(min_row=1)]
-        first_day = FIRST_DAY_1904 if book.epoch == CALENDAR_MAC_1904 else FIRST_DAY
-        found.append(Grid(sheet.title, rows, merged, tuple(words), first_day))
+        found.append(Grid(sheet.title, rows, merged, tuple(words), book.epoch.date()))
     return found
 
 
@@ -338,8 +334,9 @@ def _sheet(
     from openpyxl.utils import get_column_letter  # noqa: PLC0415 (slow to import)
 
     label = f"{file}, sheet {grid.title}" if several else file
-    if layout.merged:
-        _fill(grid)
+    for top, left, bottom, right in grid.merged if layout.merged else ():
+        for row in grid.rows[top : bottom + 1]:
+            row[left : right + 1] = [grid.rows[top][left]] * (right + 1 - left)
     lines: list[Line] = []
     dated: defaultdict[int, set[int]] = defaultdict(set)
     written: defaultdict[int, set[int]] = defaultdict(set)
@@ -372,13 +369,6 @@ def _sheet(
             accepted += "true in columns.toml)"
             problems.append(RowProblem(label, top + 1, "", "merged cells", accepted))
     return table
-
-
-def _fill(grid: Grid) -> None:
-    """Give each cell of a merged one its value."""
-    for top, left, bottom, right in grid.merged:
-        for row in grid.rows[top : bottom + 1]:
-            row[left : right + 1] = [grid.rows[top][left]] * (right + 1 - left)
 
 
 def _text(value: Any) -> str:
