@@ -413,10 +413,6 @@ def _exact(value: object) -> object:
             key: item if item is None or type(item) is str else _exact(item)
             for key, item in value.items()
         }
-    if isinstance(value, np.ndarray) and value.dtype == np.float64:
-        return [*map(float.hex, (value + 0.0).tolist())]
     if isinstance(value, np.ndarray):
-        value = value.tolist()
-    if isinstance(value, list | tuple):
-        return [item if type(item) is str else _exact(item) for item in value]
+        return [*map(float.hex, (value + 0.0).tolist())]
     return value
