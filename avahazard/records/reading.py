@@ -462,16 +462,15 @@ def gather_speeds(tables: Sequence[FileTable], known: Records, intake: Intake) -
         for line, row in check_rows(VelocityRow, table.file, table.numbered(), intake.problems):
             # Where both are given the distance decides, not the elevation.
             column = "elevation_m" if row.x_m is None else "x_m"
-            height, usual = row.elevation_m if row.x_m is None else None, speed_sigma_m_s
-            sigma = usual(row.speed_m_s) if row.speed_sigma_m_s is None else row.speed_sigma_m_s
-            speed = Speed(row.event_id, row.speed_m_s, sigma, row.x_m, height)
-            key, before = speed_key(speed), old.get(speed_key(speed))
-            if before and "speed_sigma_m_s" not in table.header:
-                # An error that was given is kept, one that was assumed is not.
-                was = before.speed_sigma_m_s
-                given = was != usual(before.speed_m_s)
-                speed = replace(speed, speed_sigma_m_s=was if given else sigma)
-            if intake.claim(key, (table.file, line), column, f"{getattr(row, column):g}"):
+            place = {column: getattr(row, column)}
+            sigma = row.speed_sigma_m_s or speed_sigma_m_s(row.speed_m_s)
+            speed = Speed(row.event_id, row.speed_m_s, sigma, **place)
+            key = speed_key(speed)
+            before = None if "speed_sigma_m_s" in table.header else old.get(key)
+            # An error that was given is kept, one that was assumed is not.
+            if before and before.speed_sigma_m_s != speed_sigma_m_s(before.speed_m_s):
+                speed = replace(speed, speed_sigma_m_s=before.speed_sigma_m_s)
+            if intake.claim(key, (table.file, line), column, f"{place[column]:g}"):
                 speeds.append(speed)
     return speeds
 
