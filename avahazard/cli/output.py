@@ -18,6 +18,7 @@ from typing import Any, Literal, NamedTuple
 import typer
 from rich import box
 from rich.console import Console, ConsoleOptions, RenderableType
+from rich.containers import Lines
 from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
@@ -210,6 +211,14 @@ def show(console: Console, found: report_tables.Table | None) -> None:
         console.print()
 
 
+class HyphenatedText(Text):
+    """A cell that is broken after hyphens too, and within a part only where that is too long."""
+
+    def wrap(self, console: Console, width: int, **options: Any) -> Lines:
+        broken = wrap(self.plain, max(width, 1), break_long_words=False)
+        return Text("\n".join(broken)).wrap(console, width, **options)
+
+
 def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Table:
     """Return a table; a heading that begins with '>' is set to the right, and never folded."""
     title = safe(title, LONGEST_CELL)
@@ -233,8 +242,9 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> 
             heading = "\n".join(wrap(heading, max(widest, LEAST_HEADING)))
         justify: Literal["right", "left"] = "right" if right else "left"
         made.add_column(heading, justify=justify, overflow="fold", no_wrap=right)
+    kinds = [Text if name.startswith(">") else HyphenatedText for name in columns]
     for row in cells:
-        made.add_row(*map(Text, row))
+        made.add_row(*(kind(text) for kind, text in zip(kinds, row, strict=True)))
     return made
 
 

@@ -64,3 +64,13 @@ def test_numbers_are_never_folded() -> None:
     Console(file=stream, width=80).print(table("T", heads, [row]))
     assert stream.getvalue().count("3.95e-06") == 6
     assert max(map(len, stream.getvalue().splitlines())) <= 80
+
+
+def test_a_long_name_is_broken_at_its_hyphens() -> None:
+    stream = StringIO()
+    name = "base-turbulent-drag-forest-drag"
+    Console(file=stream, width=30).print(table("T", ("model", ">CRPS, m"), [(name, "175.7")]))
+    lines = [line.split()[0] for line in stream.getvalue().splitlines() if "-" in line]
+    assert "".join(lines) == name
+    assert all(line.endswith("-") for line in lines[:-1])
+    assert len(lines) > 1
