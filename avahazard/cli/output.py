@@ -215,6 +215,7 @@ class HyphenatedText(Text):
     """A cell that is broken after hyphens too, and within a part only where that is too long."""
 
     def wrap(self, console: Console, width: int, **options: Any) -> Lines:
+        """Return the lines of the cell, at most `width` wide."""
         broken = wrap(self.plain, max(width, 1), break_long_words=False)
         return Text("\n".join(broken)).wrap(console, width, **options)
 
