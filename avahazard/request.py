@@ -68,6 +68,13 @@ class Field:
         name = self.name.rstrip("_").replace("_", "-")
         return f"--{name.removesuffix('s') if self.many else name}"
 
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """The texts that it may be; empty where it may be any."""
+        if get_origin(self.kind) is Literal:
+            return get_args(self.kind)
+        return () if self.option.choices is None else tuple(self.option.choices())
+
     def read(self, value: Any) -> Any:
         """The value in its own type. Raises `AvahazardError` where it may not have this one."""
         self._check(value)
@@ -78,13 +85,11 @@ class Field:
         option = self.option
         name = self.name.removesuffix("s") if self.many else self.name
         what = option.what or name.rstrip("_").replace("_", " ")
-        if value is not None and get_origin(self.kind) is Literal:
-            known = get_args(self.kind)
-            if value not in known:
-                raise AvahazardError(
-                    f"There is no {what} '{value}'.",
-                    f"{did_you_mean(str(value), known)}It is one of: {', '.join(known)}.",
-                )
+        if value is not None and (known := self.choices) and value not in known:
+            raise AvahazardError(
+                f"There is no {what} '{value}'.",
+                f"{did_you_mean(str(value), known)}It is one of: {', '.join(known)}.",
+            )
         if not isinstance(value, int | float) or isinstance(value, bool):
             return
         of = f" of {option.unit}" if option.unit else ""

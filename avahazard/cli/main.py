@@ -7,8 +7,10 @@ help is there at once. To add one, add its name to COMMANDS.
 from __future__ import annotations
 
 import ast
+import io
 import keyword
 import os
+import sys
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -104,6 +106,11 @@ class Commands(TyperGroup):
             return super().invoke(ctx)
         except BrokenPipeError:
             raise
+        except SystemError as error:
+            cause: BaseException | None = error
+            while isinstance(cause, SystemError):  # of Ctrl-C within compiled code, some in a chain
+                cause = cause.__cause__
+            raise cause if isinstance(cause, KeyboardInterrupt) else error from None
         except (AvahazardError, OSError) as error:
             from avahazard.cli.output import show_error  # noqa: PLC0415
 
@@ -180,4 +187,7 @@ def main() -> None:
     # Our own threads and processes share the work. Those of linear algebra would wait for each
     # other at every step of a fit, whose matrices are small: several times its own work.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # none where it is closed
+            stream.reconfigure(errors="replace")  # letters that its encoding has not
     app(prog_name="avahazard")

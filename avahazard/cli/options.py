@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import typer
 
@@ -94,9 +94,8 @@ def _option(field: Field) -> inspect.Parameter:
     option = field.option
     several = field.many or option.parse is not None
     default = None if several else field.default
-    kind = str if option.parse is not None else field.kind
-    if option.choices is not None:
-        kind = Literal[tuple(option.choices())]
+    choices = field.choices
+    kind = str if choices or option.parse is not None else field.kind
     if several:
         kind = list[kind] | None  # type: ignore[valid-type]
     elif default is None:
@@ -105,7 +104,8 @@ def _option(field: Field) -> inspect.Parameter:
         *((option.short,) if option.short else ()),
         field.flag,
         help=option.help,
-        metavar=option.metavar,
+        metavar=f"<{'|'.join(choices)}>" if choices else option.metavar,
+        autocompletion=(lambda: list(choices)) if choices else None,
         min=option.least if field.kind is int else None,
         max=option.most if field.kind is int else None,
     )

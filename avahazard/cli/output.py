@@ -85,7 +85,7 @@ def notes_of(found: Any) -> Iterator[str]:
         yield from getattr(one, "notes", None) or ()
 
 
-LONGEST_CELL = 200
+LONGEST_CELL = 300
 LEAST_HEADING = 5
 """Headings of numbers are folded to the width of these, or to so much."""
 LONGEST_LINE = 4000
@@ -123,6 +123,10 @@ def _picture(found: re.Match[str]) -> str:
     return "␡" if sign == "\x7f" else "\N{REPLACEMENT CHARACTER}"
 
 
+NARROWEST = 80
+"""Columns of a terminal, below which tables would lose some of theirs."""
+
+
 class SafeConsole(Console):
     """A console whose whole output is safe, on standard output or standard error.
 
@@ -131,6 +135,7 @@ class SafeConsole(Console):
 
     def __init__(self, *, stderr: bool = False, **more: Any) -> None:
         super().__init__(stderr=stderr, markup=False, highlight=False, emoji=False, **more)
+        self.width = max(self.width, NARROWEST)
 
     def render(
         self, renderable: RenderableType, options: ConsoleOptions | None = None
@@ -173,7 +178,12 @@ def emit(
 
 
 def _json(document: Any) -> str:
-    return safe_json(json.dumps(plain(document), ensure_ascii=False, allow_nan=False, indent=2))
+    """The document as text, escaped where the encoding of standard output has not every letter."""
+    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"
+    ascii_only = not encoding.lower().startswith("utf")
+    return safe_json(
+        json.dumps(plain(document), ensure_ascii=ascii_only, allow_nan=False, indent=2)
+    )
 
 
 def show_next(console: Console, step: Note | None) -> None:

@@ -12,7 +12,7 @@ from avahazard.effects import covariate
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Definition
 from avahazard.effects.site import Site
-from avahazard.records.errors import AvahazardError
+from avahazard.records.errors import AvahazardError, did_you_mean
 
 MADE: Mapping[str, Callable[[str], Definition]] = {
     covariate.PREFIX: covariate.covariate,
@@ -43,7 +43,8 @@ def definition(key: str) -> Definition:
     if key not in known:
         raise AvahazardError(
             f"There is no effect '{key}'.",
-            f"Effects: {', '.join(known)}, {', '.join(f'{prefix}…' for prefix in MADE)}.",
+            f"{did_you_mean(key, known)}Effects: "
+            f"{', '.join((*known, *(f'{prefix}…' for prefix in MADE)))}.",
         )
     return known[key]
 

@@ -148,9 +148,10 @@ def _in_forest(site: Site, resistance: Resistance, values: Floats) -> Resistance
 
 
 def _no_forest(columns: EventColumns, sites: Sites) -> str | None:
-    forested = any(s.land_cover is not None and FOREST in s.land_cover for s in sites)
+    covers = {str(cover) for s in sites if s.land_cover is not None for cover in s.land_cover}
+    there = f" (there is {', '.join(sorted(covers))})" if covers else ""
     return needs_profile(columns, sites) or (
-        None if forested else "no profile has land_cover `forest` anywhere"
+        None if FOREST in covers else f"no profile has land_cover `forest` anywhere{there}"
     )
 
 

@@ -86,7 +86,7 @@ def read_text(file: Path) -> str:
         return file.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise AvahazardError(
-            f"The effect file {file} cannot be read: {error}.",
+            f"The effect file {file} cannot be read: {error.strerror or error}.",
             "A template: avahazard effect new FILE.",
         ) from error
 

@@ -165,10 +165,10 @@ USUAL_MARKS = frozenset((-99.0, -999.0, -9999.0, -99999.0, 999.0, 9999.0, 99999.
 
 
 def _in_their_units(table: FileTable) -> FileTable:
-    """Make numbers of the column's unit of the classes, ranges and units that a mapping names."""
+    """Replace classes, ranges and units of a mapping, by numbers of the column's unit."""
     edits: dict[str, dict[int, str]] = {}
     for name, column in table.columns.items():
-        classes = {word.casefold(): number for word, number in (column.classes or {}).items()}
+        classes = {word.casefold(): to for word, to in (column.classes or {}).items()}
         if not (column.unit or classes or column.range):
             continue
         times = factor(column.unit, MEANINGS[name].unit) if column.unit else None
@@ -183,7 +183,7 @@ def _in_their_units(table: FileTable) -> FileTable:
                 if value is not None and times is not None:
                     value *= times
             if value is not None:
-                edited[k] = f"{value:.12g}"
+                edited[k] = value if isinstance(value, str) else f"{value:.12g}"
     return _edited(table, edits, ())
 
 

@@ -92,7 +92,7 @@ def release_fault(record: Event | Path, profile: Profile) -> Fault | None:
     if isinstance(record, Event) and record.runout_x_m is None and not record.left_profile:
         stop = record.runout_elevation_m
         if stop is not None and stop > release + N_SIGMA * record.runout_sigma_m:
-            return "release_elevation_m", release, f"an elevation above the runout at {stop:g}"
+            return "release_elevation_m", release, "an elevation above that of the runout"
     return None
 
 

@@ -39,7 +39,7 @@ class RejectedRows(AvahazardError):  # noqa: N818
         rows = "1 value is" if n == 1 else f"{n} values are"
         super().__init__(
             f"{rows} not acceptable; nothing was imported.",
-            "Correct the rows above and import again.",
+            "Correct what is listed above and import again.",
         )
         self.problems = tuple(problems)
 

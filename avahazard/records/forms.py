@@ -55,7 +55,8 @@ PLACES = ("runout_x_m", "runout_elevation_m", "left_profile", "easting_m", "lon"
 Kind = Literal["paths", "profiles", "events", "velocities"]
 
 KNOWN_FORMS = (
-    "the columns of paths (path_id), profiles (path_id, x_m, y_m), events (event_id and path_id, "
+    "a columns.toml for these names (import FILE --guess-columns writes one); or the columns of "
+    "paths (path_id), profiles (path_id, x_m, y_m), events (event_id and path_id, "
     "or fall_height_m and runout_length_m, or h_over_l) or velocities (event_id, x_m or "
     "elevation_m, speed_m_s)"
 )
@@ -69,9 +70,7 @@ def recognise(
     columns = set(table.header)
     kind = _kind(columns, (table.name or PurePath(table.file).stem).lower())
     if kind is None:
-        problems.append(
-            RowProblem(table.file, 1, "", ", ".join(table.header), KNOWN_FORMS + OTHER_NAMES)
-        )
+        problems.append(RowProblem(table.file, 1, "", ", ".join(table.header), KNOWN_FORMS))
         return None
     lacking = [names for names in _required(kind, columns, need_runout) if not columns & set(names)]
     for names in lacking:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
 from pathlib import Path as FilePath
@@ -14,10 +14,11 @@ from typing import NamedTuple
 import numpy as np
 from rapidfuzz import fuzz, process
 
-from avahazard.records.cells import LIKELY_MARKS
+from avahazard.records.cells import LIKELY_MARKS, RANGE
 from avahazard.records.conventions import is_number, read_dates
 from avahazard.records.errors import RowProblem
 from avahazard.records.meanings import MEANINGS, known_unit, squash
+from avahazard.records.rows import PathRow
 from avahazard.records.sheet import read_tables
 from avahazard.records.table import FileTable, SheetLayout
 
@@ -25,7 +26,8 @@ DATE_PARTS = ("year", "month", "day")
 FROM_UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]|[,;]\s*(\S+)$|_(m3|m2|m|km3|km|ft|ha)$")
 PLAIN = re.compile(r"[0-9]+(?:\.[0-9]*)?")
 MARKS = LIKELY_MARKS | {"unknown"}
-OF_PROFILES = {"path_id", "x_m", "y_m", "easting_m", "northing_m", "lon", "lat"}
+OF_PROFILES = {"path_id", "x_m", "y_m", "land_cover", "easting_m", "northing_m", "lon", "lat"}
+OF_TERRAIN = OF_PROFILES | PathRow.model_fields.keys()
 SURE, LIKELY, NEAR = 0.95, 0.8, 87.0
 """Confidence in a name of the list, least one that is written, and least likeness (of 100)."""
 
@@ -38,6 +40,7 @@ class Guess(NamedTuple):
     unit: str
     reason: str
     confidence: float
+    ranges: bool = False
 
 
 class GuessedTable(NamedTuple):
@@ -96,6 +99,8 @@ def _guessed(table: FileTable, layout: SheetLayout) -> GuessedTable:
             taken[guess.column] = guess
     for guess in taken.values():
         unit = MEANINGS[guess.column].unit if guess.column in MEANINGS else ""
+        if guess.ranges:
+            open_.append(f"{guess.source!r} holds ranges: their geometric mean is taken")
         if unit in ("m", "m3", "m a.s.l.") and not guess.unit:
             open_.append(f"the unit of {guess.source!r} is not said: {unit} is assumed")
     unused = [n for n in table.header if n not in {g.source for g in taken.values()}]
@@ -107,9 +112,14 @@ def _guessed(table: FileTable, layout: SheetLayout) -> GuessedTable:
     counts: dict[str, None] = {}
     for name in table.header:
         counts |= {t: None for t in table.counts(name) if t.casefold() in MARKS}
-    if "event_id" not in taken and {"fall_height_m", "volume_m3", "date"} & taken.keys():
+    if _without_numbers(taken):
         open_.append("no column names the events: their rows do (event_id = row number)")
     return GuessedTable(table, layout, tuple(taken.values()), tuple(open_), tuple(counts))
+
+
+def _without_numbers(columns: Mapping[str, Guess]) -> bool:
+    """Whether a table has events that no column names."""
+    return "event_id" not in columns and bool(columns.keys() - OF_TERRAIN)
 
 
 def _middle(table: FileTable, guess: Guess) -> float:
@@ -140,7 +150,8 @@ def _candidates(table: FileTable, name: str) -> Iterator[Guess]:
         if share < 1.0:
             confidence -= 0.2 * (1.0 - share)
             reason += f", {share:.0%} of its values fit"
-        yield Guess(column, name, unit if of_unit else "", reason, round(confidence, 2))
+        ranges = bool(of_unit) and any(map(RANGE.fullmatch, texts))
+        yield Guess(column, name, unit if of_unit else "", reason, round(confidence, 2), ranges)
 
 
 def _share(column: str, texts: Sequence[str]) -> float:
@@ -197,12 +208,13 @@ def as_toml(tables: Sequence[tuple[str, GuessedTable]]) -> str:
         lines.append("[table.columns]")
         by_column = {guess.column: guess for guess in found.guesses}
         parts = [by_column[p] for p in DATE_PARTS if p in by_column]
-        if "event_id" not in by_column and by_column.keys() - {"name"} - OF_PROFILES:
+        if _without_numbers(by_column):
             lines.append('event_id = {value = "{row}"}')
         for guess in found.guesses:
-            unit = f", unit = {_quoted(guess.unit)}" if guess.unit else ""
             source = _quoted(guess.source)
-            value = f"{{from = {source}{unit}}}" if unit else source
+            more = f", unit = {_quoted(guess.unit)}" if guess.unit else ""
+            more += ', range = "geometric"' if guess.ranges else ""
+            value = f"{{from = {source}{more}}}" if more else source
             said = f"  # {guess.confidence:.0%}: {guess.reason}"
             if guess.column not in DATE_PARTS:
                 lines.append(f"{guess.column} = {value}{said}")

@@ -30,14 +30,14 @@ Names = Annotated[list[str], BeforeValidator(lambda one: [one] if isinstance(one
 class Source(Strict):
     """Where a column comes from: one column, several that make a date, or one value for all rows.
 
-    `unit` is that of the numbers; `classes` gives words a number each; `range` says which number
-    stands for `10-20`. In a `value`, `{row}` is the number of the row.
+    `unit` is that of the numbers; `classes` gives words a number or another word each;
+    `range` says which number stands for `10-20`. In a `value`, `{row}` is the number of the row.
     """
 
     names: Names = Field(default_factory=list, alias="from")
     value: str | int | float | None = None
     unit: str | None = None
-    classes: dict[str, float] = Field(default_factory=dict)
+    classes: dict[str, float | str] = Field(default_factory=dict)
     range: OfRange | None = None
 
     @model_validator(mode="after")

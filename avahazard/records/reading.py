@@ -264,7 +264,7 @@ def build_profile(
         )
     for (_, left), (line, right) in pairwise(points):
         if right.x_m <= left.x_m:
-            accepted = f"more than {left.x_m:g}, the x_m of the point before it"
+            accepted = "more than the x_m of the point before it"
             problems.append(RowProblem(file, line, "x_m", f"{right.x_m:g}", accepted))
     line, last = points[-1]
     if len(problems) == before and last.y_m >= first.y_m:

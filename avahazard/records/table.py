@@ -73,7 +73,8 @@ class Column(NamedTuple):
 
     `spelt` is its name in the file, `unit` that of its numbers where it is not its own. `dated`
     are the lines in which a spreadsheet has a date, `written` those in which it has a text that is
-    a number. A mapping gives the words of `classes` a number each, and says what a `range` is.
+    a number. A mapping gives the words of `classes` a number or word each, and says what a `range`
+    is.
     """
 
     texts: Texts
@@ -81,7 +82,7 @@ class Column(NamedTuple):
     unit: str = ""
     dated: Collection[int] = ()
     written: Collection[int] = ()
-    classes: Mapping[str, float] | None = None
+    classes: Mapping[str, float | str] | None = None
     range: OfRange | None = None
 
 

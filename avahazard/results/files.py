@@ -108,6 +108,7 @@ class Guessed(Result):
     unit: str
     reason: str
     confidence: float
+    ranges: bool
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime as dt
 import hashlib
+import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, count
@@ -127,10 +128,13 @@ def save_model(
 def refuse_taken_name(session: Session, name: str) -> None:
     """Refuse a name that a model has already: what was calibrated is never overwritten.
 
-    Raises `AvahazardError` where the name is taken, empty, or over 200 characters.
+    Raises `AvahazardError` where the name is taken, or cannot be that of a file and an argument.
     """
-    if not 0 < len(name.strip()) <= 200:
-        raise AvahazardError("A model needs a name of 1 to 200 characters.")
+    if not re.fullmatch(r"(?!-)(?=.*\S)[^/\\]{1,200}", name) or not name.isprintable():
+        raise AvahazardError(
+            f"{name!r} cannot be the name of a model.",
+            "Take 1 to 200 printable characters without / and \\, the first not a hyphen.",
+        )
     if session.scalar(select(ModelTable.id).where(ModelTable.name == name)) is not None:
         raise AvahazardError(
             f"There is a model {name} already.",

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from avahazard.records.errors import AvahazardError
+from avahazard.records.errors import AvahazardError, did_you_mean
 from avahazard.synth.dataset import WINTER_DAYS, Dataset, Exponential, Power
 
 
@@ -192,6 +192,7 @@ def find_effect(key: str) -> SyntheticEffect:
         return covariate(key.partition(":")[2])
     if key not in CATALOGUE:
         raise AvahazardError(
-            f"There is no effect {key!r}.", f"Use one of: {', '.join(CATALOGUE)}, covariate:COLUMN."
+            f"There is no effect {key!r}.",
+            f"{did_you_mean(key, CATALOGUE)}Use one of: {', '.join(CATALOGUE)}, covariate:COLUMN.",
         )
     return CATALOGUE[key]

@@ -260,7 +260,7 @@ def find_prior(
     if both:
         more = f" and {len(both) - SHOWN} more" if len(both) > SHOWN else ""
         raise AvahazardError(
-            f"{len(both)} of {len(records.events)} events already speak through {source} "
+            f"{len(both)} of {len(records.events)} events are in the prior too, {source} "
             f"({', '.join(both[:SHOWN])}{more}): they would count twice.",
             "Calibrate on other paths (--path PATH), or take a source without these events.",
         )

@@ -17,7 +17,7 @@ from avahazard.records.crosscheck import dwarfing, repeated, repeated_notes
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.intake import Drawn, merge_records
 from avahazard.records.mapping import BESIDE
-from avahazard.records.reading import read_files
+from avahazard.records.reading import find_files, read_files
 from avahazard.records.table import FileTable
 from avahazard.results.base import Report, Rows, silent
 from avahazard.results.files import (
@@ -210,17 +210,15 @@ def import_files(
 
 
 def guess_columns(sources: Sequence[str | FilePath]) -> GuessedColumns:
-    """Write a first `columns.toml` beside tables of one folder, to be read and corrected.
+    """Write a first `columns.toml` beside tables of one folder, or the folder, to be corrected.
 
     Raises `AvahazardError` where there is one, or a file holds no table that can be guessed;
     `RejectedRows` where one cannot be read.
     """
     from avahazard.records.guess import as_toml, guess_tables  # noqa: PLC0415 (slow to import)
 
-    files = [FilePath(source) for source in sources]
+    files = find_files(sources)
     for file in files:
-        if not file.is_file():
-            raise AvahazardError(f"There is no file {file}.", "Name tables (.csv, .xlsx, .ods).")
         if file.parent != files[0].parent:
             raise AvahazardError(
                 f"{file} is in another folder than {files[0]}.",

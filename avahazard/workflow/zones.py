@@ -72,8 +72,9 @@ def zones_work(
         request.no_drag or limits_speed(model) or TRACK_SCATTER_NAME in model.calibration.parameters
     ):
         raise NoDragError(
-            f"Nothing but friction limits the speeds of {name}: it has no drag, and no measured "
-            "speeds. Speeds and pressures would be too high where a path is steep and long.",
+            f"Nothing but friction limits the speeds of {name}: it has no drag on all of the path, "
+            "and no measured speeds. Speeds and pressures would be too high where a path is steep "
+            "and long.",
             f"Add drag: avahazard add {name} {_remedies()} --as NEW; or import measured speeds and "
             f"calibrate again; or accept it: avahazard zones {name} --no-drag.",
         )

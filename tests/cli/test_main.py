@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -131,3 +132,32 @@ def test_notes_that_differ_in_numbers_are_one_line_unless_all_are_asked_for(
     done = avahazard(*words, "fit")
     assert done.exit_code == 0, done.stderr
     assert done.stderr.count("Note: ") == n
+
+
+def test_a_table_keeps_its_columns_and_letters_on_a_small_terminal(tmp_path: Path) -> None:
+    """Forty columns wide, with an encoding that has none of the letters of a name."""
+    database = str(tmp_path / "a.db")
+    (tmp_path / "paths.csv").write_text("path_id\nŠtít – μ\n", encoding="utf-8")
+    for words in (["init"], ["import", str(tmp_path / "paths.csv")]):
+        subprocess.run([PROGRAM, "--db", database, *words], capture_output=True, check=True)
+    narrow = os.environ | {"COLUMNS": "40", "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
+
+    def printed(*words: str) -> str:
+        done = subprocess.run(
+            [PROGRAM, "--db", database, *words], capture_output=True, check=False, env=narrow
+        )
+        assert (done.returncode, done.stderr) == (0, b"")
+        return done.stdout.decode("ascii")
+
+    assert "?t?t ? ?" in printed("paths")
+    assert json.loads(printed("--json", "paths"))[0]["path_id"] == "Štít – μ"
+
+
+def test_an_interruption_of_compiled_code_is_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        inner = SystemError("returned a result with an exception set")
+        inner.__cause__ = KeyboardInterrupt()
+        raise SystemError("returned a result with an exception set") from inner
+
+    monkeypatch.setattr("avahazard.workflow.path.list_paths", interrupted)
+    assert CliRunner().invoke(app, ["paths"]).exit_code == 130

@@ -80,9 +80,7 @@ def test_from_a_spreadsheet_to_a_brief(
 
 
 def correct(mapping: Path) -> None:
-    """What the user corrects by hand: how ranges are read, and a column without a known name."""
+    """What the user corrects by hand: a column without a known name."""
     text = mapping.read_text(encoding="utf-8")
-    volume = '"Volumen (m³)", unit = "m³"'
-    assert volume in text
-    text = text.replace(volume, f'{volume}, range = "geometric"')
+    assert '{from = "Volumen (m³)", unit = "m³", range = "geometric"}' in text
     mapping.write_text(text + '\nsnow_type = "Schnee"\n', encoding="utf-8")

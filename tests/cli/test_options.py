@@ -21,6 +21,7 @@ OF_THEIR_OWN = {
     "--path": {"calibrate", "fit"},  # events, not bounds
     "--volume": {"runout"},  # one, not several
     "--draws": {"calibrate"},  # of each chain
+    "--forward": {"simulate"},  # the flow models alone
 }
 
 
@@ -83,3 +84,9 @@ def test_what_cannot_be_is_wrong_usage(words: list[str], named: str) -> None:
     status, said, _ = called("m", *words)
     assert status == 2
     assert named in said
+
+
+def test_a_choice_that_is_nearly_one_is_answered_with_it() -> None:
+    status, said, seen = called("m", "--frequency", "gdp")
+    assert (status, seen) == (2, [])
+    assert "There is no family of frequencies 'gdp'. Did you mean gpd?" in said

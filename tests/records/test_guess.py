@@ -9,6 +9,7 @@ import pytest
 from avahazard.records.errors import AvahazardError
 from avahazard.records.guess import as_toml, guess_tables
 from avahazard.records.mapping import read_mappings
+from avahazard.records.reading import read_records
 from avahazard.records.sheet import read_tables
 from avahazard.workflow.database import guess_columns
 
@@ -82,3 +83,29 @@ def test_decimal_commas_are_no_separators(tmp_path: Path) -> None:
     file.write_text("Nummer;Wert;Zahl\nA;1,5;2,5\nB;3,5;4,5\n", encoding="utf-8")
     (table,) = read_tables(file, [])
     assert table.header == ("Nummer", "Wert", "Zahl")
+
+
+def test_a_folder_has_one_mapping_with_ranges_and_words_and_a_table_of_paths(
+    tmp_path: Path,
+) -> None:
+    files = {
+        "Ereignisse": "Nr.;Lawinenzug;Datum;Auslaufhöhe (m);Volumen (m³)\n"
+        "1;Pra;02.03.1999;1500;1000-4000\n",
+        "Züge": "Lawinenzug;Gemeinde;Beobachtet von;Einzugsgebiet (ha)\nPra;Ort;1900;10,5\n",
+        "Profile": "Lawinenzug;Distanz (m);Höhe (m);Bodenbedeckung\n"
+        "Pra;0,0;2400,5;offen\nPra;500,0;1900,5;Wald\nPra;1500,0;1400,5;Wald\n"
+        "Pra;1800,0;1350,5;offen\nPra;2000,0;1330,5;offen\n",
+    }
+    for name, text in files.items():
+        (tmp_path / f"{name}.csv").write_text(text, encoding="utf-8")
+    written = Path(guess_columns([tmp_path]).written)
+    text = written.read_text(encoding="utf-8")
+    assert "{row}" not in text  # no table has events without a number
+    assert 'range = "geometric"' in text
+    assert "observed_from" in text
+    assert "catchment_ha" in text
+    named = '{from = "Bodenbedeckung", classes = {Wald = "forest"}}'
+    written.write_text(text.replace('"Bodenbedeckung"', named, 1), encoding="utf-8")
+    records = read_records([tmp_path])
+    assert records.profiles[0].land_cover == ("offen", "forest", "forest", "offen", "offen")
+    assert records.events[0].volume_m3 == 2000.0

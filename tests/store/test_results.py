@@ -63,8 +63,8 @@ def test_a_name_is_taken_once(any_database: str) -> None:
         assert load_model(session, "a").specification == {}
 
 
-@pytest.mark.parametrize("name", ["", "  ", "x" * 201])
-def test_a_name_is_short_and_not_empty(database: str, name: str) -> None:
+@pytest.mark.parametrize("name", ["", "  ", "x" * 201, "a\nb", "-x", "a/b", "a\\b"])
+def test_a_name_can_be_that_of_a_file_and_an_argument(database: str, name: str) -> None:
     with pytest.raises(AvahazardError, match="1 to 200"), writing(database) as session:
         save_bare(session, name, {})
 

@@ -183,7 +183,9 @@ def law_of(database: str, name: str) -> np.ndarray:
 
 
 def test_the_same_events_never_count_twice(sourced: str) -> None:
-    with pytest.raises(AvahazardError, match=r"15 of 15 events already speak .* count twice"):
+    with pytest.raises(
+        AvahazardError, match=r"15 of 15 events are in the prior too, .* count twice"
+    ):
         calibrate(
             sourced, "x", CalibrateRequest(paths=["scey"], prior_from="fit:nants, scey", **FEW)
         )

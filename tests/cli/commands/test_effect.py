@@ -28,6 +28,7 @@ def test_a_template(snow_database: str, tmp_path: Path) -> None:
 
 def test_bad_input(snow_database: str, tmp_path: Path) -> None:
     assert "There is no effect 'magic'" in refused(snow_database, "effect", "magic")
+    assert "Did you mean forest-drag?" in refused(snow_database, "effect", "forestdrag")
     assert "new FILE" in refused(snow_database, "effect", "new", status=2)
     refused(snow_database, "effect", "season", str(tmp_path / "own.py"), status=2)
     said = refused(snow_database, "effect", "new", str(tmp_path / "no" / "folder" / "own.py"))
