@@ -12,7 +12,7 @@ import pytest
 from avahazard.notes import Note
 from avahazard.records.collection import Event, Path, Profile, Records, data_fingerprint
 from avahazard.results.base import Rows, plain
-from avahazard.results.diagnosis import Diagnosis, Measurement, Pair
+from avahazard.results.diagnosis import Candidate, Diagnosis, FittedLaw, Measurement, Pair
 from avahazard.store.records import save_records
 from avahazard.store.results import (
     AVERAGE,
@@ -104,6 +104,20 @@ def test_what_is_missing_is_added_once(database: str) -> None:
     assert words(database, "base") == ["add", "base", "season", "--as", "base+season"]
     put(database, "base+season", parent="base", effects=("season",), error=50.0)
     assert words(database, "base") == ["diagnose", "base+season"]
+
+
+@pytest.mark.parametrize("lead", [5.0, 11.0])
+def test_a_law_that_says_more_than_its_curve_is_written(database: str, lead: float) -> None:
+    law = FittedLaw("hump", "elevation-hump", "change e^…", {}, 80.0, lead)
+    gains = 85.0, 78.0, 72.0, 0.001, 40.0, 3.0, 0.001, 136.0, 121.0
+    tried = Candidate("force:elevation", *gains, {}, "It varies.", (), laws=Rows([law]))
+    lacks = replace(LACKS_SEASON, missing=(tried.effect,), candidates=Rows([tried]))
+    put(database, "base", error=60.0, diagnosis=lacks)
+    add = ["add", "base", tried.effect, "--as", f"base+{tried.effect}"]
+    written = ["diagnose", "base", "--write-effect", "base-law.py"]
+    assert words(database, "base") == (add if lead < 6.0 else written)
+    put(database, "curve", parent="base", effects=(tried.effect,), error=50.0)
+    assert words(database, "base") == ["diagnose", "curve"]
 
 
 def test_a_child_that_is_worse_is_not_kept(database: str) -> None:

@@ -166,7 +166,8 @@ def diagnose(
         of_smooth = laws.get(smooth) or found_laws(base, {smooth: fits[smooth]})[smooth]
     named_first = sorted(ranked, key=lambda c: c.key not in missing)
     tried = candidates(named_first, screening, fits, evidence, naming, base)
-    fitted_laws = Rows(map(_fitted_law, of_smooth))
+    of_curve = fits[smooth].evidence - base.evidence if smooth else 0.0
+    fitted_laws = Rows(_fitted_law(law, of_curve) for law in of_smooth)
     found = Findings(
         verdict=verdict,
         missing=missing,
@@ -293,12 +294,13 @@ def candidates(
     return found
 
 
-def _fitted_law(found: FoundLaw) -> FittedLaw:
+def _fitted_law(found: FoundLaw, of_curve: float) -> FittedLaw:
     form, parameters = found.form, {}
     for p in form.parameters:
         low, middle, high = found.quantiles[p.name].tolist()
         parameters[p.name] = LawParameter(low, middle, high, p.unit)
-    return FittedLaw(form.name, form.key, form.formula, parameters, found.evidence)
+    evidence = found.evidence, found.evidence - of_curve
+    return FittedLaw(form.name, form.key, form.formula, parameters, *evidence)
 
 
 def look_alikes(fits: Mapping[str, Refit], base: Refit) -> dict[str, tuple[str, ...]]:
