@@ -76,10 +76,14 @@ class Effect:
 
 @dataclass(frozen=True, slots=True)
 class MotionEffect(Effect):
-    """`resistance(site, resistance, values)`: the resistance with this effect added."""
+    """`resistance(site, resistance, values)`: the resistance with this effect added.
+
+    Its mode is also sought along `shapes`, values of all of its parameters for one of the first.
+    """
 
     resistance: Callable[[Site, Resistance, Floats], Resistance]
     speed_dependent: bool = False
+    shapes: tuple[tuple[float, ...], ...] = ()
     acts_on: ClassVar[str] = "the motion"
 
 

@@ -200,7 +200,7 @@ FRICTION_SD, FORCE_SD = 0.1, 0.8
 a line; half of it for each departure from that."""
 N_GRID = 61
 """Places at which curves are compared."""
-MOST = 4.0
+MOST = 6.0
 """Prior standard deviations that a coefficient can be."""
 USUAL_FRICTION = 0.4
 SPEED, FORCE = "speed", "force per mass, m/s2"
@@ -335,7 +335,16 @@ def _build(state: str, facts: Facts) -> MotionEffect:
         for name, s in [("slope", sd), *bends]
     )
     acts = partial(_by_speed, facts) if speed else partial(_by_ground, state, facts)
-    return MotionEffect(f"force:{state}", parameters, acts, speed_dependent=speed)
+    # Drag, the most usual force by speed, has bends of its own.
+    shapes = (_drag_shape(facts),) if speed else ()
+    return MotionEffect(f"force:{state}", parameters, acts, speed_dependent=speed, shapes=shapes)
+
+
+def _drag_shape(facts: Facts) -> tuple[float, ...]:
+    """Values of a force that grows with the square of speed, of rms 1."""
+    x = np.linspace(0.0, facts["high"], N_GRID)
+    values = np.linalg.lstsq(_basis(facts, x, rests=True), x**2, rcond=None)[0]
+    return tuple((values / np.linalg.norm(values)).tolist())
 
 
 def _force_by(state: str, meaning: str, order: int) -> Definition:

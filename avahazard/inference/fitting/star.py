@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from avahazard.arrays import Bools, Floats, Ints
-from avahazard.effects.effect import Effect
+from avahazard.effects.effect import Effect, MotionEffect
 from avahazard.inference.fitting.mode import (
     APART,
     Mode,
@@ -35,7 +35,7 @@ STEPS, SMALLEST_GAIN = 20, 0.01
 SHARE_APART = 0.3
 """Differences for derivatives, in standard deviations of directions that are independent: the log
 likelihood is rough by a tenth of a nat, which the coordinates by themselves do not bear."""
-DAMPING, MOST_DAMPING = 1e-3, 1e4
+DAMPING, MOST_DAMPING, MOST_STRETCH = 1e-3, 1e4, 16.0
 ITERATIONS = 30
 REACH, LONGER, MUCH_SHORTER = 4.0, 1.6, 0.4
 """Standard deviations about the mode to which a star reaches, and by how many times its arms should
@@ -52,8 +52,8 @@ DRAWS_TOLERANCE = 1.0
 """Largest error (nats) at draws (`errors_at`)."""
 LEANS = 0.3
 """Share of the reach about the mode within which an end of a range turns no arms."""
-EDGE_NEAR = 1e-3
-"""Share of an arm within which a mode is at its end."""
+EDGE_NEAR, MORE = 1e-3, 0.1
+"""Share of an arm within which a mode is at its end, and by which its range must go on there."""
 EDGE, EDGE_SHARE = 0.02, 0.005
 """Draws gather at an edge where more than that share are within that part of the star's reach."""
 
@@ -124,6 +124,8 @@ def _turned(covariance: Floats, rank: Floats | Bools) -> tuple[Floats, Floats]:
     Coordinates move with those of lower rank; of those of rank 0 each keeps to itself.
     """
     order = np.argsort(rank, kind="stable")
+    # Positive in spite of rounding.
+    covariance = covariance + 1e-9 * np.diag(np.diag(covariance))
     lower, n = np.linalg.cholesky(covariance[np.ix_(order, order)]), int(np.sum(rank == 0))
     spread = np.sqrt(np.diag(covariance))
     spread[order[n:]] = np.diag(lower)[n:]
@@ -159,7 +161,7 @@ def _held(posterior: Posterior, u: Floats, edge: float) -> Floats:
         (places >= high - near, 1.0, high),
     ):
         rooms = np.array([_room(sign * move, middle, *layout.ranges) for move in turn])
-        goes_on = rooms > sign * (end - at) + 1e-9
+        goes_on = rooms > sign * (end - at) + MORE * (high - low)
         shares = np.maximum(shares, np.mean(beyond, axis=0) * goes_on)
     return shares
 
@@ -187,7 +189,8 @@ def _turned_back(posterior: Posterior) -> Floats:
 def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) -> Peak:
     """The peak that is reached from u `[n_slots]`, by steps that gain `least` nats or more.
 
-    The information is the sum over events of squares of their scores. Against a bound, where the
+    The information is the sum over events of squares of their scores, far from the peak too large
+    by much: steps are stretched while they gain. Against a bound, where the
     density falls as an exponential, the standard deviation is one over its rate.
     """
     layout = posterior.layout
@@ -195,7 +198,8 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
     others = np.setdiff1d(np.arange(len(u)), axes)
     u, cost = climb(posterior.pinned(u), u, others, ITERATIONS)
     prior = np.diag([slot.sd**-2.0 for slot in layout.slots])
-    damping, moves, covariance = DAMPING, np.diag(APART * units(posterior)), np.eye(len(u))
+    moves, covariance = np.diag(APART * units(posterior)), np.eye(len(u))
+    damping, stretch = DAMPING, 1.0
     rank = np.ones(len(u), np.int64)
     rank[others] = 2
     for _ in range(STEPS):
@@ -215,14 +219,17 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
         while damping <= MOST_DAMPING:
             moved = u.copy()
             damped = inner + damping * np.diag(np.diag(inner))
-            moved[free] += np.linalg.solve(damped, slope[free])
+            moved[free] += stretch * np.linalg.solve(damped, slope[free])
             moved = np.clip(moved, layout.low, layout.high)
             moved, reached = climb(posterior.pinned(moved), moved, others, ITERATIONS)
             if reached < cost:
                 gain, u, cost = cost - reached, moved, reached
-                damping = max(0.1 * damping, DAMPING)
+                damping, stretch = max(0.1 * damping, DAMPING), min(2.0 * stretch, MOST_STRETCH)
                 break
-            damping *= 10.0
+            if stretch > 1.0:
+                stretch = 1.0
+            else:
+                damping *= 10.0
         if gain < least:
             break
     return Peak(u, covariance, -cost)
@@ -391,7 +398,10 @@ def _tried(effect: Effect) -> list[Floats]:
     between = (
         [0.0] if p.neutral == 0.0 else np.linspace(p.low, p.high, OTHER_POINTS) for p in others
     )
-    return [np.array(corner) for corner in product(first.plausible(FIRST_POINTS), *between)]
+    amounts = first.plausible(FIRST_POINTS)
+    tried = [np.array(corner) for corner in product(amounts, *between)]
+    shapes = effect.shapes if isinstance(effect, MotionEffect) else ()
+    return tried + [by * np.array(shape) for shape in shapes for by in amounts]
 
 
 def held_climb(
