@@ -85,8 +85,9 @@ def read_text(file: Path) -> str:
     try:
         return file.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
+        why = (error.strerror if isinstance(error, OSError) else None) or error
         raise AvahazardError(
-            f"The effect file {file} cannot be read: {error.strerror or error}.",
+            f"The effect file {file} cannot be read: {why}.",
             "A template: avahazard effect new FILE.",
         ) from error
 
