@@ -14,11 +14,12 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from avahazard.report import model_tables, tables
-from avahazard.report.html import brief, model_figures, record_figures, score_figures
+from avahazard.report.html import annex, brief, model_figures, record_figures, score_figures
 from avahazard.report.html.content import PathView, ReportContent
 from avahazard.report.html.figure import Figure, script_json
 from avahazard.report.html.map_figure import map_figure
 from avahazard.report.html.path_figure import path_figure
+from avahazard.report.html.vector_pictures import overview_map
 from avahazard.report.language import plural, say, spoken
 from avahazard.report.sentences import error_words, model_words, verdict_words, why_words
 from avahazard.report.words import events, integer, paths, share
@@ -90,11 +91,12 @@ def render(content: ReportContent) -> str:
     shown = [row for row in content.rows if row.return_period_years == period]
     values = {
         "content": content,
+        "annex": annex,
         "brief": brief,
         "language": spoken(),
         "by_words": _by_words(content),
         "conclusion": brief.conclusion(content),
-        "map": brief.overview_map(content),
+        "map": overview_map(content, period),
         "cards": cards,
         "common": common,
         "zoned": any(view.zones and view.zones.zones for view in content.paths),
@@ -110,7 +112,7 @@ def render(content: ReportContent) -> str:
         script = _plotly() + "\n" + (folder / "report.js").read_text(encoding="utf-8")
         diagnosis, names = content.diagnosis, content.names
         values |= {
-            "chapters": brief.chapters(content),
+            "chapters": annex.chapters(content),
             "verdict": None if diagnosis is None else verdict_words(diagnosis, None),
             "figures": _figures(content, names),
             "posterior": model_figures.posterior_figures(model.parameters, content.draws),

@@ -1,27 +1,19 @@
-"""What the brief says, and what the annex says in sentences."""
+"""What the brief says."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from avahazard.notes import Note
 from avahazard.report.html.brief import (
-    assumptions,
     conclusion,
-    every_note,
     limits,
-    notes_of,
-    overview_map,
     path_cards,
-    reading_words,
     rests_on,
     shown_period,
-    unknown_words,
 )
-from avahazard.report.html.content import PlanView, ReportContent
+from avahazard.report.html.content import ReportContent
 from avahazard.results.base import Rows
 from avahazard.results.comparison import Failure
 from tests.report.html.world import NAMES
@@ -88,57 +80,9 @@ def test_the_baseline_is_minded_where_it_parts_from_the_answer(content: ReportCo
         assert "is longer" in said(*[x.q95 + 1e5] * 3)
 
 
-def test_the_overview_shows_all_paths_of_one_system(content: ReportContent) -> None:
-    assert overview_map(content) is None  # two systems
-    plan = PlanView(np.array([0.0, 2000.0]), np.array([6.0, 6.01]), np.array([45.0, 45.02]), None)
-    views = tuple(replace(view, plan=plan) for view in content.paths)
-    drawn = overview_map(replace(content, paths=views))
-    assert drawn is not None
-    assert drawn.count("<polyline") >= len(views)
-    assert "<script" not in drawn
-    assert " m</text>" in drawn
-
-
 def test_it_says_what_it_rests_on(content: ReportContent) -> None:
     text = " ".join(rests_on(content))
     assert untold(text, "61 events", "extrapolated") == []
     few = replace(content.paths[0], events=())
     assert "fewer than 5" in " ".join(rests_on(replace(content, paths=(few, *content.paths[1:]))))
     assert len(limits(content)) == 5
-
-
-def test_notes_are_a_line_each_kind_and_every_one_is_there(content: ReportContent) -> None:
-    row = content.rows[0]
-    name = NAMES[row.path_id]
-    stale, unconverged = Note("stale", model="m"), Note("unconverged", model="m")
-    twice = Note("recorded_twice", "e1 = e2")
-    own = (Note("extrapolated", period=500.0), Note.ready("as it was said before."))
-    noted = replace(row, notes=(*own, stale, unconverged, twice))
-    changed = replace(content, rows=[noted], of_model=(twice,))
-    text = " ".join(notes_of(changed))
-    assert f"{name}: 500 years are over twice the observed years" in text
-    assert f"{name}: as it was said before." in text
-    assert "since m was calibrated" not in text  # the brief says it, of the model as it is now
-    assert "chains of m" not in text
-    assert text.count("e1 = e2: alike in path, day and stop") == 1
-    both = [
-        replace(row, path_id="scey", notes=own[:1]),
-        replace(row, path_id="nants", notes=own[:1]),
-    ]
-    several = replace(content, rows=both, of_model=())
-    assert len(notes_of(several)) == 1
-    assert len(every_note(several)) == 2
-
-
-def test_what_is_not_known_is_counted(content: ReportContent) -> None:
-    event = replace(content.events[0], volume_m3=None, year=None, left_profile=True, path_id=None)
-    text = " ".join(unknown_words(replace(content, events=(event,), covariates={"snow": 1})))
-    for words in ("no volume", "no date", "beyond its profile", "no path", "“snow”", "No speeds"):
-        assert words in text
-
-
-def test_every_picture_of_speed_carries_the_caveat(content: ReportContent) -> None:
-    assert "no drag" in " ".join(assumptions(content))
-    assert "no drag" in " ".join(reading_words(content))
-    limited = replace(content, speed_limited=True)
-    assert "no drag" not in " ".join((*assumptions(limited), *reading_words(limited)))

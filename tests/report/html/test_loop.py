@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.report.html.brief import chapters, path_cards
+from avahazard.report.html.annex import chapters
+from avahazard.report.html.brief import path_cards
 from avahazard.report.html.content import Cover, ForceView, ReportContent
 from avahazard.report.html.page import render
 from avahazard.report.html.path_figure import stops_of, stops_traces
