@@ -89,29 +89,37 @@ def go_round(without: Sequence[str], line: Line) -> list[dict[str, Any]]:
         command("init")
         command("import", *(form for form in forms if os.path.exists(form)))
         while words[0] in ("calibrate", *STEPS):
-            if words[0] == "diagnose" and len(diagnoses) == ROUNDS:
+            # One that writes the law of a diagnosis is that diagnosis again.
+            round_ = words[0] == "diagnose" and "--write-effect" not in words
+            if round_ and len(diagnoses) == ROUNDS:
                 break
             began = time.process_time()
             found = command(*words)
-            if words[0] == "diagnose":
+            if round_:
                 seconds = round(time.process_time() - began, 1)
                 line["rounds"].append([found["verdict"], found["missing"], seconds])
                 diagnoses.append(found)
-            elif words[0] != "compare":
-                model = found["model"]
-                line["crps"].append(held_out(model))
+            elif words[0] not in ("compare", "diagnose"):
+                model, files = found["model"], _effect_files(words)
+                line["crps"].append(held_out(model, files))
             step = found.get("next") or ""
             words = shlex.split(step)[1:] if step.startswith("avahazard ") else ["measure"]
         if words[0] == "hazard" and words[1] != model:
-            line["crps"].append(held_out(words[1]))
+            line["crps"].append(held_out(words[1], _effect_files(words)))
     except CommandError as error:
         line["error"] = str(error)
     return diagnoses
 
 
-def held_out(model: str) -> float:
+def _effect_files(words: Sequence[str]) -> list[str]:
+    """The options of a command that name effect files."""
+    at = [k for k, word in enumerate(words) if word == "--effect-file"]
+    return [word for k in at for word in words[k : k + 2]]
+
+
+def held_out(model: str, files: Sequence[str] = ()) -> float:
     """Mean CRPS (m along the path) of the held-out events."""
-    scores = command("predict", model, "held_out/events.csv")["scores"]
+    scores = command("predict", model, "held_out/events.csv", *files)["scores"]
     return round(float(scores["runout_x"]["crps_m"]), 2)
 
 
