@@ -309,8 +309,3 @@ def stop_places(smooth: SmoothProfile, events: Sequence[Event]) -> list[float | 
 def stop_place(smooth: SmoothProfile, event: Event) -> float | None:
     """x (m) of the recorded stop, None where it is beyond the profile."""
     return stop_places(smooth, [event])[0]
-
-
-def recorded_stops(smooth: SmoothProfile, events: Sequence[Event]) -> Floats:
-    """x (m) of the recorded stops of events of a path, those on its profile."""
-    return np.array([x for x in stop_places(smooth, events) if x is not None], np.float64)

@@ -74,9 +74,7 @@ def made_release(ground: Ground, release_x: float, width_m: float, volume_m3: fl
     longest = LONGEST_SHARE * float(ground.x[-1] - ground.x[0])
     length = np.clip(volume_m3 / (SLAB_M * width) * np.cos(slope), LEAST_CELLS * cell, longest)
     start = max(release_x - 0.5 * length, float(ground.x[0]))
-    ends = np.array(
-        [[np.interp(x, ground.x, c) for c in ground.xy.T] for x in (start, start + length)]
-    )
+    ends = np.column_stack([np.interp((start, start + length), ground.x, c) for c in ground.xy.T])
     ahead = (ends[1] - ends[0]) / max(float(np.hypot(*(ends[1] - ends[0]))), 1e-9)
     side = 0.5 * width * np.array([-ahead[1], ahead[0]])
     return np.array([ends[0] + side, ends[1] + side, ends[1] - side, ends[0] - side])
@@ -103,19 +101,15 @@ def thickness_of(ground: Ground, corners: Floats, volume_m3: float) -> float:
 
 def _steepness(ground: Ground, x: float) -> float:
     """Slope angle of the terrain about a place (m) of the line."""
-    reach = 3.0 * ground.crop.cell_m
-    ends = np.clip([x - reach, x + reach], ground.x[0], ground.x[-1])
-    heights = [_height(ground, end) for end in ends]
-    return float(np.arctan2(max(heights[0] - heights[1], 0.0), ends[1] - ends[0]))
-
-
-def _height(ground: Ground, x: float) -> float:
     crop = ground.crop
-    east, north = (float(np.interp(x, ground.x, c)) for c in ground.xy.T)
+    reach = 3.0 * crop.cell_m
+    ends = np.clip([x - reach, x + reach], ground.x[0], ground.x[-1])
+    east, north = (np.interp(ends, ground.x, c) for c in ground.xy.T)
     n_rows, n_columns = crop.elevation_m.shape
-    row = int(np.clip((crop.north_m - north) / crop.cell_m, 0, n_rows - 1))
-    column = int(np.clip((east - crop.west_m) / crop.cell_m, 0, n_columns - 1))
-    return float(crop.elevation_m[row, column])
+    row = np.clip((crop.north_m - north) / crop.cell_m, 0, n_rows - 1).astype(int)
+    column = np.clip((east - crop.west_m) / crop.cell_m, 0, n_columns - 1).astype(int)
+    upper, lower = crop.elevation_m[row, column].astype(float)
+    return float(np.arctan2(max(upper - lower, 0.0), ends[1] - ends[0]))
 
 
 RELEASE = "release"

@@ -59,7 +59,10 @@ def export(database: str, name: str, file: FilePath) -> Export:
         raise AvahazardError(
             f"No bounds are stored by {name}.", f"Draw them first: avahazard hazard {name}"
         )
-    bounds = [_bounds(row, known) for row in rows]
+    bounds = []
+    for row in rows:  # its notes when it was computed, and what is known of its model today
+        noted = (*map(Note.read, row.get("notes", ())), *known)
+        bounds.append(HazardRow.from_dict({**row, "notes": tuple(dict.fromkeys(noted))}))
     if ending in TABLES:
         is_own, write = TABLES[ending]
         replace_file(file, is_own, lambda part: write(part, bounds))
@@ -78,12 +81,6 @@ def export(database: str, name: str, file: FilePath) -> Export:
         replace_file(file, map_files.is_own_geojson, partial(map_files.write_geojson, layers=made))
     layers = Rows(Layer(m.name, len(m.features), m.code) for m in made)
     return Export(name, str(file), layers, tuple(notes))
-
-
-def _bounds(row: Mapping[str, Any], known: Sequence[Note]) -> HazardRow:
-    """A stored row, with its notes when it was computed, and what is known of its model today."""
-    notes = (*map(Note.read, row.get("notes", ())), *known)
-    return HazardRow.from_dict({**row, "notes": tuple(dict.fromkeys(notes))})
 
 
 def replace_file(
@@ -132,7 +129,11 @@ def map_layers(
             "--update; or import the paths as lines with --dem. A .csv needs no coordinates.",
         )
     notes = [f"not on the map are {reason}" for reason in reasons]
-    return hazard_layers(drawn, rows, zones), notes + _notes(drawn, zones)
+    zoned = {zone["path_id"] for zone in zones}
+    bare = [d.path.path_id for d in drawn if d.width_m is None and d.path.path_id in zoned]
+    if bare:
+        notes.append(f"zones as lines only, for want of a column width_m: {', '.join(bare)}.")
+    return hazard_layers(drawn, rows, zones), notes
 
 
 def drawn_path(records: Records, path: Path) -> MappedPath | str:
@@ -148,15 +149,3 @@ def drawn_path(records: Records, path: Path) -> MappedPath | str:
     smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
     stops = [(event, x) for event in events if (x := stop_place(smooth, event)) is not None]
     return MappedPath(path, line, release_place(smooth, path.release_elevation_m), tuple(stops))
-
-
-def _notes(drawn: Sequence[MappedPath], zones: Documents) -> list[str]:
-    """What has no area on the map."""
-    bare = [
-        one.path.path_id
-        for one in drawn
-        if one.width_m is None and any(z["path_id"] == one.path.path_id for z in zones)
-    ]
-    return (
-        [f"zones as lines only, for want of a column width_m: {', '.join(bare)}."] if bare else []
-    )

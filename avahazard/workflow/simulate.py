@@ -185,9 +185,7 @@ def _left(
         for one in _of(database, path, request):
             of_volume.get(one.volume_m3, {})[one.friction] = one.stop_x_m
         for volume, stops in of_volume.items():
-            wanted = request.frictions or first
-            if refine:
-                wanted = () if request.frictions else _between(stops)
+            wanted = _between(stops) if refine else request.frictions or first
             tasks += [(k, mu, volume) for mu in wanted if mu not in stops]
     return tasks
 
