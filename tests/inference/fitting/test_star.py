@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 from avahazard.inference.fitting import star
-from avahazard.inference.fitting.mode import find_mode
+from avahazard.inference.fitting.mode import errors_at, find_mode, log_evidence
 from avahazard.inference.fitting.star import (
     REACH,
     TOLERANCE,
@@ -164,6 +164,39 @@ def _metres_apart(model: Posterior, u: np.ndarray) -> float:
     ]
     assert np.mean(goes_on) > 0.8
     return float(np.max(np.abs(x[:, 0] - x[:, 1])[goes_on]))
+
+
+def test_arms_turn_with_parameters_that_go_together() -> None:
+    """Drag takes what friction of the bed and cohesion take: draws lie across all three."""
+    records, _ = make_dataset(5, 30, 2, {"turbulent-drag": 1.0}, Settings(speeds=1.0))
+    model, mode = search_mode(
+        posterior(build_observations(records), "turbulent-drag", "force:speed")
+    )
+    layout = model.layout
+    assert any(layout.arms.along.values())
+    np.testing.assert_allclose(layout.from_arms(layout.on_arms(mode.u)), mode.u, atol=1e-9)
+    assert layout.within(mode.u)
+    found = log_evidence(model, mode)
+    assert np.max(np.abs(errors_at(model, found.sample))) < 2.0
+    assert len(np.unique(found.sample, axis=0)) > 50
+    (k,) = (k for k in layout.tables if layout.slots[k].name == "force:speed.slope")
+    places = layout.on_arms(mode.u)
+    places[k] = layout.arm_ends[1, k] + 0.1
+    assert not layout.within(layout.from_arms(places))
+    assert model.log_density(layout.from_arms(places)) == -np.inf
+
+
+@pytest.mark.slow
+def test_peaks_from_two_starts_are_one() -> None:
+    """The exact likelihood has small steps, on which differences along one parameter end."""
+    model = _with_speeds("force:speed")
+    layout = model.layout
+    peaks = []
+    for slope in (0.5, 2.0):
+        u = near(model)
+        u[layout.places["force:speed"].start] = slope
+        peaks.append(gauss_newton(model, u).log_density)
+    assert peaks[0] == pytest.approx(peaks[1], abs=1.0)
 
 
 def test_without_tables_it_is_the_plain_climb() -> None:
