@@ -88,7 +88,7 @@ class Field:
         if value is not None and (known := self.choices) and value not in known:
             raise AvahazardError(
                 f"There is no {what} '{value}'.",
-                f"{did_you_mean(str(value), known)}It is one of: {', '.join(known)}.",
+                f"{did_you_mean(str(value), known)}It is one of: {', '.join(known)} ({self.flag}).",
             )
         if not isinstance(value, int | float) or isinstance(value, bool):
             return
