@@ -108,7 +108,13 @@ def arms_about(posterior: Posterior, u: Floats, size: Floats, points: Ints) -> A
     low, high = posterior.layout.ranges[:, axes]
     spread = LEANS * np.sqrt(np.diag(size))
     leans = (u[axes] - spread < low) | (u[axes] + spread > high)
-    turn, half = _turned(size, ~leans)
+    rank = 1 - leans
+    for k in np.flatnonzero(axes == posterior.layout.track_scatter):
+        # Events without speeds lack it: it moves no others, and where it leans none move it.
+        apart = np.arange(len(axes)) != k
+        size, rank[k] = size.copy(), 2
+        size[k, apart & leans[k]] = size[apart & leans[k], k] = 0.0
+    turn, half = _turned(size, rank)
     at, arms, along = np.linalg.solve(turn, u[axes]).tolist(), {}, {}
     for j, axis in enumerate(axes):
         down, up = (min(half[j], _room(s * turn[:, j], u[axes], low, high)) for s in (-1, 1))
@@ -118,7 +124,7 @@ def arms_about(posterior: Posterior, u: Floats, size: Floats, points: Ints) -> A
     return Arms(arms, along)
 
 
-def _turned(covariance: Floats, rank: Floats | Bools) -> tuple[Floats, Floats]:
+def _turned(covariance: Floats, rank: Ints) -> tuple[Floats, Floats]:
     """Directions (columns) that are independent under a covariance, and the spread along each.
 
     Coordinates move with those of lower rank; of those of rank 0 each keeps to itself.

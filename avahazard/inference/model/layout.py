@@ -305,9 +305,14 @@ def arm_between(centre: float, low: float, high: float, n: int) -> tuple[float, 
 
 
 def with_arms(layout: Layout, arms: Arms) -> Layout:
-    """The layout with the arms of some slots replaced by name."""
+    """The layout with the arms of some slots replaced by name; what it lacks moves along none."""
+    known = {slot.name for slot in layout.slots}
+    along = {
+        name: {other: by for other, by in moved.items() if other in known}
+        for name, moved in arms.along.items()
+    }
     slots = [
-        replace(s, arm=tuple(arms.points[s.name]), along=arms.along.get(s.name, s.along))
+        replace(s, arm=tuple(arms.points[s.name]), along=along.get(s.name, s.along))
         if s.name in arms.points
         else s
         for s in layout.slots

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import chi2
@@ -17,7 +19,7 @@ from avahazard.inference.fitting.star import (
     search_mode,
 )
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.layout import Arms
+from avahazard.inference.model.layout import TRACK_SLOT, Arms, with_arms
 from avahazard.inference.model.observations import build_observations
 from avahazard.synth.dataset import Settings
 from avahazard.synth.making import make_dataset
@@ -174,6 +176,12 @@ def test_arms_turn_with_parameters_that_go_together() -> None:
     )
     layout = model.layout
     assert any(layout.arms.along.values())
+    # Events without speeds have no scatter along tracks: the rest of the star is the same.
+    assert not layout.arms.along.get(TRACK_SLOT)
+    bare = replace(layout, slots=layout.slots[:-1])
+    assert bare.slots[-1].name != TRACK_SLOT
+    again = with_arms(bare, layout.arms)
+    np.testing.assert_allclose(again.on_arms(mode.u[:-1]), layout.on_arms(mode.u)[:-1])
     np.testing.assert_allclose(layout.from_arms(layout.on_arms(mode.u)), mode.u, atol=1e-9)
     assert layout.within(mode.u)
     found = log_evidence(model, mode)
