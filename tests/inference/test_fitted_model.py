@@ -68,6 +68,18 @@ def test_on_other_events_it_is_the_same_model() -> None:
     assert again.posterior.log_density(model.draws[0]) == given.log_density(model.draws[0])
 
 
+def test_events_without_speeds_stand_on_a_star_that_turns_with_speeds() -> None:
+    given = posterior(observations(), "turbulent-drag")
+    arms = {"turbulent-drag.drag": (0.01, 0.02, 0.05)}
+    given = given.on_star(Arms(arms, {"turbulent-drag.drag": {"log track sigma": 0.5}}))
+    model = fitted_model(given, _draws(given), {})
+    new = model.on(_new_events(Event("new", "P1", runout_elevation_m=700.0, volume_m3=2e4)))
+    assert not any(new.posterior.layout.arms.along.values())
+    u = new.draws[0]
+    u[new.layout.tables[0]] = 0.03
+    assert np.isfinite(new.posterior.log_density(u))
+
+
 @pytest.mark.parametrize("method", ["marginal", "gibbs", "metropolis"])
 def test_the_papers_methods_take_volumes_as_exact(method: MethodName) -> None:
     given = posterior(observations())
