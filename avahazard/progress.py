@@ -92,8 +92,8 @@ def _lines() -> Report:
         now = time.monotonic()
         if now - said >= LINE_EVERY_S and total > 0:
             said = now
-            told = filter(None, (f"{what}: {_percent(share)}%", words))
-            print(", ".join(told), file=sys.stderr, flush=True)
+            parts = filter(None, (f"{what}: {_percent(share)}%", words))
+            print(", ".join(parts), file=sys.stderr, flush=True)
 
     return report
 

@@ -233,6 +233,10 @@ class Curve:
     needs: tuple[str, ...]
     path: str | None = None
 
+    def values_of(self, heights: Floats) -> Floats:
+        """Parameters `[n_parameters]` of the curve nearest to heights `[n]` (least squares)."""
+        return np.asarray(np.linalg.lstsq(self.columns, heights, rcond=None)[0])
+
 
 @dataclass(frozen=True, slots=True)
 class Setting:

@@ -49,6 +49,10 @@ def _added(term: str, _site: Site, resistance: Resistance, values: Floats) -> Re
     return replace(resistance, **{term: getattr(resistance, term) + values[0]})
 
 
+def _square(values: Floats, speeds: Floats) -> Floats:
+    return np.asarray(values[0] * speeds**2)
+
+
 DRAG = Parameter("drag", "1/m", 0.0, 0.0, 0.005, 0.0, 0.03)
 TURBULENT_DRAG = Definition(
     key="turbulent-drag",
@@ -58,7 +62,7 @@ TURBULENT_DRAG = Definition(
     needs="profile; speeds help",
     build=lambda _: MotionEffect("turbulent-drag", (DRAG,), partial(_added, "drag")),
     lacking=needs_profile,
-    member_of=("force:speed", lambda values, speeds: values[0] * speeds**2),
+    member_of=("force:speed", _square),
     limits_speed=True,
     order=20,
 )
@@ -242,7 +246,7 @@ def _along(site: Site) -> slice:
 
 
 def _facts(state: str, columns: EventColumns, sites: Sites) -> Facts:
-    """The range of a state where avalanches were recorded, and knots evenly in it."""
+    """The range of a state where avalanches were recorded, and the degree of its curve."""
     seen = []
     for k, site in enumerate(sites):
         stops = columns.stop_elevation[columns.path_index == k]
@@ -342,8 +346,8 @@ def _build(state: str, facts: Facts) -> MotionEffect:
 
 def _drag_shape(facts: Facts) -> tuple[float, ...]:
     """Values of a force that grows with the square of speed, of rms 1."""
-    x = np.linspace(0.0, facts["high"], N_GRID)
-    values = np.linalg.lstsq(_basis(facts, x, rests=True), x**2, rcond=None)[0]
+    curve = _curve(SPEED, facts)
+    values = curve.values_of(_square(np.ones(1), curve.x))
     return tuple((values / np.linalg.norm(values)).tolist())
 
 

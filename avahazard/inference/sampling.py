@@ -153,7 +153,7 @@ KEEP_EVERY = 2
 """Steps for each draw that is kept: one jump and one random-walk step."""
 MAX_ROUNDS = 4
 WARM_UP_ROUNDS = 3
-PILOT_DRAWS, MOST_STARS = 90, 5
+PILOT_DRAWS, MOST_BETTER = 90, 5
 """Draws of each chain in the walks by which a star is made fit, and how often it is made anew."""
 
 
@@ -179,7 +179,7 @@ def sample(
     # Short walks show where a star falls short: a long one on such a star would be in vain.
     for n in (min(PILOT_DRAWS, n_draws), n_draws) if fine.nodes.varies else (n_draws,):
         found = _rounds(fine, mode, n_chains, n, seed, progress)
-        for _ in range(MOST_STARS):
+        for _ in range(MOST_BETTER):
             if (better := improved(fine, found.draws)) is None:
                 break
             fine, mode = better, find_mode(better, mode.u)

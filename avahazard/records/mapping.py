@@ -138,8 +138,10 @@ def mapped(table: FileTable, mapping: TableMapping) -> FileTable:
         known = known_unit(column.unit, MEANINGS[name].unit if name in MEANINGS else "")
         unit = source.unit or (column.unit if known else "")
         columns[name] = column._replace(unit=unit, classes=source.classes, range=source.range)
-    told = (f"{name} is {column.spelt}" for name, column in columns.items() if name != column.spelt)
-    words = [f"columns: {', '.join(told)}"]
+    spelt = (
+        f"{name} is {column.spelt}" for name, column in columns.items() if name != column.spelt
+    )
+    words = [f"columns: {', '.join(spelt)}"]
     for name in table.header if mapping.keep is None else [at[squash(n)] for n in mapping.keep]:
         if name not in used:
             columns.setdefault(name, table.columns[name]._replace(unit=""))

@@ -138,8 +138,8 @@ class StoredModels:
                 why = Note("why_missing", model=name, effects=list(effects))
                 words = ("add", name, *effects, "--as", child, *self._own_files(name))
                 if written is None and (law := found.sharper_law) is not None:
-                    told = {"law": law.effect, "nats": law.evidence_over_curve}
-                    why = Note("why_write_law", model=name, effects=list(missing), **told)
+                    lead = {"law": law.effect, "nats": law.evidence_over_curve}
+                    why = Note("why_write_law", model=name, effects=list(missing), **lead)
                     words = ("diagnose", name, "--write-effect", f"{name}-law.py")
                     return _step((*words, *self._own_files(name)), why)
                 if written is not None:

@@ -165,8 +165,7 @@ def _smooth_of(
         return None
     curve = entry.curve(entry.facts(observations.columns, observations.sites))
     assert curve is not None
-    heights = shape(candidate.likely, curve.x)
-    return key, np.asarray(np.linalg.lstsq(curve.columns, heights, rcond=None)[0])
+    return key, curve.values_of(shape(candidate.likely, curve.x))
 
 
 def _strong(shared: tuple[Likely, Refit], candidate: Screened) -> Screened:

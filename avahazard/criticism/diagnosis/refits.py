@@ -135,8 +135,8 @@ def refit(
         evidence = Evidence(-np.inf, 0.0, mode.u[None])
     else:
         evidence = log_evidence(posterior, mode)
-        if posterior.nodes.varies and evidence.error > ROUGH_EVIDENCE:
-            better = improved(posterior, evidence.sample) or posterior
+        rough = posterior.nodes.varies and evidence.error > ROUGH_EVIDENCE
+        if rough and (better := improved(posterior, evidence.sample)) is not None:
             at = find_mode(better, mode.u)
             if (more := log_evidence(better, at)).error < evidence.error:
                 posterior, mode, evidence = better, at, more

@@ -160,13 +160,13 @@ def _held(posterior: Posterior, u: Floats, edge: float) -> Floats:
     """
     layout, axes = posterior.layout, _axes(posterior)
     (low, high), places = layout.arm_ends[:, axes], layout.on_arms(u)[:, axes]
-    near, middle, turn = edge * (high - low), np.mean(u, axis=0), layout.turn[:, axes].T
+    near, mean, turn = edge * (high - low), np.mean(u, axis=0), layout.turn[:, axes].T
     at, shares = np.mean(places, axis=0), np.zeros(len(axes))
     for beyond, sign, end in (
         (places <= low + near, -1.0, low),
         (places >= high - near, 1.0, high),
     ):
-        rooms = np.array([_room(sign * move, middle, *layout.ranges) for move in turn])
+        rooms = np.array([_room(sign * move, mean, *layout.ranges) for move in turn])
         goes_on = rooms > sign * (end - at) + MORE * (high - low)
         shares = np.maximum(shares, np.mean(beyond, axis=0) * goes_on)
     return shares
