@@ -237,6 +237,7 @@ TERMINAL = {
     # The next step
     "next": "{command}",
     "why_worse": "{model} has a larger held-out CRPS than {parent}: do not keep it. {why}",
+    "why_calibrate": "No model is calibrated yet.",
     "why_compare": "{model} was not compared with its records.",
     "why_diagnose": "{model} was not diagnosed for missing effects.",
     "why_missing": "{model} lacks {effects:and}.",

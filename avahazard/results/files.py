@@ -96,6 +96,7 @@ class Import(Result):
     understood: Rows[UnderstoodColumn]
     records: ImportedRecords
     notes: tuple[str, ...]
+    next: Note | None = field(default=None, metadata=ABSENT)
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import sqlite3
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path as FilePath
 
 from sqlalchemy import func, select, text
@@ -68,15 +69,23 @@ def status(database: str) -> DatabaseState:
 def _migrate(database: str, *, make: bool) -> tables.State:
     if not make:
         make_engine(database).dispose()  # says so when the file is missing
-    with (
-        engine_of(database, migrates=True) as engine,
-        engine.execution_options(writes=True).begin() as connection,
-    ):
-        before = tables.state(connection)
-        if before == ("empty" if make else "old"):
-            tables.upgrade(connection)
-        elif before != "current":
-            tables.require_current(connection)
+    name = sqlite_file(database_url(database))
+    missing = name is not None and not os.path.exists(name)
+    try:
+        with (
+            engine_of(database, migrates=True) as engine,
+            engine.execution_options(writes=True).begin() as connection,
+        ):
+            before = tables.state(connection)
+            if before == ("empty" if make else "old"):
+                tables.upgrade(connection)
+            elif before != "current":
+                tables.require_current(connection)
+    except BaseException:
+        for end in ("", "-wal", "-shm", "-journal") if missing else ():
+            with suppress(OSError):
+                FilePath(f"{name}{end}").unlink()
+        raise
     return before
 
 

@@ -37,6 +37,7 @@ from avahazard.store.records import load_profiles, load_records, save_records, s
 from avahazard.store.results import list_models
 from avahazard.store.session import database_name, database_url, reading, sqlite_file, writing
 from avahazard.store.upkeep import backup, check_database
+from avahazard.workflow.next_step import after_import
 from avahazard.workflow.requests import ImportRequest
 
 SAMPLE = 3
@@ -206,6 +207,7 @@ def import_files(
         Rows(intake.understood),
         ImportedRecords(**merge.counts),
         tuple(intake.notes),
+        None if dry_run else after_import(database),
     )
 
 

@@ -14,6 +14,7 @@ from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
 from avahazard.results.calibration import Calibration
 from avahazard.results.diagnosis import Diagnosis
+from avahazard.store.records import load_events
 from avahazard.store.results import (
     AVERAGE,
     BOUNDS,
@@ -41,6 +42,21 @@ def next_step(database: str, name: str, done: Collection[str] = ()) -> Note | No
     """
     with reading(database) as session:
         return StoredModels(session, done).step(name)
+
+
+def after_import(database: str) -> Note | None:
+    """The step to do after an import; None where a calibration would be refused."""
+    with reading(database) as session:
+        stored = StoredModels(session)
+        if stored.models:
+            return stored.step(stored.best())
+        kinds, on_paths = set[bool](), set[str]()
+        for event in load_events(session):
+            kinds.add(event.in_ratio)
+            on_paths.update(() if event.path_id is None else (event.path_id,))
+        if len(kinds) != 1 or on_paths - stored.survey.with_profile:
+            return None
+        return _step(("calibrate", "base"), Note("why_calibrate"))
 
 
 class StoredModels:

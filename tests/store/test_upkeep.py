@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from sqlalchemy import text
+from sqlalchemy import Connection, text
 
 from avahazard.records.collection import Path as AvalanchePath
 from avahazard.records.collection import Records
@@ -33,6 +33,26 @@ def test_create_makes_it_once(nothing: str) -> None:
     status = upkeep.status(nothing)
     assert (status.state, status.revision) == ("current", status.head)
     assert status.counts == {"paths": 0, "events": 0, "speeds": 0, "models": 0, "calibrations": 0}
+
+
+def test_what_cannot_be_made_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(connection: Connection) -> None:
+        connection.execute(text("CREATE TABLE half (x INTEGER)"))
+        raise sqlite3.OperationalError("database or disk is full")
+
+    file = tmp_path / "new.db"
+    with monkeypatch.context() as patch:
+        patch.setattr(upkeep.tables, "upgrade", full)
+        with pytest.raises(sqlite3.OperationalError):
+            upkeep.create(str(file))
+        assert list(tmp_path.iterdir()) == []
+        file.touch()
+        with pytest.raises(sqlite3.OperationalError):
+            upkeep.create(str(file))
+        assert file.exists()
+    assert upkeep.create(str(file)) == "empty"
 
 
 def test_a_database_of_another_program_is_left_alone(nothing: str) -> None:

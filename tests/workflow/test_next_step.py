@@ -27,7 +27,7 @@ from avahazard.store.results import (
 )
 from avahazard.store.session import reading, writing
 from avahazard.workflow.database import init_database
-from avahazard.workflow.next_step import StoredModels, next_step
+from avahazard.workflow.next_step import StoredModels, after_import, next_step
 from tests.results.samples import CALIBRATION
 from tests.results.samples import COMPARISON as COMPARED
 from tests.results.samples import DIAGNOSIS as VERDICT
@@ -204,3 +204,21 @@ def test_other_records_ask_for_another_calibration(database: str) -> None:
 def test_the_papers_methods_go_straight_to_the_answer(database: str) -> None:
     put(database, "paper", method="metropolis")
     assert words(database, "paper")[0] == "report"
+
+
+def test_after_an_import_comes_a_calibration_where_it_is_possible(database: str) -> None:
+    assert after_import(database) is None  # its path has no profile
+    with writing(database) as session:
+        save_records(session, Records(profiles=(PROFILE,)))
+    assert str(after_import(database)) == "avahazard calibrate base"
+
+
+def test_after_an_import_a_model_on_other_records_is_made_anew(database: str) -> None:
+    put(database, "first", fingerprint="other")
+    assert str(after_import(database)) == "avahazard calibrate first-2"
+
+
+def test_nothing_follows_an_import_without_events(tmp_path: FilePath) -> None:
+    name = str(tmp_path / "none.db")
+    init_database(name)
+    assert after_import(name) is None

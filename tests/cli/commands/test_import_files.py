@@ -49,7 +49,10 @@ def test_import_twice(avahazard: Run, folder: Path) -> None:
     assert counts(avahazard("--json", "import", str(folder)))["events"] == (0, 2, 0)
     done = avahazard("import", str(folder))
     assert done.exit_code == 0
-    assert max(map(len, done.stdout.splitlines())) <= 80
+    *lines, step = done.stdout.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert step.endswith(" calibrate base")
+    assert "Next" not in avahazard("import", str(folder), "--dry-run").stdout
 
 
 def test_a_contradiction_needs_update(
