@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from pyproj import CRS
 
 from avahazard.arrays import Floats
-from avahazard.gis.hazard_map import PathLine, moved_geometry
-from avahazard.gis.systems import moved
+from avahazard.gis.hazard_map import PathLine
+from avahazard.gis.systems import along, cells_of, moved, moved_geometry
 from avahazard.gis.vector_layer import read_layer
 from avahazard.records.collection import TerrainCrop
 
@@ -46,14 +46,11 @@ class Ground(NamedTuple):
 def ground(line: PathLine, crop: TerrainCrop) -> Ground:
     """The line of a path laid on its terrain."""
     xy = moved(line.xy, line.crs, CRS.from_user_input(crop.crs))
-    n_rows, n_columns = crop.elevation_m.shape
-    east = crop.west_m + (np.arange(n_columns) + 0.5) * crop.cell_m
-    north = crop.north_m - (np.arange(n_rows) + 0.5) * crop.cell_m
-    points = shapely.points(*np.meshgrid(east, north))
+    middles = rasterio.transform.xy(cells_of(crop), *np.indices(crop.elevation_m.shape))
+    points = shapely.points(*middles).reshape(crop.elevation_m.shape)
     whole = shapely.LineString(xy)
     far = shapely.distance(points, whole) > HALF_WIDTH_M
-    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
-    place = np.interp(shapely.line_locate_point(whole, points), along, line.x)
+    place = np.interp(shapely.line_locate_point(whole, points), along(xy), line.x)
     return Ground(crop, line.x, xy, np.where(far, np.nan, place))
 
 
@@ -105,10 +102,9 @@ def _steepness(ground: Ground, x: float) -> float:
     reach = 3.0 * crop.cell_m
     ends = np.clip([x - reach, x + reach], ground.x[0], ground.x[-1])
     east, north = (np.interp(ends, ground.x, c) for c in ground.xy.T)
-    n_rows, n_columns = crop.elevation_m.shape
-    row = np.clip((crop.north_m - north) / crop.cell_m, 0, n_rows - 1).astype(int)
-    column = np.clip((east - crop.west_m) / crop.cell_m, 0, n_columns - 1).astype(int)
-    upper, lower = crop.elevation_m[row, column].astype(float)
+    place = np.array([crop.north_m - north, east - crop.west_m]) / crop.cell_m
+    last = np.array(crop.elevation_m.shape)[:, None] - 1
+    upper, lower = crop.elevation_m[*np.clip(place, 0, last).astype(int)].astype(float)
     return float(np.arctan2(max(upper - lower, 0.0), ends[1] - ends[0]))
 
 
@@ -124,10 +120,9 @@ def write_project(
     for name in ("REL", "LINES", "CFGs"):
         (inputs / name).mkdir(parents=True, exist_ok=True)
     n_rows, n_columns = crop.elevation_m.shape
-    transform = rasterio.Affine(crop.cell_m, 0.0, crop.west_m, 0.0, -crop.cell_m, crop.north_m)
     with rasterio.open(
         inputs / "dem.tif", "w", driver="GTiff", height=n_rows, width=n_columns, count=1,
-        dtype="float32", crs=crop.crs, transform=transform, nodata=NO_DATA,
+        dtype="float32", crs=crop.crs, transform=cells_of(crop), nodata=NO_DATA,
     ) as file:  # fmt: skip
         file.write(np.where(np.isfinite(crop.elevation_m), crop.elevation_m, NO_DATA), 1)
     _write_shape(inputs / "LINES" / "path_aimec.shp", shapely.LineString(ground.xy), crop.crs)

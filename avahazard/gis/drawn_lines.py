@@ -11,7 +11,15 @@ import shapely
 from pyproj import CRS
 
 from avahazard.arrays import Floats
-from avahazard.gis.systems import WGS84, moved, profile_system, read_system, system_code
+from avahazard.gis.systems import (
+    WGS84,
+    along,
+    moved,
+    moved_geometry,
+    profile_system,
+    read_system,
+    system_code,
+)
 from avahazard.gis.terrain_model import TerrainModel, open_terrain
 from avahazard.gis.vector_layer import VectorLayer, cover_at, read_layer
 from avahazard.records.collection import TerrainCrop
@@ -40,12 +48,11 @@ class LineFault(Exception):  # noqa: N818
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LineProfile:
-    """Points from the top: `x`, `y`, `easting`, `northing` in m, `[n]` each, and land cover."""
+    """Points from the top: places `x`, elevations `y` (m) `[n]`, `xy` `[n, 2]` in `crs`, cover."""
 
     x: Floats
     y: Floats
-    easting: Floats
-    northing: Floats
+    xy: Floats
     crs: str
     cover: tuple[str, ...] | None
     terrain: TerrainCrop
@@ -75,7 +82,7 @@ def line_profile(
     system = profile_system((terrain.crs, crs), lonlat)
     _check_course(moved(corners, crs, system))
     xy = _densified(moved(corners, crs, system), terrain, system)
-    x = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
+    x = along(xy)
     y = _sampled(x, xy, crs, system, terrain)
     _check_voids(x, xy, y)
     if y[0] <= y[-1]:
@@ -88,8 +95,7 @@ def line_profile(
     return LineProfile(
         x,
         y,
-        xy[:, 0],
-        xy[:, 1],
+        xy,
         name,
         None if land_cover is None else cover_at(land_cover, xy, system),
         terrain.around(path_id, xy, system, name),
@@ -117,7 +123,7 @@ def _corners(geometry: shapely.Geometry | None) -> Floats:
 
 def _check_course(xy: Floats) -> None:
     """Refuse a line that turns back, crosses itself or covers a stretch twice."""
-    x = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
+    x = along(xy)
     heading = np.unwrap(np.arctan2(*np.diff(xy, axis=0).T[::-1]))
     turn = np.degrees(np.abs(np.diff(heading)))
     if np.any(turn > MOST_TURN):
@@ -170,11 +176,12 @@ def _sampled(x: Floats, xy: Floats, crs: CRS, system: CRS, terrain: TerrainModel
     there = moved(xy, system, terrain.crs)
     held = terrain.holds(there)
     if not held.any():
+        corners = np.array(terrain.source.bounds)
         raise LineFault(
             f"nowhere on {terrain.file}: its top is at {_shown(there[0])} in the system of the "
             f"terrain model ({terrain.crs.name})",
-            f"a line on the terrain model, whose cells cover {_shown_bounds(terrain)}; the line "
-            f"says that it is in {crs.name}",
+            f"a line on the terrain model, whose cells cover {_shown(corners[:2])} to "
+            f"{_shown(corners[2:])}; the line says that it is in {crs.name}",
         )
     if not held.all():
         k = int(np.argmin(held))
@@ -200,11 +207,6 @@ def _place(x: Floats, xy: Floats, k: int) -> str:
 def _shown(point: Floats) -> str:
     digits = 5 if np.all(np.abs(point) <= 360.0) else 0
     return f"{point[0]:.{digits}f} E, {point[1]:.{digits}f} N"
-
-
-def _shown_bounds(terrain: TerrainModel) -> str:
-    west, south, east, north = terrain.source.bounds
-    return f"{_shown(np.array([west, south]))} to {_shown(np.array([east, north]))}"
 
 
 SHAPEFILE_NAME = 10
@@ -291,14 +293,14 @@ def avaframe_files(folder: FilePath) -> tuple[FilePath, FilePath, list[FilePath]
 def _release_elevation(profile: LineProfile, releases: Sequence[FilePath]) -> float | None:
     """Elevation (m) in the middle of the part of a path that lies in a release area."""
     crs = CRS.from_user_input(profile.crs)
-    points = shapely.points(np.column_stack([profile.easting, profile.northing]))
+    points = shapely.points(profile.xy)
     inside = np.zeros(len(points), np.bool_)
     for file in releases:
         layer = read_layer(file, "polygon")
         for area in layer.geometry:
             if area is not None and not area.is_empty:
-                moved_there = shapely.transform(area, lambda xy, of=layer: moved(xy, of.crs, crs))
-                inside |= shapely.contains_properly(shapely.make_valid(moved_there), points)
+                there = shapely.make_valid(moved_geometry(area, layer.crs, crs))
+                inside |= shapely.contains_properly(there, points)
     within = np.flatnonzero(inside)
     if not len(within):
         return None
@@ -395,7 +397,7 @@ def _path_columns(layer: VectorLayer) -> tuple[tuple[str, ...], list[dict[str, s
 def _point_rows(path_id: str, profile: LineProfile) -> list[dict[str, str]]:
     """Rows of `profiles.csv`, in millimetres: what is below is the noise of the computation."""
     cover = profile.cover or ("",) * len(profile.x)
-    columns = (profile.x, profile.y, profile.easting, profile.northing)
+    columns = (profile.x, profile.y, *profile.xy.T)
     places = [[f"{value:.3f}" for value in place] for place in zip(*columns, strict=True)]
     return [
         dict(zip(POINT_COLUMNS, (path_id, *place, profile.crs), strict=False))

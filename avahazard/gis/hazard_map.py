@@ -12,7 +12,14 @@ import shapely
 from pyproj import CRS
 
 from avahazard.arrays import Floats
-from avahazard.gis.systems import WGS84, moved, profile_system, read_system, system_code
+from avahazard.gis.systems import (
+    WGS84,
+    moved,
+    moved_geometry,
+    profile_system,
+    read_system,
+    system_code,
+)
 from avahazard.records.collection import Event, Path, Profile
 
 
@@ -29,20 +36,11 @@ class PathLine:
     code: str
     crs: CRS
 
-    @property
-    def whole(self) -> shapely.LineString:
-        """All of it."""
-        return shapely.LineString(self.xy)
-
     def at(self, x: float) -> shapely.Point | None:
         """The point at a place x (m); None off the profile."""
         if not self.x[0] <= x <= self.x[-1]:
             return None
         return shapely.Point(self._point(x))
-
-    def elevation(self, x: float) -> float:
-        """Elevation (m) of the profile at a place x (m)."""
-        return float(np.interp(x, self.x, self.y))
 
     def between(self, start: float, end: float) -> shapely.LineString | None:
         """The piece from one place to another (m), cut at the profile's ends; None if empty."""
@@ -72,11 +70,6 @@ def path_line(profile: Profile) -> PathLine | str:
     if crs is None:
         return f"unknown crs '{code}'" if code else "coordinates without a crs"
     return PathLine(profile.x_m, profile.y_m, xy, system_code(crs) or code, crs.to_2d())
-
-
-def moved_geometry(geometry: shapely.Geometry, source: CRS, target: CRS) -> shapely.Geometry:
-    """A geometry in another system."""
-    return shapely.transform(geometry, lambda xy: moved(xy, source, target))
 
 
 Kind = Literal["Point", "LineString", "Polygon"]
@@ -161,11 +154,14 @@ def hazard_layers(
         for f in pieces
         if (width := by_path[f.attributes["path_id"]].width_m) is not None
     ]
+    releases = [
+        f for d in drawn for f in _point(d.line, d.release_x, {"path_id": d.path.path_id}, {})
+    ]
     return [
         *layers_by_system("zone_areas", "Polygon", areas),
         *layers_by_system("paths", "LineString", [_path(one) for one in drawn]),
         *layers_by_system("zones", "LineString", pieces),
-        *layers_by_system("releases", "Point", [f for one in drawn for f in _release(one)]),
+        *layers_by_system("releases", "Point", releases),
         *layers_by_system("events", "Point", [f for one in drawn for f in _stops(one)]),
         *layers_by_system("volume_runouts", "Point", of_volume),
         *layers_by_system("design_runouts", "Point", design),
@@ -182,7 +178,7 @@ def _path(one: MappedPath) -> Feature:
     path, line = one.path, one.line
     return Feature(
         line,
-        line.whole,
+        shapely.LineString(line.xy),
         {
             **{name: getattr(path, name) for name in OF_PATH},
             WIDTH: one.width_m,
@@ -192,29 +188,25 @@ def _path(one: MappedPath) -> Feature:
     )
 
 
-def _release(one: MappedPath) -> list[Feature]:
-    point = one.line.at(one.release_x)
-    attributes = {"path_id": one.path.path_id, **_place(one.line, one.release_x)}
-    return [] if point is None else [Feature(one.line, point, attributes)]
+def _point(
+    line: PathLine, x: float | None, before: Mapping[str, Any], after: Mapping[str, Any]
+) -> list[Feature]:
+    """A point at a place x (m), its place among its attributes; none off the profile."""
+    point = None if x is None else line.at(x)
+    if x is None or point is None:
+        return []
+    place = {"x_m": float(x), "elevation_m": float(np.interp(x, line.x, line.y))}
+    return [Feature(line, point, {**before, **place, **after})]
 
 
 def _stops(one: MappedPath) -> list[Feature]:
-    return [
-        Feature(
-            one.line,
-            point,
-            {
-                "event_id": event.event_id,
-                "path_id": event.path_id,
-                "date": event.date,
-                "volume_m3": event.volume_m3,
-                **_place(one.line, x),
-                "sigma_m": event.runout_sigma_m,
-            },
-        )
-        for event, x in one.stops
-        if (point := one.line.at(x)) is not None
-    ]
+    features = []
+    for event, x in one.stops:
+        about = {
+            name: getattr(event, name) for name in ("event_id", "path_id", "date", "volume_m3")
+        }
+        features += _point(one.line, x, about, {"sigma_m": event.runout_sigma_m})
+    return features
 
 
 def _of_volume(one: MappedPath, row: Mapping[str, Any]) -> list[Feature]:
@@ -244,25 +236,18 @@ def _quantiles(
     one: MappedPath, row: Mapping[str, Any], found: Mapping[str, Any], more: Mapping[str, Any]
 ) -> list[Feature]:
     """A point for each quantile of x on the profile; `more` are further attributes."""
-    features = []
-    for quantile in QUANTILES:
-        x = found[quantile]
-        point = None if x is None else one.line.at(x)
-        if point is None:
-            continue
-        attributes = {
-            "path_id": row["path_id"],
-            "return_period_years": row["return_period_years"],
-            "volume_m3": row["volume_m3"],
-            "quantile": quantile,
-            **_place(one.line, x),
-            **{f"x_{name}_m": found[name] for name in QUANTILES},
-            "extrapolated": bool(row.get("extrapolated")),
-            **more,
-            "notes": " ".join(row.get("notes", ())),
-        }
-        features.append(Feature(one.line, point, attributes))
-    return features
+    about = {name: row[name] for name in ("path_id", "return_period_years", "volume_m3")}
+    after = {
+        **{f"x_{name}_m": found[name] for name in QUANTILES},
+        "extrapolated": bool(row.get("extrapolated")),
+        **more,
+        "notes": " ".join(row.get("notes", ())),
+    }
+    return [
+        feature
+        for name in QUANTILES
+        for feature in _point(one.line, found[name], {**about, "quantile": name}, after)
+    ]
 
 
 def _zones(one: MappedPath, entry: Mapping[str, Any]) -> list[Feature]:
@@ -281,7 +266,3 @@ def _zones(one: MappedPath, entry: Mapping[str, Any]) -> list[Feature]:
         }
         features.append(Feature(one.line, piece, attributes))
     return features
-
-
-def _place(line: PathLine, x: float) -> dict[str, float]:
-    return {"x_m": float(x), "elevation_m": line.elevation(x)}

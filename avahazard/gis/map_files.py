@@ -20,12 +20,13 @@ from pyproj import CRS
 from rasterio.enums import Resampling
 from rasterio.errors import RasterioError
 from rasterio.features import rasterize, shapes
+from rasterio.transform import array_bounds, from_origin
 from rasterio.warp import reproject
-from shapely.geometry import mapping
+from shapely.geometry import mapping, shape
 
 from avahazard.arrays import Floats
-from avahazard.gis.hazard_map import Feature, Kind, MapLayer, MappedPath, PathLine, moved_geometry
-from avahazard.gis.systems import WGS84
+from avahazard.gis.hazard_map import Feature, Kind, MapLayer, MappedPath, PathLine
+from avahazard.gis.systems import WGS84, cells_of, moved_geometry
 from avahazard.records.collection import TerrainCrop
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import plain
@@ -55,11 +56,8 @@ class LayerStyle:
 
 def layer_style(layer: MapLayer) -> LayerStyle:
     """The style of a layer: zones in their own colours, runouts by their quantile."""
-    zones = (
-        {f.attributes["zone"]: f.attributes["color"] for f in layer.features}
-        if (layer.topic in ("zones", "zone_areas"))
-        else {}
-    )
+    of_zones = layer.features if layer.topic in ("zones", "zone_areas") else ()
+    zones = {f.attributes["zone"]: f.attributes["color"] for f in of_zones}
     styles = {
         "paths": LayerStyle("LineString", {"": GREY}, size=0.4),
         "releases": LayerStyle("Point", {"": GREEN}, size=3.0),
@@ -211,28 +209,14 @@ MOST_CELLS = 200_000_000
 
 
 class MapGrid(NamedTuple):
-    """Cells of a map: squares of `cell_m`, north up, from the corner `west_m`, `north_m`."""
+    """Cells of a map, squares, north up.
+
+    `transform` is from columns and rows to the map, `shape` the numbers of rows and columns.
+    """
 
     crs: str
-    west_m: float
-    north_m: float
-    cell_m: float
-    n_rows: int
-    n_columns: int
-
-    @property
-    def transform(self) -> rasterio.Affine:
-        """From columns and rows to the map."""
-        return _transform(self.west_m, self.north_m, self.cell_m)
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Rows and columns."""
-        return self.n_rows, self.n_columns
-
-
-def _transform(west: float, north: float, cell: float) -> rasterio.Affine:
-    return rasterio.Affine(cell, 0.0, west, 0.0, -cell, north)
+    transform: rasterio.Affine
+    shape: tuple[int, int]
 
 
 def grid_of(crops: Sequence[TerrainCrop]) -> MapGrid:
@@ -248,22 +232,16 @@ def grid_of(crops: Sequence[TerrainCrop]) -> MapGrid:
             "Draw a map of those in one system: --path PATH, again for each.",
         )
     cell = min(crop.cell_m for crop in crops)
-    west, north = min(c.west_m for c in crops), max(c.north_m for c in crops)
-    ends = [
-        (
-            c.west_m + c.cell_m * c.elevation_m.shape[1],
-            c.north_m - c.cell_m * c.elevation_m.shape[0],
-        )
-        for c in crops
-    ]
-    n_columns = int(np.ceil((max(east for east, _ in ends) - west) / cell - 1e-6))
-    n_rows = int(np.ceil((north - min(south for _, south in ends)) / cell - 1e-6))
+    bounds = np.array([array_bounds(*c.elevation_m.shape, cells_of(c)) for c in crops])
+    (west, south), (east, north) = bounds[:, :2].min(axis=0), bounds[:, 2:].max(axis=0)
+    sides = np.array([north - south, east - west])
+    n_rows, n_columns = (int(n) for n in np.ceil(sides / cell - 1e-6))
     if n_rows * n_columns > MOST_CELLS:
         raise AvahazardError(
             f"A map of all these paths would have {n_rows} times {n_columns} cells.",
             "Draw several maps: --path PATH, again for each path of one.",
         )
-    return MapGrid(systems[0], west, north, cell, n_rows, n_columns)
+    return MapGrid(systems[0], from_origin(west, north, cell, cell), (n_rows, n_columns))
 
 
 def on_grid(grid: MapGrid, crop: TerrainCrop, values: Floats) -> NDArray[np.float32]:
@@ -272,7 +250,7 @@ def on_grid(grid: MapGrid, crop: TerrainCrop, values: Floats) -> NDArray[np.floa
     reproject(
         values.reshape(crop.elevation_m.shape).astype(np.float32),
         found,
-        src_transform=_transform(crop.west_m, crop.north_m, crop.cell_m),
+        src_transform=cells_of(crop),
         dst_transform=grid.transform,
         src_crs=crop.crs,
         dst_crs=grid.crs,
@@ -287,14 +265,11 @@ def strip_on_grid(
     grid: MapGrid, one: MappedPath, x: Floats, chance: Floats, width_m: float
 ) -> NDArray[np.float32]:
     """Chances `[n]` at places x (m) along a path's line, over the width of the flow; else NaN."""
-    pieces = []
+    there, line, pieces = CRS.from_user_input(grid.crs), one.line, []
     for start, end, value in zip(x[:-1], x[1:], chance[1:], strict=True):
-        piece = one.line.between(float(start), float(end))
+        piece = line.between(float(start), float(end))
         if piece is not None:
-            area = one.line.strip(piece, width_m)
-            pieces.append(
-                (moved_geometry(area, one.line.crs, CRS.from_user_input(grid.crs)), value)
-            )
+            pieces.append((moved_geometry(line.strip(piece, width_m), line.crs, there), value))
     if not pieces:
         return np.full(grid.shape, np.nan, np.float32)
     return np.asarray(
@@ -310,7 +285,7 @@ def write_raster(file: FilePath, grid: MapGrid, bands: Mapping[str, NDArray[np.f
     """
     try:
         with rasterio.open(
-            file, "w", driver="COG", height=grid.n_rows, width=grid.n_columns, count=len(bands),
+            file, "w", driver="COG", height=grid.shape[0], width=grid.shape[1], count=len(bands),
             dtype="float32", crs=grid.crs, transform=grid.transform, nodata=np.nan,
             compress="deflate",
         ) as target:  # fmt: skip
@@ -339,9 +314,5 @@ def areas(
     """The cells `inside` as polygons in the system of a path's line, each with the attributes."""
     there = CRS.from_user_input(grid.crs)
     found = shapes(inside.astype(np.uint8), mask=inside, transform=grid.transform)
-    return [
-        Feature(
-            line, moved_geometry(shapely.geometry.shape(shape), there, line.crs), dict(attributes)
-        )
-        for shape, _ in found
-    ]
+    geometries = (moved_geometry(shape(cells), there, line.crs) for cells, _ in found)
+    return [Feature(line, geometry, dict(attributes)) for geometry in geometries]

@@ -1,16 +1,20 @@
-"""Reference systems: read, judged for lengths in metres, and between each other."""
+"""Reference systems: read, judged for lengths in metres, and what lies in them moved."""
 
 from __future__ import annotations
 
 from functools import cache
 
 import numpy as np
+import shapely
 from pyproj import CRS, Proj, Transformer
 from pyproj.aoi import AreaOfInterest
 from pyproj.database import query_utm_crs_info
 from pyproj.exceptions import CRSError
+from rasterio import Affine
+from rasterio.transform import from_origin
 
 from avahazard.arrays import Floats
+from avahazard.records.collection import TerrainCrop
 
 WGS84 = CRS.from_epsg(4326)
 STRETCH = 0.005
@@ -44,6 +48,21 @@ def moved(xy: Floats, source: CRS, target: CRS) -> Floats:
     if source == target:
         return xy
     return np.column_stack(_transformer(source, target).transform(xy[:, 0], xy[:, 1]))
+
+
+def moved_geometry(geometry: shapely.Geometry, source: CRS, target: CRS) -> shapely.Geometry:
+    """A geometry in another system."""
+    return shapely.transform(geometry, lambda xy: moved(xy, source, target))
+
+
+def along(xy: Floats) -> Floats:
+    """Distance (m) of each point `[n, 2]` from the first, along the line through them."""
+    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
+
+
+def cells_of(crop: TerrainCrop) -> Affine:
+    """From columns and rows of the cells of a path's ground to the map."""
+    return from_origin(crop.west_m, crop.north_m, crop.cell_m, crop.cell_m)
 
 
 def profile_system(candidates: tuple[CRS, ...], place: Floats) -> CRS:

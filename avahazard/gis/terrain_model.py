@@ -11,16 +11,15 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 import rasterio
-from numpy.typing import NDArray
 from pyproj import CRS
 from rasterio.enums import Resampling
 from rasterio.errors import RasterioError
-from rasterio.transform import rowcol, xy
+from rasterio.transform import from_origin, rowcol, xy
 from rasterio.warp import reproject
 from rasterio.windows import Window
 from scipy.ndimage import map_coordinates
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Bools, Floats
 from avahazard.gis.systems import moved, read_system, system_code
 from avahazard.records.collection import TerrainCrop
 from avahazard.records.errors import AvahazardError
@@ -56,17 +55,11 @@ class TerrainModel:
         row, column = rowcol(self.source.transform, xy[:, 0], xy[:, 1], op=np.asarray)
         return row - 0.5, column - 0.5
 
-    def holds(self, xy: Floats) -> NDArray[np.bool_]:
+    def holds(self, xy: Floats) -> Bools:
         """Which points `[n, 2]` lie between the centres of four cells."""
-        row, column = self.grid_places(xy)
-        slack = 1e-6
-        with np.errstate(invalid="ignore"):
-            inside: NDArray[np.bool_] = (
-                (row >= -slack)
-                & (row <= self.source.height - 1 + slack)
-                & (column >= -slack)
-                & (column <= self.source.width - 1 + slack)
-            )
+        places, slack = np.array(self.grid_places(xy)), 1e-6
+        last = np.array([[self.source.height], [self.source.width]]) - 1
+        inside: Bools = np.all((places >= -slack) & (places <= last + slack), axis=0)
         return inside
 
     def elevations(self, xy: Floats) -> Floats:
@@ -120,7 +113,7 @@ class TerrainModel:
             rasterio.band(self.source, 1),
             cells,
             src_crs=self.crs.to_wkt(),
-            dst_transform=rasterio.Affine(cell, 0.0, west, 0.0, -cell, north),
+            dst_transform=from_origin(west, north, cell, cell),
             dst_crs=crs.to_wkt(),
             dst_nodata=np.nan,
             resampling=Resampling.average if cell > 1.5 * own_cell else Resampling.bilinear,

@@ -116,7 +116,7 @@ def draw_map(
         )
         for part in parts
     ]
-    return ChanceMap(name, str(file), grid.crs, grid.cell_m, bands, Rows(rows), tuple(notes))
+    return ChanceMap(name, str(file), grid.crs, grid.transform.a, bands, Rows(rows), tuple(notes))
 
 
 def map_parts(

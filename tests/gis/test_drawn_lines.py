@@ -161,7 +161,7 @@ def terrain(dem_of_line_profile: Path) -> Iterator[TerrainModel]:
 
 def test_the_profile_is_that_of_the_surface(terrain: TerrainModel) -> None:
     profile = line_profile("P", LINE_LINE_PROFILE, SYSTEM, terrain)
-    assert np.abs(profile.y - surface(profile.easting, profile.northing)).max() < 0.1
+    assert np.abs(profile.y - surface(*profile.xy.T)).max() < 0.1
     # The surface along the line by itself: distances from the top, corner included.
     first = np.hypot(*np.subtract(CORNER, TOP))
     whole = first + np.hypot(*np.subtract(BOTTOM, CORNER))
@@ -210,7 +210,7 @@ def test_points_are_50_to_400_and_corners_are_kept_while_they_are_few(
     with open_terrain(write_dem(tmp_path / "fine.tif", 1.5, 1000, 1000)) as fine:
         long = line_profile("P", LINE_LINE_PROFILE, SYSTEM, fine)
     assert 401 <= len(long.x) <= 403
-    assert np.hypot(long.easting - CORNER[0], long.northing - CORNER[1]).min() < 1e-6
+    assert np.linalg.norm(long.xy - CORNER[:2], axis=1).min() < 1e-6
     walked = shapely.LineString(np.linspace(TOP, BOTTOM, 3000))
     many = line_profile("P", walked, SYSTEM, terrain)
     assert len(many.x) == 136
