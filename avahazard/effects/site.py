@@ -12,13 +12,7 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats
 from avahazard.physics.block import LEFT_PROFILE, STOPPED, Asked, every_stop
 from avahazard.physics.cells import Cells, Resistance, build_cells
-from avahazard.physics.runout_curve import (
-    MU,
-    NearStops,
-    RunoutCurve,
-    filled,
-    near_stops,
-)
+from avahazard.physics.runout_curve import COARSE, MU, NearStops, RunoutCurve, near_stops
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.physics.speed import filled_speeds, speeds_along, squares_to_rest
 from avahazard.physics.terrain import MAX_CELL_M, Terrain, cell_ends, node_of, terrain_at
@@ -76,7 +70,6 @@ def stop_table(simulations: Sequence[Simulation], release_x: float, end_x: float
     )
 
 
-COARSE = 4
 ALL_FRICTIONS = slice(0, len(MU))
 SPEED_CELL_M = 10.0
 """Cell length where friction depends on speed: the step is then of second order only."""
@@ -159,14 +152,7 @@ class Site:
 
     def table_near(self, cells: Cells, asked: Asked) -> NearStops:
         """The same near some stops from each release alone (`near_stops`)."""
-        starts = np.searchsorted(cells.x, self.release_x)
-        if not cells.speed_dependent:
-            return near_stops(cells, starts, MU, asked)
-        # Such runs cost ten times as much.
-        begun = asked._replace(middle=asked.middle // COARSE)
-        found = near_stops(cells, starts, MU[::COARSE], begun)
-        end = COARSE * (found.end - 1) + 1
-        return NearStops(filled(found.curve, COARSE), COARSE * found.first, end)
+        return near_stops(cells, np.searchsorted(cells.x, self.release_x), asked)
 
     def speeds(
         self, cells: Cells, release_x: float, x: Floats, near: slice = ALL_FRICTIONS
@@ -176,13 +162,9 @@ class Site:
         Of the block released at `release_x`, one of the site's. The frictions `near`, as
         `table_near` has them, are run; the others have no speed.
         """
-        start = node_of(cells.x, release_x)
-        speeds, mu = np.zeros((len(MU), len(x))), MU[near]
-        if not cells.speed_dependent:
-            speeds[near] = speeds_along(cells, start, mu, x)
-            return speeds
-        # As in `table_near`.
-        speeds[near] = filled_speeds(speeds_along(cells, start, mu[::COARSE], x), COARSE)
+        speeds, stride = np.zeros((len(MU), len(x))), COARSE if cells.speed_dependent else 1
+        run = speeds_along(cells, node_of(cells.x, release_x), MU[near][::stride], x)
+        speeds[near] = filled_speeds(run) if cells.speed_dependent else run
         return speeds
 
     def squares_to_rest(self, cells: Cells, release_x: float, stop_x: float, x: Floats) -> Floats:

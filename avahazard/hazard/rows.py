@@ -31,14 +31,7 @@ from avahazard.inference.seeds import generator
 from avahazard.kernels import kernel
 from avahazard.notes import Note
 from avahazard.physics.block import NOT_RELEASED
-from avahazard.physics.runout_curve import (
-    MU,
-    FrictionGrid,
-    RunoutCurve,
-    friction_grid,
-    piece_at,
-    pieces,
-)
+from avahazard.physics.runout_curve import RunoutCurve, piece_at, pieces
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.results.hazard import (
     Design,
@@ -53,8 +46,8 @@ from avahazard.results.hazard import (
     YearlyChances,
 )
 
-Pieces = tuple[Floats, NDArray[np.int8], FrictionGrid]
-"""`pieces` of curves `[n_curves, …]`, and the grid of their frictions."""
+Pieces = tuple[Floats, NDArray[np.int8]]
+"""`pieces` of curves `[n_curves, …]`."""
 
 STEPS = tuple(k / 20 for k in range(1, 20))
 """Probabilities 5, 10, … 95 %, at which the distribution of the runout is reported."""
@@ -88,7 +81,7 @@ def draw_stops(
 
 
 @kernel
-def _stops(rng, rows, status, grid, of, location, sd, ends, in_log, x, y, counts):  # type: ignore[no-untyped-def]
+def _stops(rng, rows, status, of, location, sd, ends, in_log, x, y, counts):  # type: ignore[no-untyped-def]
     i = 0
     n = 0
     for p in range(len(location)):
@@ -99,7 +92,7 @@ def _stops(rng, rows, status, grid, of, location, sd, ends, in_log, x, y, counts
             if in_log:
                 mu = np.exp(mu)
             if mu > 0.0:
-                k, t = piece_at(row, grid, mu)
+                k, t = piece_at(row, mu)
                 x[n] = row[k, 0] + row[k, 1] * t
                 y[n] = row[k, 2] + row[k, 3] * t
                 counts[kind[k]] += 1
@@ -317,8 +310,7 @@ def _curves(curves: tuple[RunoutCurve, ...]) -> tuple[Pieces, Ints]:
     kind = np.array([different.index(row) for row in rows])
     parts = [pieces(curve[first]) for curve in curves]
     straight, status = (np.concatenate(part) for part in zip(*parts, strict=True))
-    each = straight, status, friction_grid(MU)
-    return each, np.add.outer(np.arange(len(curves)) * len(first), kind)
+    return (straight, status), np.add.outer(np.arange(len(curves)) * len(first), kind)
 
 
 def uncertainties(path: PathHazard, scenario: Scenario) -> tuple[RunoutInterval, RunoutInterval]:

@@ -20,7 +20,7 @@ for. What would be beyond is not run, but held at the last that was.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Bools, Floats, Ints
 from avahazard.kernels import kernel
-from avahazard.physics.block import LEFT_PROFILE, STOPPED, Asked, run, run_near
+from avahazard.physics.block import LEFT_PROFILE, STOPPED, Asked, every_stop, run_near
 from avahazard.physics.cells import Cells
 
 MU_STEP = 0.0025
@@ -56,20 +56,19 @@ JUMP_FACTOR = 5.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RunoutCurve:
-    """F(μ) of one run, `[n_friction]`, or of several, `[n_rows, n_friction]`.
+    """F(μ) over `MU` of one run, `[n_friction]`, or of several, `[n_rows, n_friction]`.
 
-    `mu` `[n_friction]` are the frictions of the nodes, which rise. `x`, `y` are in m, `status` as
-    in `physics.block`; where the block ran beyond the profile they are no stops.
+    `x`, `y` are in m, `status` as in `physics.block`; where the block ran beyond the profile they
+    are no stops.
     """
 
     x: Floats
     y: Floats
     status: NDArray[np.int8]
-    mu: Floats = field(default_factory=lambda: MU)
 
     def __getitem__(self, rows: Any) -> RunoutCurve:
         """The curves of these rows, or the curve of one."""
-        return RunoutCurve(self.x[rows], self.y[rows], self.status[rows], self.mu)
+        return RunoutCurve(self.x[rows], self.y[rows], self.status[rows])
 
     @property
     def left(self) -> Bools:
@@ -95,7 +94,7 @@ class RunoutCurve:
 
     def at(self, mu: Floats) -> tuple[Floats, Floats, NDArray[np.int8]]:
         """x, y and status at frictions `mu` `[(n_rows,) n]`; beyond the grid its end counts."""
-        cell, share = located(steps_of(mu, self.mu), self.broken)
+        cell, share = located(steps_of(mu), self.broken)
         x, y = between(self.x, cell, share), between(self.y, cell, share)
         return x, y, nearest(self.status, cell, share)
 
@@ -104,69 +103,21 @@ class RunoutCurve:
 
         nan where there is none: within jumps, where the block left, where it was held.
         """
-        broken, width = self.broken, np.diff(self.mu)
-        return _slope(self.x, broken, width), _slope(self.y, broken, width)
+
+        def slope(values: Floats) -> Floats:
+            of_cell = np.where(self.broken, np.nan, np.diff(values) / np.diff(MU))
+            none = np.full((*of_cell.shape[:-1], 1), np.nan)
+            below = np.concatenate([none, of_cell], axis=-1)
+            above = np.concatenate([of_cell, none], axis=-1)
+            both = np.where(np.isnan(below), above, 0.5 * (below + above))
+            return np.where(np.isnan(above), below, both)
+
+        return slope(self.x), slope(self.y)
 
 
-def tabulate(cells: Cells, starts: NDArray[np.int64], stride: int = 1) -> RunoutCurve:
-    """F(μ) from each start node `[n_starts]`, at every `stride`-th friction of `MU`.
-
-    Where the block ran beyond the profile, x and y are nan; where it was not released, the release.
-    """
-    stops = run(cells, starts, MU[::stride])
-    return RunoutCurve(stops.x, stops.y, stops.status, MU[::stride])
-
-
-def filled(coarse: RunoutCurve, stride: int) -> RunoutCurve:
-    """The curves over `MU` from those over every `stride`-th friction of it: cubics between these.
-
-    Straight beside a broken cell, in which the nearer end counts.
-    """
-    return RunoutCurve(*_filled(coarse.x, coarse.y, coarse.status, coarse.broken, stride))
-
-
-@kernel
-def _filled(x, y, status, broken, stride):  # type: ignore[no-untyped-def]
-    n_rows, n = x.shape
-    shape = n_rows, stride * (n - 1) + 1
-    fine_x, fine_y, fine_status = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.int8)
-    for r in range(n_rows):
-        for c in range(n):
-            here = broken[r, max(c - 1, 0) : c + 2]
-            smooth = 0 < c < n - 2 and not np.any(here)
-            for k in range(stride if c < n - 1 else 1):
-                share, i = k / stride, stride * c + k
-                near = c + 1 if share >= 0.5 else c
-                fine_x[r, i], fine_y[r, i], fine_status[r, i] = (
-                    x[r, near],
-                    y[r, near],
-                    status[r, near],
-                )
-                if k > 0 and not broken[r, c]:
-                    fine_x[r, i] = cubic_between(x[r], c, share, smooth)
-                    fine_y[r, i] = cubic_between(y[r], c, share, smooth)
-    return fine_x, fine_y, fine_status
-
-
-@kernel(inner=True)
-def cubic_between(values, c, share, smooth):  # type: ignore[no-untyped-def]
-    """Value at this share of the way from node c to the next, within the range of both.
-
-    By the cubic through the four nodes about them, straight where they are not `smooth`.
-    """
-    low, high = values[c], values[c + 1]
-    straight = low + share * (high - low)
-    if not smooth:
-        return straight
-    before = (values[c - 1] - 2.0 * low + high) * (2.0 - share)
-    after = (low - 2.0 * high + values[c + 2]) * (1.0 + share)
-    cubic = straight + share * (share - 1.0) * (before + after) / 6.0
-    return min(max(cubic, min(low, high)), max(low, high))
-
-
-def steps_of(mu: Floats, grid: Floats = MU) -> Floats:
-    """Frictions `mu` in steps from the first node of `grid`; beyond the grid its end counts."""
-    return np.asarray(np.interp(mu, grid, np.arange(len(grid))))
+def steps_of(mu: Floats) -> Floats:
+    """Frictions `mu` in steps from the first node of `MU`; beyond the grid its end counts."""
+    return np.asarray(np.interp(mu, MU, np.arange(len(MU))))
 
 
 def broken_cells(x: Floats, status: NDArray[np.int8]) -> Bools:
@@ -254,64 +205,30 @@ def pieces(curve: RunoutCurve) -> tuple[Floats, NDArray[np.int8]]:
     return rows, status
 
 
-class FrictionGrid(NamedTuple):
-    """Frictions `[n_friction]`, and those between `low` and `high`, which are even.
-
-    The first of these has number `first`, and there are `per_step` of them to a unit of friction.
-    """
-
-    mu: Floats
-    low: float
-    high: float
-    first: int
-    per_step: float
-
-
-def friction_grid(mu: Floats) -> FrictionGrid:
-    """The grid with these frictions, its longest even stretch found."""
-    width = np.diff(mu)
-    edges = np.flatnonzero(~np.isclose(width[1:], width[:-1], rtol=1e-9)) + 1
-    starts, ends = np.append(0, edges), np.append(edges, len(width))
-    longest = int(np.argmax(ends - starts))
-    first, last = int(starts[longest]), int(ends[longest])
-    per_step = float((last - first) / (mu[last] - mu[first]))
-    return FrictionGrid(
-        np.ascontiguousarray(mu), float(mu[first]), float(mu[last]), first, per_step
-    )
+LOW, HIGH = float(MU[EVEN.start]), float(MU[EVEN.stop - 1])
+STEPS_PER_MU = (EVEN.stop - 1 - EVEN.start) / (HIGH - LOW)
+"""Ends of the even frictions, and how many of their steps there are to a unit of friction."""
 
 
 @kernel(forceinline=True)
-def piece_at(rows, grid, mu):  # type: ignore[no-untyped-def]
+def piece_at(rows, mu):  # type: ignore[no-untyped-def]
     """Row of the piece that holds μ, and μ in steps of the grid."""
-    if grid.low <= mu <= grid.high:
-        t = grid.first + (mu - grid.low) * grid.per_step
+    if LOW <= mu <= HIGH:
+        t = N_BELOW + (mu - LOW) * STEPS_PER_MU
     else:
-        j = min(max(np.searchsorted(grid.mu, mu) - 1, 0), len(grid.mu) - 2)
-        t = j + (mu - grid.mu[j]) / (grid.mu[j + 1] - grid.mu[j])
+        j = min(max(np.searchsorted(MU, mu) - 1, 0), len(MU) - 2)
+        t = j + (mu - MU[j]) / (MU[j + 1] - MU[j])
     return int(min(max(2.0 * t + 1.0, 0.0), len(rows) - 1.0)), t
 
 
-def _slope(values: Floats, broken: Bools, width: Floats) -> Floats:
-    """Mean slope of the straight cells beside each node, `[…, n_friction]`; nan where none is."""
-    whole = (~broken).astype(float)
-    # What a broken cell holds may be nan.
-    step = np.diff(np.where(np.isfinite(values), values, 0.0), axis=-1)
-    step = np.where(broken, 0.0, step / width)
-    none = np.zeros((*step.shape[:-1], 1))
-
-    def both(of_cells: Floats) -> Floats:
-        return np.concatenate([none, of_cells], axis=-1) + np.concatenate([of_cells, none], axis=-1)
-
-    count = both(whole)
-    return np.where(count > 0.0, both(step) / np.maximum(count, 1.0), np.nan)
-
-
+COARSE = 4
+"""Where resistance depends on speed, and a run costs ten times as much, every fourth friction of
+`MU` is run."""
 MARGIN, SLOW_MARGIN = 12, 3
 """Frictions beyond the stops asked for: what is a jump shows by the cells beside it, and the
-screening reads speeds at every fourth friction. The second where resistance depends on speed, whose
-frictions lie four times as far apart (`effects.site`)."""
+screening reads speeds at every fourth friction. The second is of coarse frictions."""
 WIDTH, SLOW_WIDTH = 32, 16
-"""Frictions run at once; the second where resistance depends on speed, and each costs by itself."""
+"""Frictions run at once; the second of coarse ones, of which each costs by itself."""
 
 
 class NearStops(NamedTuple):
@@ -325,11 +242,61 @@ class NearStops(NamedTuple):
     end: Ints
 
 
-def near_stops(cells: Cells, starts: NDArray[np.int64], mu: Floats, asked: Asked) -> NearStops:
-    """F(μ) from each start node `[n_starts]` near what is asked, the same for every `middle`.
+def tabulate(cells: Cells, starts: NDArray[np.int64]) -> RunoutCurve:
+    """F(μ) from each start node `[n_starts]`.
 
-    `mu` `[n_friction]` rise.
+    Where the block ran beyond the profile, x and y are nan; where it was not released, the release.
     """
-    width, margin = (SLOW_WIDTH, SLOW_MARGIN) if cells.speed_dependent else (WIDTH, MARGIN)
-    stops, first, end = run_near(cells, starts, mu, asked, width, margin)
-    return NearStops(RunoutCurve(stops.x, stops.y, stops.status, mu), first, end)
+    return near_stops(cells, starts, every_stop(len(starts))).curve
+
+
+def near_stops(cells: Cells, starts: NDArray[np.int64], asked: Asked) -> NearStops:
+    """F(μ) from each start node `[n_starts]` near what is asked, the same for every `middle`."""
+    if not cells.speed_dependent:
+        stops, first, end = run_near(cells, starts, MU, asked, WIDTH, MARGIN)
+        return NearStops(RunoutCurve(stops.x, stops.y, stops.status), first, end)
+    begun = asked._replace(middle=asked.middle // COARSE)
+    stops, first, end = run_near(cells, starts, MU[::COARSE], begun, SLOW_WIDTH, SLOW_MARGIN)
+    broken = broken_cells(stops.x, stops.status)
+    curve = RunoutCurve(*filled(stops.x, stops.y, stops.status, broken))
+    return NearStops(curve, COARSE * first, COARSE * (end - 1) + 1)
+
+
+@kernel(inner=True)
+def cubic_between(values, c, share, smooth):  # type: ignore[no-untyped-def]
+    """Value at this share of the way from node c to the next, within the range of both.
+
+    By the cubic through the four nodes about them, straight where they are not `smooth`.
+    """
+    low, high = values[c], values[c + 1]
+    straight = low + share * (high - low)
+    if not smooth:
+        return straight
+    before = (values[c - 1] - 2.0 * low + high) * (2.0 - share)
+    after = (low - 2.0 * high + values[c + 2]) * (1.0 + share)
+    cubic = straight + share * (share - 1.0) * (before + after) / 6.0
+    return min(max(cubic, min(low, high)), max(low, high))
+
+
+@kernel
+def filled(x, y, status, broken):  # type: ignore[no-untyped-def]
+    """Stops over `MU` from those at every `COARSE`-th friction: cubics between these.
+
+    Straight beside a broken cell, in which the nearer end counts. All are `[n_rows, n_friction]`.
+    """
+    n_rows, n = x.shape
+    shape = n_rows, COARSE * (n - 1) + 1
+    fine_x, fine_y, fine_status = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.int8)
+    for r in range(n_rows):
+        for c in range(n):
+            here = broken[r, max(c - 1, 0) : c + 2]
+            smooth = 0 < c < n - 2 and not np.any(here)
+            for k in range(COARSE if c < n - 1 else 1):
+                share, i = k / COARSE, COARSE * c + k
+                near = c + 1 if share >= 0.5 else c
+                fine_x[r, i], fine_y[r, i] = x[r, near], y[r, near]
+                fine_status[r, i] = status[r, near]
+                if k > 0 and not broken[r, c]:
+                    fine_x[r, i] = cubic_between(x[r], c, share, smooth)
+                    fine_y[r, i] = cubic_between(y[r], c, share, smooth)
+    return fine_x, fine_y, fine_status

@@ -17,7 +17,7 @@ from avahazard.inference.model.laws import law
 from avahazard.inference.paper.calibration import run_gibbs
 from avahazard.inference.paper.metropolis import runout_records, squared_residuals, walk
 from avahazard.physics.cells import build_cells, no_resistance
-from avahazard.physics.runout_curve import EVEN, MU, MU_STEP, friction_grid, pieces, tabulate
+from avahazard.physics.runout_curve import EVEN, MU, MU_STEP, pieces, tabulate
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.physics.terrain import build_terrain
 from benchmarks.cases.blocks import longest
@@ -157,7 +157,7 @@ def draws_limit() -> Row:
     terrain = build_terrain(longest("legendre"))
     curve = tabulate(build_cells(terrain, no_resistance(terrain)), np.array([0]))[0]
     filled, rng = np.where(curve.left, terrain.x[-1], curve.x), np.random.default_rng(1)
-    curves, of = (*pieces(curve[None]), friction_grid(curve.mu)), np.zeros(N_POSTERIOR, np.int64)
+    curves, of = pieces(curve[None]), np.zeros(N_POSTERIOR, np.int64)
 
     def rounds(in_log, sd, transform):
         location = np.full(N_POSTERIOR, np.log(MEAN) if in_log else MEAN)

@@ -3,18 +3,19 @@
 import numpy as np
 import pytest
 
-from avahazard.physics.runout_curve import RunoutCurve
+from avahazard.physics.runout_curve import MU, RunoutCurve
 
-JUMPS = {24}
+JUMP = int(np.searchsorted(MU, 0.345))
+JUMPS = {JUMP - 1}
 
 
 @pytest.fixture
 def curve() -> RunoutCurve:
-    mu = 0.1 + 0.01 * np.arange(60)
-    x = 2500 - 3000 * mu
-    x[25:] -= 400  # the block stops before the step or beyond it, never on it
+    x = 2500 - 3000 * MU
+    x[JUMP:] -= 400  # the block stops before the step or beyond it, never on it
     y = 1000 + (2500 - x) * 0.4
-    status = np.zeros(60, dtype=np.int8)
-    status[:10], x[:10], y[:10] = 1, np.nan, np.nan
-    status[55:], x[55:], y[55:] = 2, 0.0, 2000.0
-    return RunoutCurve(x, y, status, mu)
+    status = np.zeros(len(MU), dtype=np.int8)
+    left, held = MU < 0.1949, MU > 0.6451
+    status[left], x[left], y[left] = 1, np.nan, np.nan
+    status[held], x[held], y[held] = 2, 0.0, 2000.0
+    return RunoutCurve(x, y, status)

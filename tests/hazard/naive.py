@@ -11,7 +11,7 @@ from avahazard.physics.runout_curve import MU, RunoutCurve
 def naive_stop(curve: RunoutCurve, mu: float, jumps: set[int]) -> tuple[float, float]:
     """Stop (x, y) of one friction; `jumps` are the cells over which the stop jumps."""
     last = len(curve.status) - 1
-    t = float(np.interp(mu, curve.mu, np.arange(last + 1)))
+    t = float(np.interp(mu, MU, np.arange(last + 1)))
     nearest = min(max(round(t), 0), last)
     cell = int(np.floor(t))
     if 0 <= cell < last and cell not in jumps and curve.status[cell : cell + 2].tolist() == [0, 0]:

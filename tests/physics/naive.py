@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from avahazard.physics.cells import SPEEDS, Resistance
-from avahazard.physics.runout_curve import JUMP_FACTOR, RunoutCurve
+from avahazard.physics.runout_curve import JUMP_FACTOR, MU, RunoutCurve
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.physics.terrain import Terrain
 
@@ -110,10 +110,10 @@ def naive_stop(curve: RunoutCurve, mu: float) -> tuple[float, float, int]:
     """Stop (x, y) and status of one friction on one curve."""
     last = len(curve.x) - 1
     cell = last - 1
-    while cell > 0 and curve.mu[cell] > mu:
+    while cell > 0 and MU[cell] > mu:
         cell -= 1
-    width = curve.mu[cell + 1] - curve.mu[cell]
-    t = cell + min(max((mu - curve.mu[cell]) / width, 0.0), 1.0)
+    width = MU[cell + 1] - MU[cell]
+    t = cell + min(max((mu - MU[cell]) / width, 0.0), 1.0)
     if naive_broken(curve.x, curve.status, cell):
         node = cell if t - cell < 0.5 else cell + 1
         return curve.x[node], curve.y[node], int(curve.status[node])

@@ -8,6 +8,7 @@ import pytest
 from avahazard.physics.block import LEFT_PROFILE, NOT_RELEASED, STOPPED, run
 from avahazard.physics.cells import SPEEDS
 from avahazard.physics.runout_curve import (
+    COARSE,
     EVEN,
     MARGIN,
     MU,
@@ -18,7 +19,6 @@ from avahazard.physics.runout_curve import (
     RunoutCurve,
     broken_cells,
     filled,
-    friction_grid,
     inverse,
     near_stops,
     piece_at,
@@ -29,23 +29,21 @@ from avahazard.physics.runout_curve import (
 from tests.physics.naive import naive_broken, naive_stop
 from tests.physics.paths import bowl, cells_of, ski_jump, terrain_of
 
-N = 60
-UNEVEN = np.concatenate(
-    [[0.02, 0.05, 0.07, 0.09], 0.1 + 0.01 * np.arange(N - 8), [0.63, 0.66, 0.71, 0.8]]
-)
-"""Frictions that are even from 0.1 to 0.61 alone."""
+N = len(MU)
+JUMP = int(np.searchsorted(MU, 0.345))
+"""The node after the jump of `curve_of`."""
 
 
 def curve_of(jump_m: float = 400.0) -> RunoutCurve:
-    """Left, stops with a jump after node 24, held: over 0.1, 0.11, … 0.69."""
-    mu = 0.1 + 0.01 * np.arange(N)
-    x = 2500.0 - 3000.0 * mu
-    x[25:] -= jump_m
+    """Left below 0.195, stops with a jump about 0.345, held above 0.645."""
+    x = 2500.0 - 3000.0 * MU
+    x[JUMP:] -= jump_m
     y = 1000.0 + (2500.0 - x) * 0.4
     status = np.full(N, STOPPED, dtype=np.int8)
-    status[:10], x[:10], y[:10] = LEFT_PROFILE, np.nan, np.nan
-    status[55:], x[55:], y[55:] = NOT_RELEASED, 0.0, 2000.0
-    return RunoutCurve(x, y, status, mu)
+    left, held = MU < 0.1949, MU > 0.6451
+    status[left], x[left], y[left] = LEFT_PROFILE, np.nan, np.nan
+    status[held], x[held], y[held] = NOT_RELEASED, 0.0, 2000.0
+    return RunoutCurve(x, y, status)
 
 
 def random_curves(n: int) -> RunoutCurve:
@@ -55,7 +53,7 @@ def random_curves(n: int) -> RunoutCurve:
     x = 3000.0 - np.cumsum(step, axis=1)
     status = np.where(rng.random((n, N)) < 0.1, rng.integers(1, 3, (n, N)), 0).astype(np.int8)
     x[status == LEFT_PROFILE] = np.nan
-    return RunoutCurve(x, 2000.0 - 0.3 * x, status, UNEVEN)
+    return RunoutCurve(x, 2000.0 - 0.3 * x, status)
 
 
 def test_the_grid_is_even_for_avalanches_and_covers_all_that_flows() -> None:
@@ -80,11 +78,11 @@ def test_frictions_are_counted_in_steps_of_the_grid() -> None:
     np.testing.assert_array_equal(steps_of(np.array([1e-9, -1.0, 99.0])), [0, 0, len(MU) - 1])
     rows = np.zeros((2 * len(MU), 4))
     for m, step in zip(mu, steps, strict=True):
-        assert piece_at.py_func(rows, friction_grid(MU), m)[1] == pytest.approx(step, abs=1e-9)
-    assert friction_grid(MU)[1:4] == (MU[EVEN][0], MU[EVEN][-1], EVEN.start)
-    even = np.linspace(0.2, 0.9, 8)
-    assert friction_grid(even)[1:4] == (0.2, 0.9, 0)
-    assert friction_grid(even).per_step == pytest.approx(10.0)
+        assert piece_at.py_func(rows, m)[1] == pytest.approx(step, abs=1e-9)
+    below, above = (piece_at.py_func(rows, m) for m in (0.0, 5.0))
+    assert below[0] == 0
+    assert below[1] < 0.0
+    assert above[0] == len(rows) - 1
 
 
 def test_the_table_is_the_runs() -> None:
@@ -99,10 +97,6 @@ def test_the_table_is_the_runs() -> None:
     np.testing.assert_array_equal(table.status == NOT_RELEASED, held)
     assert table.left.any()
     assert held.any()
-    coarse = tabulate(cells, starts, 4)
-    np.testing.assert_array_equal(coarse.mu, MU[::4])
-    np.testing.assert_array_equal(coarse.x, table.x[:, ::4])
-    np.testing.assert_allclose(coarse.at(MU[None, 8:9].repeat(3, 0))[0][:, 0], table.x[:, 8])
 
 
 def test_cells_are_broken_as_the_twin_says() -> None:
@@ -121,21 +115,9 @@ def test_cells_are_broken_as_the_twin_says() -> None:
     np.testing.assert_array_equal(curves.jumps, broken & inside)
 
 
-def test_frictions_count_in_steps_of_an_uneven_grid() -> None:
-    grid, rows = friction_grid(UNEVEN), pieces(random_curves(1)[0])[0]
-    for k in range(len(UNEVEN) - 1):
-        for share in (0.0, 0.3, 0.9):
-            mu = (1.0 - share) * UNEVEN[k] + share * UNEVEN[k + 1]
-            assert piece_at.py_func(rows, grid, mu)[1] == pytest.approx(k + share, abs=1e-9)
-    below, above = (piece_at.py_func(rows, grid, mu) for mu in (0.0, 5.0))
-    assert below[0] == 0
-    assert below[1] < 0.0
-    assert above[0] == len(rows) - 1
-
-
 def test_what_is_looked_up_is_the_twins() -> None:
     curves = random_curves(8)
-    mu = np.random.default_rng(1).uniform(0.01, 0.85, (8, 300))
+    mu = np.exp(np.random.default_rng(1).uniform(np.log(5e-4), np.log(4.0), (8, 300)))
     x, y, status = curves.at(mu)
     for k in range(8):
         one = [naive_stop(curves[k], m) for m in mu[k]]
@@ -145,7 +127,7 @@ def test_what_is_looked_up_is_the_twins() -> None:
         # And so are the pieces, of which the draws of hazard are made.
         rows, of_piece = pieces(curves[k])
         for m, (stop_x, stop_y, code) in zip(mu[k], one, strict=True):
-            p, t = piece_at.py_func(rows, friction_grid(UNEVEN), m)
+            p, t = piece_at.py_func(rows, m)
             assert of_piece[p] == code
             if code != LEFT_PROFILE:
                 assert rows[p, 0] + rows[p, 1] * t == pytest.approx(stop_x, abs=1e-6)
@@ -155,14 +137,14 @@ def test_what_is_looked_up_is_the_twins() -> None:
 
 
 def test_status_is_that_of_the_nearer_node() -> None:
-    *_, status = curve_of().at(np.array([0.1944, 0.1956, 0.6444, 0.6456]))
+    *_, status = curve_of().at(np.array([0.1936, 0.1939, 0.6461, 0.6464]))
     assert status.tolist() == [LEFT_PROFILE, STOPPED, STOPPED, NOT_RELEASED]
 
 
 def test_nothing_stops_within_a_jump() -> None:
     curve = curve_of()
     x, _, _ = curve.at(np.linspace(0.33, 0.36, 301))
-    assert not np.any((x > curve.x[25] + 1e-9) & (x < curve.x[24] - 1e-9))
+    assert not np.any((x > curve.x[JUMP] + 1e-9) & (x < curve.x[JUMP - 1] - 1e-9))
 
 
 def test_a_curve_that_steepens_smoothly_has_no_jump() -> None:
@@ -175,8 +157,8 @@ def test_coarse_runs_are_filled_straight_but_for_jumps() -> None:
     x[50:] -= 300.0
     status = np.zeros((1, len(x)), dtype=np.int8)
     status[0, :9] = LEFT_PROFILE
-    coarse = RunoutCurve(x[None], -x[None], status, MU[::4])
-    fine = filled(coarse, 4)
+    broken = broken_cells(x[None], status)
+    fine = RunoutCurve(*filled(x[None], -x[None], status, broken))
     np.testing.assert_allclose(fine.x[:, : len(MU) : 4], x[None, : len(MU[::4])])
     np.testing.assert_allclose(fine.x[0, 36:197], 2000.0 - 1000.0 * MU[36:197])
     np.testing.assert_array_equal(fine.x[0, 196:201], x[[49, 49, 50, 50, 50]])
@@ -229,10 +211,10 @@ def test_the_derivative_is_that_of_the_runs() -> None:
 
 def test_at_a_jump_the_derivative_is_that_of_its_own_side() -> None:
     dx, dy = curve_of().derivative()
-    np.testing.assert_allclose(dx[10:55], -3000.0)
-    np.testing.assert_allclose(dy[10:55], 1200.0)
-    assert np.isnan(dx[:10]).all()
-    assert np.isnan(dx[55:]).all()
+    stops = (MU > 0.1949) & (MU < 0.6451)
+    np.testing.assert_allclose(dx[stops], -3000.0)
+    np.testing.assert_allclose(dy[stops], 1200.0)
+    assert np.isnan(dx[~stops]).all()
 
 
 WEAKENING = 0.5 + 0.5 / (1.0 + SPEEDS / 8.0)
@@ -247,7 +229,7 @@ def setting(name: str, low: float, high: float, middle: int) -> tuple[NearStops,
     cells = GROUNDS[name]
     starts = np.array([np.flatnonzero(cells.x == 100.0)[0]])
     asked = Asked(np.array([low]), np.array([high]), np.array([middle]))
-    return near_stops(cells, starts, MU, asked), tabulate(cells, starts)
+    return near_stops(cells, starts, asked), tabulate(cells, starts)
 
 
 @pytest.mark.parametrize("name", GROUNDS)
@@ -256,15 +238,20 @@ def test_all_that_stops_there_is_run_and_its_neighbours(name: str, share: float)
     x = GROUNDS[name].x
     low = x[0] + share * (x[-1] - x[0])
     found, whole = setting(name, low, low + 60.0, 100)
-    rows = slice(found.first[0], found.end[0])
+    # Of those that are filled in, the first and the last may be straight.
+    rows = slice(found.first[0], found.end[0], COARSE if name == "by speed" else 1)
     np.testing.assert_array_equal(found.curve.x[0, rows], whole.x[0, rows])
     np.testing.assert_array_equal(found.curve.y[0, rows], whole.y[0, rows])
     np.testing.assert_array_equal(found.curve.status[0, rows], whole.status[0, rows])
     beyond = np.flatnonzero(whole.left[0] | (whole.x[0] > low + 60.0))[-1]
     short = np.flatnonzero(whole.x[0] < low)[0]
-    margin = SLOW_MARGIN if name == "by speed" else MARGIN
-    assert found.first[0] == max(beyond - margin, 0)
-    assert found.end[0] == min(short + 1 + margin, len(MU))
+    if name == "by speed":
+        beyond, short = COARSE * (beyond // COARSE), COARSE * -(-short // COARSE)
+        assert found.first[0] == max(beyond - COARSE * SLOW_MARGIN, 0)
+        assert found.end[0] == min(short + 1 + COARSE * SLOW_MARGIN, len(MU))
+    else:
+        assert found.first[0] == max(beyond - MARGIN, 0)
+        assert found.end[0] == min(short + 1 + MARGIN, len(MU))
     assert found.end[0] - found.first[0] < len(MU) // 3
 
 

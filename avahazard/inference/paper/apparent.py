@@ -123,7 +123,7 @@ def apparent_friction(
     runout = np.asarray(runout, np.float64)
     rows = runout.reshape(-1, runout.shape[-1])
     stopped = curves.status == STOPPED
-    found = _inverted(rows, np.asarray(table), stop_y, stopped, curves.broken, curves.mu)
+    found = _inverted(rows, np.asarray(table), stop_y, stopped, curves.broken)
     return ApparentFriction(*(part.reshape(runout.shape) for part in found))
 
 
@@ -154,7 +154,7 @@ def perturb(
 
 @kernel
 def _inverted(
-    runout: Floats, table: Ints, stop_y: Floats, stopped: Bools, broken: Bools, grid: Floats
+    runout: Floats, table: Ints, stop_y: Floats, stopped: Bools, broken: Bools
 ) -> tuple[Floats, Floats, Floats, Ints]:
     """μ and the `_bracket` of each of `runout` [n_sets, n_events]."""
     mu, low, high = np.full(runout.shape, np.nan), np.empty(runout.shape), np.empty(runout.shape)
@@ -162,7 +162,7 @@ def _inverted(
     for r in range(runout.shape[0]):
         for i in range(runout.shape[1]):
             k = table[i]
-            left, right, code = _bracket(runout[r, i], stop_y[k], stopped[k], broken[k], grid)
+            left, right, code = _bracket(runout[r, i], stop_y[k], stopped[k], broken[k])
             low[r, i], high[r, i], status[r, i] = left, right, code
             if code <= SEVERAL:
                 mu[r, i] = 0.5 * (left + right)
@@ -170,16 +170,10 @@ def _inverted(
 
 
 @kernel(inner=True)
-def _bracket(
-    y: float,
-    stop_y: Floats,
-    stopped: Bools,
-    broken: Bools,
-    mu: Floats,
-) -> tuple[float, float, int]:
+def _bracket(y: float, stop_y: Floats, stopped: Bools, broken: Bools) -> tuple[float, float, int]:
     """Smallest and largest μ whose block stops at y, m, and the status code, of one table.
 
-    `stopped`, `mu` [n_mu]; `broken` [n_mu - 1] are the cells of jumps.
+    `stopped` [n_mu]; `broken` [n_mu - 1] are the cells of jumps.
     """
     if np.isnan(y):
         return np.nan, np.nan, NO_RECORD
@@ -199,7 +193,7 @@ def _bracket(
             or (last == first and y == stop_y[first])
         ):
             below = stop_y[last]
-            left, right = mu[last], mu[j]
+            left, right = MU[last], MU[j]
             crossings += 1
             if j > last + 1 or broken[last]:
                 jumped = True
@@ -214,8 +208,8 @@ def _bracket(
     if first < 0:
         return -np.inf, np.inf, BELOW
     if y <= least:
-        return -np.inf, mu[first], BELOW
-    return mu[last], np.inf, ABOVE
+        return -np.inf, MU[first], BELOW
+    return MU[last], np.inf, ABOVE
 
 
 DEFAULT_KAPPA = 5.0

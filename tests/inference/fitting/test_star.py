@@ -21,6 +21,7 @@ from avahazard.inference.fitting.star import (
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import TRACK_SLOT, Arms, with_arms
 from avahazard.inference.model.observations import build_observations
+from avahazard.physics.runout_curve import MU
 from avahazard.synth.dataset import Settings
 from avahazard.synth.making import make_dataset
 from tests.inference.studies import near, observations, one_path, posterior
@@ -160,7 +161,7 @@ def _metres_apart(model: Posterior, u: np.ndarray) -> float:
     curve = model.nodes.predicted_at(u).curve
     mu = np.exp([np.sum(nodes.place * nodes.weight, axis=1) for nodes in (given, exact)]).T
     x = curve.at(mu)[0]
-    cell = np.searchsorted(curve.mu, mu[:, 1]) - 1
+    cell = np.searchsorted(MU, mu[:, 1]) - 1
     goes_on = [
         not row[max(k - 4, 0) : k + 5].any() for row, k in zip(curve.broken, cell, strict=True)
     ]
