@@ -110,18 +110,19 @@ class Track:
         n = len(self.knots_m) - 1
         self.constant, self.quadratic = np.zeros(n), np.zeros(n)
 
+    def _cell(self, x_m: Floats | float) -> tuple[Floats, Floats]:
+        """How far x is into its cell, and the coefficients there."""
+        i = np.clip(np.searchsorted(self.knots_m, x_m, "right") - 1, 0, len(self.forest) - 1)
+        return x_m - self.knots_m[i], self.coef[:, i]
+
     def elevation(self, x_m: Floats | float) -> Floats:
         """Elevation at x, in metres."""
-        i = np.clip(np.searchsorted(self.knots_m, x_m, "right") - 1, 0, len(self.forest) - 1)
-        d = x_m - self.knots_m[i]
-        c = self.coef[:, i]
+        d, c = self._cell(x_m)
         return np.asarray(c[0] + d * (c[1] + d * (c[2] + d * c[3])))
 
     def slope(self, x_m: Floats | float) -> Floats:
         """-dy/dx at x: the tangent of the slope angle."""
-        i = np.clip(np.searchsorted(self.knots_m, x_m, "right") - 1, 0, len(self.forest) - 1)
-        d = x_m - self.knots_m[i]
-        c = self.coef[:, i]
+        d, c = self._cell(x_m)
         return np.asarray(-(c[1] + d * (2.0 * c[2] + d * 3.0 * c[3])))
 
     def place(self, elevation_m: Floats | float) -> Floats:
@@ -155,9 +156,9 @@ class Track:
         ]
         self.coef = np.insert(self.coef, i + 1, moved, axis=1)
         self.knots_m = np.insert(self.knots_m, i + 1, x_m)
-        self.forest = np.insert(self.forest, i + 1, self.forest[i])
-        self.constant = np.insert(self.constant, i + 1, self.constant[i])
-        self.quadratic = np.insert(self.quadratic, i + 1, self.quadratic[i])
+        for name in ("forest", "constant", "quadratic"):
+            of_cells = getattr(self, name)
+            setattr(self, name, np.insert(of_cells, i + 1, of_cells[i]))
 
 
 def make_track(x_m: Floats, y_m: Floats, land_cover: Sequence[str] | None = None) -> Track:
@@ -230,15 +231,6 @@ def _run(knots, coef, cells, x0, motion, step, w_knots):  # type: ignore[no-unty
     return LEFT_PROFILE, x
 
 
-@kernel(fastmath=False)
-def _run_all(  # type: ignore[no-untyped-def]
-    knots, coef, cells, release, mu, centrifugal, r, u0, step, status, stop, w_knots
-):
-    for j in range(len(mu)):
-        motion = (mu[j], centrifugal, r, u0)
-        status[j], stop[j] = _run(knots, coef, cells, release[j], motion, step, w_knots[j])
-
-
 def run_track(
     track: Track, release_x_m: Floats, mu: Floats, step_m: float = STEP_M
 ) -> tuple[NDArray[np.int64], Floats, Floats]:
@@ -252,20 +244,12 @@ def run_track(
     status, stop = np.zeros(n, np.int64), np.zeros(n)
     w_knots = np.zeros((n, len(track.knots_m)))
     cells = np.stack([track.constant, track.quadratic])
-    _run_all(
-        track.knots_m,
-        np.ascontiguousarray(track.coef.T),
-        cells,
-        np.ascontiguousarray(release_x_m, float),
-        np.ascontiguousarray(mu, float),
-        float(track.centrifugal),
-        float(track.weakening_r),
-        float(track.weakening_u0),
-        step_m,
-        status,
-        stop,
-        w_knots,
-    )
+    knots, coef = track.knots_m, np.ascontiguousarray(track.coef.T)
+    same = (float(track.centrifugal), float(track.weakening_r), float(track.weakening_u0))
+    starts = zip(release_x_m.tolist(), mu.tolist(), strict=True)
+    for j, (x, friction) in enumerate(starts):
+        motion = (friction, *same)
+        status[j], stop[j] = _run(knots, coef, cells, x, motion, step_m, w_knots[j])
     return status, stop, np.sqrt(w_knots)
 
 

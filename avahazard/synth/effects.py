@@ -8,6 +8,7 @@ on 10 paths.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 import numpy as np
 
@@ -69,29 +70,25 @@ def path_effect(dataset: Dataset, strength: float) -> dict[str, object]:
     return {"tau": tau, "log_mu": by_path}
 
 
-def covariate(column: str) -> Callable[[Dataset, float], dict[str, object]]:
+def covariate(dataset: Dataset, strength: float, column: str) -> dict[str, object]:
     """log μ follows a bent curve of a numeric column, which is made when there is none."""
-
-    def apply(dataset: Dataset, strength: float) -> dict[str, object]:
-        if column not in dataset.columns:
-            made = dataset.generator(f"covariate {column}").normal(size=len(dataset.path))
-            dataset.columns[column] = np.round(made, 3)
-        values = dataset.columns[column]
-        if values.dtype.kind != "f":
-            raise AvahazardError(
-                f"The column {column!r} is not numeric.", "Name a numeric column, or a new one."
-            )
-        middle, sd = float(values.mean()), float(values.std())
-        z = (values.astype(float) - middle) / sd
-        dataset.log_mu += 0.13 * strength * (np.tanh(2.0 * z) + 0.4 * np.cos(2.0 * z))
-        return {
-            "log_mu": "amplitude (tanh 2z + 0.4 cos 2z), z = (column - middle) / sd",
-            "amplitude": 0.13 * strength,
-            "middle": middle,
-            "sd": sd,
-        }
-
-    return apply
+    if column not in dataset.columns:
+        made = dataset.generator(f"covariate {column}").normal(size=len(dataset.path))
+        dataset.columns[column] = np.round(made, 3)
+    values = dataset.columns[column]
+    if values.dtype.kind != "f":
+        raise AvahazardError(
+            f"The column {column!r} is not numeric.", "Name a numeric column, or a new one."
+        )
+    middle, sd = float(values.mean()), float(values.std())
+    z = (values.astype(float) - middle) / sd
+    dataset.log_mu += 0.13 * strength * (np.tanh(2.0 * z) + 0.4 * np.cos(2.0 * z))
+    return {
+        "log_mu": "amplitude (tanh 2z + 0.4 cos 2z), z = (column - middle) / sd",
+        "amplitude": 0.13 * strength,
+        "middle": middle,
+        "sd": sd,
+    }
 
 
 def centrifugal(dataset: Dataset, strength: float) -> dict[str, object]:
@@ -189,7 +186,7 @@ def find_effect(key: str) -> SyntheticEffect:
     Raises AvahazardError when there is none.
     """
     if key.startswith("covariate:") and len(key) > len("covariate:"):
-        return covariate(key.partition(":")[2])
+        return partial(covariate, column=key.partition(":")[2])
     if key not in CATALOGUE:
         raise AvahazardError(
             f"There is no effect {key!r}.",

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 
 from avahazard.arrays import Floats
 from avahazard.records.collection import Event, Path, Profile, Records, Speed
@@ -58,11 +59,9 @@ def concave_profile(
     length = drop_m / float(np.trapezoid(slope, t))
     x = np.arange(0.0, length + tail[0] + spacing_m, spacing_m)
     # The slope bends over 150 m into that of the tail.
-    into_tail = (
-        np.clip((x - length + 75.0) / 150.0, 0.0, 1.0) if tail[0] > 0.0 else np.zeros(len(x))
-    )
+    into_tail = np.clip((x - length + 75.0) / 150.0, 0.0, 1.0) * (tail[0] > 0.0)
     at = np.interp(x / length, t, slope) * (1.0 - into_tail) + tail[1] * into_tail
-    fall = np.concatenate([[0.0], np.cumsum(0.5 * (at[1:] + at[:-1]) * spacing_m)])
+    fall = cumulative_trapezoid(at, dx=spacing_m, initial=0)
     return np.round(x, 1), np.round(top_m - fall, 3)
 
 
@@ -204,21 +203,6 @@ SLOWEST_MEASURED_M_S = 8.0
 N_PLACES = 9
 
 
-def record_sigma(years: NDArray[np.int64]) -> Floats:
-    """sd of a recorded place: 25 m before 1905, falling linearly to 10 m in 1975 and after."""
-    return np.round(np.interp(years, [1905, 1975], [25.0, 10.0]), 2)
-
-
-def recorded_paths(dataset: Dataset, runs: Runs) -> tuple[Path, ...]:
-    """The paths, with the detection limit where it is known."""
-    if not dataset.limit_known:
-        return tuple(s.path for s in dataset.sites)
-    return tuple(
-        replace(s.path, observed_below_m=float(limit)) if np.isfinite(limit) else s.path
-        for s, limit in zip(dataset.sites, runs.limit_m, strict=True)
-    )
-
-
 def recorded_events(
     dataset: Dataset, runs: Runs, kept: NDArray[np.int64], ids: list[str]
 ) -> tuple[tuple[Event, ...], NDArray[np.bool_]]:
@@ -226,7 +210,7 @@ def recorded_events(
 
     On a path that rises anywhere an elevation is not one place: there x is recorded.
     """
-    sigma = record_sigma(dataset.years)
+    sigma = np.round(np.interp(dataset.years, [1905, 1975], [25.0, 10.0]), 2)
     place, in_x, wrong = _recorded_places(dataset, runs, sigma)
     relative = dataset.settings.volume_rel_sigma
     noise = dataset.generator("volume errors").normal(size=len(kept))
@@ -374,29 +358,31 @@ def _record(
     parameters: Mapping[str, Parameters],
 ) -> tuple[Records, dict[str, object]]:
     """The records of the events `kept`, and the truth."""
-    ids: list[str] = []
-    for site in dataset.sites:
-        ids += [f"{site.path.path_id}-{j + 1:03d}" for j in range(site.n_events)]
+    sites = dataset.sites
+    ids = [f"{s.path.path_id}-{j + 1:03d}" for s in sites for j in range(s.n_events)]
     share = dataset.settings.speeds
     if share is None:
         share = 0.3 if any(effects.get(key, 0.0) for key in NEED_SPEEDS) else 0.0
     events, wrong = recorded_events(dataset, runs, kept, ids)
+    limits = {
+        s.path.path_id: float(limit)
+        for s, limit in zip(sites, runs.limit_m, strict=True)
+        if np.isfinite(limit)
+    }
+    paths = tuple(s.path for s in sites)
+    if dataset.limit_known:
+        paths = tuple(replace(p, observed_below_m=limits.get(p.path_id)) for p in paths)
     records = Records(
-        paths=recorded_paths(dataset, runs),
-        profiles=tuple(s.profile for s in dataset.sites),
+        paths=paths,
+        profiles=tuple(s.profile for s in sites),
         events=events,
         speeds=recorded_speeds(dataset, runs, kept, ids, share),
     )
     law = dataset.settings.law
-    limits = {
-        s.path.path_id: float(limit)
-        for s, limit in zip(dataset.sites, runs.limit_m, strict=True)
-        if np.isfinite(limit)
-    }
     truth = {
         "seed": dataset.seed,
         "n_events": len(kept),
-        "n_paths": len(dataset.sites),
+        "n_paths": len(sites),
         "law": {"name": type(law).__name__.lower(), **asdict(law)},
         "settings": {
             key: value

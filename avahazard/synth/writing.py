@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path as FilePath
 
+import numpy as np
+
 from avahazard.records.collection import Event, Path, Records, Speed
 from avahazard.records.errors import AvahazardError
 
@@ -81,21 +83,22 @@ def _rows(items: Sequence[Path | Event | Speed]) -> list[dict[str, object]]:
     ]
 
 
+POINT_COLUMNS = (
+    "path_id", "x_m", "y_m", "land_cover", "easting_m", "northing_m", "lon", "lat",
+    "elevation_sigma_m", "crs",
+)  # fmt: skip
+
+
 def _profile_rows(records: Records) -> list[dict[str, object]]:
     rows = []
     for p in records.profiles:
-        columns: dict[str, Sequence[object]] = {"x_m": p.x_m.tolist(), "y_m": p.y_m.tolist()}
-        if p.land_cover is not None:
-            columns["land_cover"] = p.land_cover
-        for name in ("easting_m", "northing_m", "lon", "lat", "elevation_sigma_m"):
-            values = getattr(p, name)
-            if values is not None:
-                columns[name] = values.tolist()
-        if p.crs is not None:
-            columns["crs"] = [p.crs] * len(p.x_m)
+        columns = {
+            name: np.broadcast_to(values, len(p.x_m)).tolist()
+            for name in POINT_COLUMNS
+            if (values := getattr(p, name)) is not None
+        }
         rows += [
-            {"path_id": p.path_id} | dict(zip(columns, row, strict=True))
-            for row in zip(*columns.values(), strict=True)
+            dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
         ]
     return rows
 
