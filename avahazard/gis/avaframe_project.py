@@ -108,9 +108,6 @@ def _steepness(ground: Ground, x: float) -> float:
     return float(np.arctan2(max(upper - lower, 0.0), ends[1] - ends[0]))
 
 
-RELEASE = "release"
-
-
 def write_project(
     folder: FilePath, ground: Ground, corners: Floats, settings: Mapping[str, object]
 ) -> None:
@@ -126,7 +123,7 @@ def write_project(
     ) as file:  # fmt: skip
         file.write(np.where(np.isfinite(crop.elevation_m), crop.elevation_m, NO_DATA), 1)
     _write_shape(inputs / "LINES" / "path_aimec.shp", shapely.LineString(ground.xy), crop.crs)
-    write_scenario(folder, crop.crs, corners, settings, RELEASE, "Inputs/CFGs/com1DFACfg.ini")
+    write_scenario(folder, crop.crs, corners, settings, "release", "Inputs/CFGs/com1DFACfg.ini")
 
 
 def write_scenario(

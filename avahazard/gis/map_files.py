@@ -25,7 +25,7 @@ from rasterio.warp import reproject
 from shapely.geometry import mapping, shape
 
 from avahazard.arrays import Floats
-from avahazard.gis.hazard_map import Feature, Kind, MapLayer, MappedPath, PathLine
+from avahazard.gis.hazard_map import Feature, MapLayer, MappedPath, PathLine
 from avahazard.gis.systems import WGS84, cells_of, moved_geometry
 from avahazard.records.collection import TerrainCrop
 from avahazard.records.errors import AvahazardError
@@ -47,7 +47,6 @@ class LayerStyle:
     `size` in mm of a mark or a line; `opacity` from 0 to 1.
     """
 
-    kind: Kind
     colors: Mapping[str, str]
     attribute: str | None = None
     size: float = 1.0
@@ -59,15 +58,15 @@ def layer_style(layer: MapLayer) -> LayerStyle:
     of_zones = layer.features if layer.topic in ("zones", "zone_areas") else ()
     zones = {f.attributes["zone"]: f.attributes["color"] for f in of_zones}
     styles = {
-        "paths": LayerStyle("LineString", {"": GREY}, size=0.4),
-        "releases": LayerStyle("Point", {"": GREEN}, size=3.0),
-        "events": LayerStyle("Point", {"": ORANGE}, size=1.6),
-        "volume_runouts": LayerStyle("Point", BY_QUANTILE, "quantile", size=1.6, opacity=0.5),
-        "design_runouts": LayerStyle("Point", BY_QUANTILE, "quantile", size=3.2),
-        "zones": LayerStyle("LineString", zones, "zone", size=1.2),
-        "zone_areas": LayerStyle("Polygon", zones, "zone", opacity=0.4),
-        "return_periods": LayerStyle("Polygon", BY_PERIOD, "period", opacity=0.5),
-        "return_periods_band": LayerStyle("Polygon", BY_QUANTILE, "quantile", opacity=0.1),
+        "paths": LayerStyle({"": GREY}, size=0.4),
+        "releases": LayerStyle({"": GREEN}, size=3.0),
+        "events": LayerStyle({"": ORANGE}, size=1.6),
+        "volume_runouts": LayerStyle(BY_QUANTILE, "quantile", size=1.6, opacity=0.5),
+        "design_runouts": LayerStyle(BY_QUANTILE, "quantile", size=3.2),
+        "zones": LayerStyle(zones, "zone", size=1.2),
+        "zone_areas": LayerStyle(zones, "zone", opacity=0.4),
+        "return_periods": LayerStyle(BY_PERIOD, "period", opacity=0.5),
+        "return_periods_band": LayerStyle(BY_QUANTILE, "quantile", opacity=0.1),
     }
     return styles[layer.topic]
 
@@ -78,9 +77,9 @@ def _templates() -> Environment:
     return Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
 
 
-def style_text(form: Literal["qml", "sld"], name: str, style: LayerStyle) -> str:
+def style_text(form: Literal["qml", "sld"], layer: MapLayer) -> str:
     """The style of a layer as QGIS stores it, or as a Styled Layer Descriptor (OGC 1.1)."""
-    return _templates().get_template(f"layer.{form}.j2").render(name=name, style=style)
+    return _templates().get_template(f"layer.{form}.j2").render(of=layer, style=layer_style(layer))
 
 
 DIGITS = 7
@@ -147,8 +146,8 @@ def write_geopackage(file: FilePath, layers: Sequence[MapLayer], day: np.datetim
             "f_table_name": layer.name,
             "f_geometry_column": GEOMETRY,
             "styleName": layer.name,
-            "styleQML": style_text("qml", layer.name, layer_style(layer)),
-            "styleSLD": style_text("sld", layer.name, layer_style(layer)),
+            "styleQML": style_text("qml", layer),
+            "styleSLD": style_text("sld", layer),
             "useAsDefault": True,
             "description": "Written by avahazard",
             "owner": OWNER,

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import floor, log10
+from math import ceil, floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from avahazard.arrays import Floats
 from avahazard.inference.model.laws import law
 from avahazard.report.figure_pictures import draw_figures
 from avahazard.report.html.content import FrictionView
 from avahazard.report.html.figure import Figure, axis, layout, marks
-from avahazard.report.html.model_figures import density_figure, law_traces
+from avahazard.report.html.model_figures import density_figure, law_traces, normal_line
 from avahazard.report.path_pictures import BOUNDS, STOPS
-from avahazard.report.picture import figure, panels, picture, shade
+from avahazard.report.picture import figure
 from avahazard.results.friction import Fits, Frictions
 from avahazard.results.hazard import PathVolumes, ReturnLevel
 
@@ -58,11 +59,6 @@ def law_figure(model: str, view: FrictionView, volume: Floats, friction: Floats)
     )
 
 
-def _over_volume(axes: Axes, upwards: str) -> None:
-    axes.set(xscale="log", ylim=(0.0, None), xlabel="volume (m³)", ylabel=upwards)
-    axes.legend(fontsize="small")
-
-
 N_VOLUMES = 200
 ROOM = 1.5
 LINES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)))
@@ -72,13 +68,16 @@ def draw_laws(file: Path, fits: Fits, volume: Floats, mu: Floats) -> None:
     """Draw the fitted laws over points of volume (m3) and apparent friction `[n_events]`."""
     points = np.asarray(volume, np.float64)
     x = np.geomspace(points.min() / ROOM, points.max() * ROOM, N_VOLUMES)
-    with picture(file) as axes:
+    with figure(file) as drawn:
+        axes = drawn.add_subplot()
         axes.plot(points, mu, "o", color="0.4", ms=4, label=f"{len(points)} events")
         for entry, style in zip(fits.rows, LINES, strict=False):
             item = law(entry.law)
             natural = np.array([entry.parameters[name].value for name in item.names])
             axes.plot(x, item.friction(natural, x), ls=style, label=item.formula)
-        _over_volume(axes, "apparent friction μ")
+        axes.set(xscale="log", ylim=(0.0, None))
+        axes.set(xlabel="volume (m³)", ylabel="apparent friction μ")
+        axes.legend(fontsize="small")
 
 
 def _points(levels: Sequence[Any]) -> tuple[list[float], list[float]]:
@@ -97,9 +96,14 @@ def draw_return_levels(
 
     `curves` are their levels at many periods. Where they are extrapolated, the line is dotted.
     """
-    with panels(file, len(entries), COLUMNS, (3.8, 2.9), sharex=True) as (drawn, each):
-        for panel, entry, curve in zip(each, entries, curves, strict=True):
+    columns = min(len(entries), COLUMNS)
+    rows = ceil(len(entries) / columns)
+    with figure(file, (3.8 * columns, 2.9 * rows + 0.5)) as drawn:
+        each = drawn.subplots(rows, columns, squeeze=False, sharex=True).ravel()
+        for panel, entry, curve in zip(each, entries, curves, strict=False):
             _draw(panel, entry, curve)
+        for panel in each[len(entries) :]:
+            panel.axis("off")
         each[0].legend(frameon=False, fontsize=8, loc="upper left")
         drawn.supxlabel("return period (years)", fontsize=10)
         drawn.supylabel("volume (m³)", fontsize=10)
@@ -108,7 +112,7 @@ def draw_return_levels(
 def _draw(panel: Axes, entry: PathVolumes, curve: Sequence[ReturnLevel]) -> None:
     years = [level.return_period_years for level in curve]
     low, high = [level.q05_m3 for level in curve], [level.q95_m3 for level in curve]
-    shade(panel, years, (low, high), (FIT, 0.2), "5 to 95 %")
+    panel.fill_between(years, low, high, color=FIT, alpha=0.2, lw=0, label="5 to 95 %")
     for far, style, label in ((False, "-", "volume of T"), (True, ":", None)):
         part = [level for level in curve if level.extrapolated is far]
         panel.plot(*_points(part), style, color=FIT, label=label)
@@ -118,23 +122,6 @@ def _draw(panel: Axes, entry: PathVolumes, curve: Sequence[ReturnLevel]) -> None
     panel.tick_params(labelbottom=True)
     panel.set_title(entry.path_id, fontsize=10, loc="left")
     panel.spines[["top", "right"]].set_visible(False)
-
-
-def normal_density(x: Floats, mean: float, sd: float) -> Floats:
-    """The density of a normal at x `[n_points]`."""
-    return np.asarray(np.exp(-0.5 * ((x - mean) / sd) ** 2) / (sd * np.sqrt(2.0 * np.pi)))
-
-
-def draw_normal(panel: Axes, mean: float, sd: float, words: str) -> None:
-    """Draw a normal over four standard deviations on either side; it leads the legend."""
-    x = np.linspace(mean - 4.0 * sd, mean + 4.0 * sd, 201)
-    told = f"{words}: {_to_digits_of(mean, sd):.6g} ± {sd:.2g}"
-    panel.plot(x, normal_density(x, mean, sd), color=BOUNDS, label=told)
-
-
-def _to_digits_of(mean: float, sd: float) -> float:
-    """The mean to the second digit of its standard deviation."""
-    return round(mean, 1 - floor(log10(sd)))
 
 
 def draw_residuals(
@@ -152,13 +139,15 @@ def draw_residuals(
         words = f"{n} events"
         left.hist(standardised, bins=bins, density=True, color=STOPS, alpha=0.45, label=words)
         mean, sd = float(standardised.mean()), float(standardised.std(ddof=1))
-        draw_normal(left, mean, sd, "their normal")
+        # The mean to the second digit of its standard deviation.
+        words = f"their normal: {round(mean, 1 - floor(log10(sd))):.6g} ± {sd:.2g}"
+        left.plot(*normal_line(mean, sd), color=BOUNDS, label=words)
         left.plot(*expected, "--", color="black", label="scatter of the model")
         left.set(xlabel=f"residual of {of}, over σ", ylabel="probability density")
         left.set_ylim(top=1.3 * left.get_ylim()[1])
         left.legend(fontsize="small")
         x, y = expected
-        below = np.concatenate([[0.0], np.cumsum(0.5 * (y[1:] + y[:-1]) * np.diff(x))])
+        below = cumulative_trapezoid(y, x, initial=0)
         share = (np.arange(n) + 0.5) / n
         quantile = np.interp(share, below / below[-1], x)
         right.plot(quantile, np.sort(standardised), "o", color=STOPS, ms=4)

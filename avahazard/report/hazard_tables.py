@@ -6,13 +6,9 @@ import csv
 import re
 from collections.abc import Sequence
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from avahazard.results.hazard import Design, HazardRow, RunoutInterval
-
-if TYPE_CHECKING:
-    pass
-
 
 QUANTILES = ("q05", "q50", "q95")
 STATISTICS = ("mean", *QUANTILES)
@@ -31,12 +27,21 @@ def write_hazard(file: FilePath, rows: Sequence[HazardRow]) -> None:
         # Lines end as RFC 4180 has it, which also puts quotes around what holds such an end.
         writer = csv.DictWriter(handle, columns)
         writer.writeheader()
-        writer.writerows({name: _cell(value) for name, value in row.items()} for row in flat)
+        writer.writerows(
+            {
+                name: f"'{v}" if isinstance(v, str) and v.startswith(FORMULA_STARTS) else v
+                for name, v in row.items()
+            }
+            for row in flat
+        )
 
 
 def hazard_table(rows: Sequence[HazardRow]) -> tuple[list[str], list[dict[str, Any]]]:
-    """The columns of a table of `rows`, and the cells of each row by column."""
-    flat = [hazard_cells(row) for row in rows]
+    """The columns of a table of `rows`, and the cells of each row by column; four decimals."""
+    flat = [
+        {name: round(v, 4) if isinstance(v, float) else v for name, v in hazard_cells(row).items()}
+        for row in rows
+    ]
     return list(dict.fromkeys(name for row in flat for name in row)), flat
 
 
@@ -93,14 +98,6 @@ def _lengths(
     }
 
 
-def _cell(value: Any) -> Any:
-    if isinstance(value, float):
-        return round(value, 4)
-    if isinstance(value, str) and value.startswith(FORMULA_STARTS):
-        return f"'{value}"
-    return value
-
-
 CREATOR = "avahazard"
 NOT_IN_CELLS = re.compile(r"[\x00-\x08\x0b-\x1f]")  # a workbook with one of them does not open
 
@@ -120,11 +117,12 @@ def write_hazard_workbook(file: FilePath, rows: Sequence[HazardRow]) -> None:
     sheet.append(columns)
     for line, row in enumerate(flat, start=2):
         for column, name in enumerate(columns, start=1):
-            value = _sheet_cell(row.get(name))
-            if value is not None:
-                cell = sheet.cell(line, column, value)
-                if isinstance(value, str):
-                    cell.data_type = "s"
+            value = row.get(name)
+            if isinstance(value, str):
+                text = NOT_IN_CELLS.sub("\N{REPLACEMENT CHARACTER}", value)
+                sheet.cell(line, column, text).data_type = "s"
+            elif value is not None:
+                sheet.cell(line, column, value)
     sheet.freeze_panes = "B2"
     book.save(file)
 
@@ -140,11 +138,3 @@ def is_own_workbook(file: FilePath) -> bool:
     own: bool = book.properties.creator == CREATOR and book.sheetnames == ["hazard"]
     book.close()
     return own
-
-
-def _sheet_cell(value: Any) -> Any:
-    if isinstance(value, float):
-        return round(value, 4)
-    if isinstance(value, str):
-        return NOT_IN_CELLS.sub("\N{REPLACEMENT CHARACTER}", value)
-    return value

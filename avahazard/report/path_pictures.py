@@ -15,7 +15,7 @@ from avahazard.records.collection import Path, Profile
 from avahazard.report.figure_pictures import draw_figures
 from avahazard.report.html.content import PathView
 from avahazard.report.html.path_figure import path_figure
-from avahazard.report.picture import figure, picture, shade
+from avahazard.report.picture import figure
 from avahazard.results.terrain import Runout, RunoutAt
 
 if TYPE_CHECKING:
@@ -142,14 +142,17 @@ def draw_path(
     stop_x: Floats,
 ) -> None:
     """Draw the profile to `file`; `release_x` and `stop_x` (m), any number, lie on the curve."""
-    with picture(file) as axes:
+    with figure(file) as drawn:
+        axes = drawn.add_subplot()
         x = np.linspace(smooth.x_min, smooth.x_max, 1000)
         axes.plot(profile.x_m, profile.y_m, ".", color="0.6", ms=3, label="points")
         axes.plot(x, smooth.height(x), color="black", lw=1, label=smooth.method)
         if smooth.posterior is not None:
             height, spread = smooth.height(x), INTERVAL_90 * smooth.posterior.sd(x)
-            low, high = height - spread, height + spread
-            shade(axes, x, (low, high), ("tab:orange", 0.4), "ground, 5 to 95 %")
+            axes.fill_between(
+                x, height - spread, height + spread, color="tab:orange", alpha=0.4, lw=0,
+                label="ground, 5 to 95 %",
+            )  # fmt: skip
         for place, mark, color, label in (
             (release_x, "v", "tab:blue", "releases"),
             (stop_x, "|", "tab:red", "recorded stops"),

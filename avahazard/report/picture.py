@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,21 +18,13 @@ from avahazard.results.friction import Frictions
 from avahazard.whole_file import written_whole
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 FORMATS = (".png", ".svg", ".pdf")
 
 
 @contextmanager
-def picture(file: Path) -> Iterator[Axes]:
-    """Give axes to draw on; the picture is written to `file` at the end."""
-    with figure(file, (8.0, 5.0)) as drawn:
-        yield drawn.add_subplot()
-
-
-@contextmanager
-def figure(file: Path, size_in: tuple[float, float]) -> Iterator[Figure]:
+def figure(file: Path, size_in: tuple[float, float] = (8.0, 5.0)) -> Iterator[Figure]:
     """Give an empty figure of that size (inches), written to `file` at the end."""
     require_picture(file)
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 (slow)
@@ -44,26 +35,6 @@ def figure(file: Path, size_in: tuple[float, float]) -> Iterator[Figure]:
     yield drawn
     with written_whole(file) as part:
         drawn.savefig(part, dpi=150)
-
-
-@contextmanager
-def panels(
-    file: Path, n: int, columns: int, size_in: tuple[float, float], *, sharex: bool = False
-) -> Iterator[tuple[Figure, list[Axes]]]:
-    """Give a figure of `n` panels of that size (inches), at most so many `columns` side by side."""
-    columns = max(min(n, columns), 1)
-    rows = max(ceil(n / columns), 1)
-    width, height = size_in
-    with figure(file, (width * columns, height * rows + 0.5)) as drawn:
-        every = drawn.subplots(rows, columns, squeeze=False, sharex=sharex).ravel()
-        for panel in every[n:]:
-            panel.axis("off")
-        yield drawn, list(every[:n])
-
-
-def shade(axes: Axes, x: Any, band: Any, look: tuple[str, float], words: str) -> None:
-    """Shade a band `[2, n]` in a colour, of that opacity."""
-    axes.fill_between(x, *band, color=look[0], alpha=look[1], lw=0, label=words)
 
 
 def require_picture(file: Path | None) -> None:

@@ -78,11 +78,6 @@ def bare(value: float, coordinate: str | None, digits: int = 1) -> str:
     return f"{value:.4f}" if coordinate == RATIO else f"{value:.{digits}f}"
 
 
-def amount(value: float, coordinate: str | None, digits: int = 1) -> str:
-    """A number in the unit of the records, and the unit."""
-    return f"{bare(value, coordinate, digits)} {unit_of(coordinate)}"
-
-
 def silent(_what: str, _done: float, _total: float) -> None:
     """A `Report` that does nothing."""
 
@@ -135,7 +130,7 @@ class Result:
         for name in ("rows", "events"):
             if isinstance(found := getattr(self, name, None), Rows):
                 return found.to_frame()
-        return _frame([self.to_dict()])
+        return Rows([self]).to_frame()
 
     def plot(self, file: str | Path | None = None) -> Any:
         """Draw it, to `file` (.png, .svg, .pdf) or to be shown by a notebook.
@@ -160,7 +155,9 @@ class Rows(tuple[Row_co, ...]):
 
     def to_frame(self) -> pd.DataFrame:
         """Return one row each; nested keys are joined by dots."""
-        return _frame(plain(self))
+        import pandas as pd  # noqa: PLC0415 (slow to import)
+
+        return pd.json_normalize(plain(self))
 
     def __repr__(self) -> str:
         kinds = " or ".join(dict.fromkeys(type(row).__name__ for row in self))
@@ -206,12 +203,6 @@ def reader_of(kind: Any) -> Callable[[Any], Any]:
     from pydantic import TypeAdapter  # noqa: PLC0415 (slow to import)
 
     return TypeAdapter(kind).validate_python
-
-
-def _frame(rows: list[dict[str, Any]]) -> pd.DataFrame:
-    import pandas as pd  # noqa: PLC0415 (slow to import)
-
-    return pd.json_normalize(rows)
 
 
 LONGEST = 60

@@ -112,16 +112,14 @@ SPACES = {"se": "http://www.opengis.net/se", "ogc": "http://www.opengis.net/ogc"
 @pytest.mark.parametrize("layer", LAYERS.values(), ids=LAYERS)
 def test_every_category_has_a_symbol_and_every_feature_a_category(layer: MapLayer) -> None:
     style = layer_style(layer)
-    root = ElementTree.fromstring(style_text("qml", layer.name, style))
+    root = ElementTree.fromstring(style_text("qml", layer))
     renderer = root.find("renderer-v2")
     assert renderer is not None
     symbols = [s.get("name") for s in renderer.findall("symbols/symbol")]
     assert [s.get("type") for s in renderer.findall("symbols/symbol")] == [
         {"Point": "marker", "LineString": "line", "Polygon": "fill"}[layer.kind]
     ] * len(symbols)
-    rules = ElementTree.fromstring(style_text("sld", layer.name, style)).findall(
-        ".//se:Rule", SPACES
-    )
+    rules = ElementTree.fromstring(style_text("sld", layer)).findall(".//se:Rule", SPACES)
     if style.attribute is None:
         assert (renderer.get("type"), symbols, len(rules)) == ("singleSymbol", ["0"], 1)
         return
@@ -134,13 +132,12 @@ def test_every_category_has_a_symbol_and_every_feature_a_category(layer: MapLaye
 
 
 def test_zones_have_their_own_colours() -> None:
-    style = layer_style(LAYERS["zones"])
-    red = ElementTree.fromstring(style_text("qml", "zones", style)).find(
+    red = ElementTree.fromstring(style_text("qml", LAYERS["zones"])).find(
         ".//Option[@name='line_color']"
     )
     assert red is not None
     assert red.get("value") == "200,16,46,255"
-    assert "#c8102e" in style_text("sld", "zones", style)
+    assert "#c8102e" in style_text("sld", LAYERS["zones"])
 
 
 def test_one_collection_in_degrees_with_the_kind_of_each_feature(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 import avahazard.report.picture  # noqa: F401 (how results are drawn)
 from avahazard.records.errors import AvahazardError
-from avahazard.report.picture import FORMATS, picture
+from avahazard.report.picture import FORMATS, figure
 from avahazard.results.base import Rows
 from avahazard.results.comparison import Ladder
 from tests.results.samples import (
@@ -25,13 +25,13 @@ from tests.results.samples import (
 @pytest.mark.parametrize("suffix", FORMATS)
 def test_every_format_is_written(tmp_path: Path, suffix: str) -> None:
     file = tmp_path / f"a{suffix.upper()}"
-    with picture(file) as axes:
-        axes.plot([0.0, 1.0])
+    with figure(file) as drawn:
+        drawn.add_subplot().plot([0.0, 1.0])
     assert file.stat().st_size > 1000
 
 
 def test_a_name_of_no_picture(tmp_path: Path) -> None:
-    with pytest.raises(AvahazardError, match="not the name of a picture"), picture(tmp_path / "a"):
+    with pytest.raises(AvahazardError, match="not the name of a picture"), figure(tmp_path / "a"):
         pass
 
 
@@ -48,7 +48,7 @@ def test_a_picture_that_fails_leaves_no_file_and_the_old_one(
     old.write_bytes(b"old")
     monkeypatch.setattr(Figure, "savefig", full)
     for file in (old, tmp_path / "new.png"):
-        with pytest.raises(OSError, match="No space"), picture(file):
+        with pytest.raises(OSError, match="No space"), figure(file):
             pass
     assert [f.name for f in tmp_path.iterdir()] == ["old.png"]
     assert old.read_bytes() == b"old"

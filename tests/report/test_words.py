@@ -65,7 +65,7 @@ def test_a_terminal_has_the_numbers_of_programs() -> None:
 
 
 def test_an_event_is_named_with_what_is_known() -> None:
-    event = EventView("e1", "P", "1950", 1950, None, False, 800.0)
+    event = EventView("e1", "P", "1950", stop_x_m=800.0)
     assert words.event_words(event, {"P": "Path"}) == "e1 · Path · 1950 · volume unknown"
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
+
+import numpy as np
 
 from avahazard.arrays import Bools, Floats
 from avahazard.effects.site import release_place, stop_place
@@ -20,8 +22,8 @@ from avahazard.results.terrain import PathSummary, TerrainRunout
 
 
 @dataclass(frozen=True, slots=True)
-class EventView:
-    """One record beside what the model says of it.
+class EventView(Event):
+    """One record, and what the model says of it.
 
     `coordinate` is what was recorded: `elevation`, `x` or `length`; `observed_m` is None where
     the event ran beyond its profile. `stop_x_m` is its place on the path, None off the profile.
@@ -30,13 +32,7 @@ class EventView:
     its effects on friction and its path add to it, None where no friction stops the block there.
     """
 
-    event_id: str
-    path_id: str | None
-    date: str | None
-    year: int | None
-    volume_m3: float | None
-    left_profile: bool
-    stop_x_m: float | None
+    stop_x_m: float | None = None
     coordinate: str = "elevation"
     observed_m: float | None = None
     mu_reference: float | None = None
@@ -45,15 +41,8 @@ class EventView:
 
 def event_view(event: Event, smooth: SmoothProfile | None) -> EventView:
     """One event by itself, with its place on the path's smoothed profile, where it has one."""
-    return EventView(
-        event_id=event.event_id,
-        path_id=event.path_id,
-        date=event.date,
-        year=event.year,
-        volume_m3=event.volume_m3,
-        left_profile=event.left_profile,
-        stop_x_m=None if smooth is None else stop_place(smooth, event),
-    )
+    recorded = {field.name: getattr(event, field.name) for field in fields(event)}
+    return EventView(**recorded, stop_x_m=None if smooth is None else stop_place(smooth, event))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,6 +83,10 @@ class PlanView:
     crs: str | None
     ground: TerrainCrop | None = None
     flow: FlowView | None = None
+
+    def at(self, x: Any) -> tuple[Floats, Floats]:
+        """East and north of places x (m)."""
+        return np.interp(x, self.x, self.east), np.interp(x, self.x, self.north)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

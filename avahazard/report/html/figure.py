@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from html import escape
 from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
+from avahazard.arrays import Floats
 from avahazard.report.html.content import EventView
 from avahazard.report.language import say
-from avahazard.report.words import event_words, some
+from avahazard.report.words import event_words, interval, metres, some
 from avahazard.results.base import plain
+from avahazard.results.hazard import PlaceQuantiles, Spread
 
 # Okabe and Ito's colours, which people with any kind of colour vision can tell apart.
 BLUE, VERMILION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#AA4499"
@@ -86,6 +89,37 @@ def error_bar(low: Any, middle: Any, high: Any, color: str, **more: Any) -> dict
     middle = np.asarray(middle)
     return {"type": "data", "symmetric": False, "array": np.asarray(high) - middle,
             "arrayminus": middle - np.asarray(low), "color": color, **more}  # fmt: skip
+
+
+BAR_PLACES = 24
+
+
+def runout_bar(
+    at: Callable[[Floats], tuple[Floats, Floats]],
+    found: Spread | PlaceQuantiles,
+    end: float,
+    name: str,
+    bar: dict[str, Any],
+    median: dict[str, Any],
+) -> list[Trace]:
+    """The 5 to 95 % of a runout as a line, and its median as a mark.
+
+    `at` says where places x (m) `[n]` are drawn; `end` (m) stands for those beyond the profile.
+    `bar` holds colour, width and legend group of the line, `median` the look of the mark.
+    """
+    if found.q05 is None:
+        return []
+    x = np.linspace(found.q05, end if found.q95 is None else found.q95, BAR_PLACES)
+    middle = metres(found.q50)
+    words = say(
+        "{name}: x {interval}, median {median}", name=name, interval=interval(found), median=middle
+    )
+    traces = [line(*at(x), hover="%{text}", name=name, text=[words] * BAR_PLACES, **bar)]
+    if found.q50 is not None:
+        hover = say("{name}, median: x {x}", name=name, x=middle)
+        own = {"legendgroup": bar["legendgroup"], "showlegend": False}
+        traces.append(marks(*at(np.array([found.q50])), median, hover, **own))
+    return traces
 
 
 def joined(*sentences: object) -> str:
@@ -212,6 +246,4 @@ def rounded(value: Any, digits: int) -> Any:
 
 def label(text: str) -> str:
     """Words of a user inside a figure, where Plotly reads a few marks of HTML and of TeX."""
-    for sign, name in (("&", "&amp;"), ("<", "&lt;"), (">", "&gt;"), ("$", "&#36;")):
-        text = text.replace(sign, name)
-    return text
+    return escape(text, quote=False).replace("$", "&#36;")

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats
 from avahazard.report.html.content import PathView, PlanView
 from avahazard.report.html.figure import (
+    BAR_PLACES,
     BLACK,
     INK,
     ROW_COLORS,
@@ -26,9 +27,10 @@ from avahazard.report.html.figure import (
     layout,
     line,
     marks,
+    runout_bar,
 )
 from avahazard.report.language import say, spoken
-from avahazard.report.words import case, interval, metres
+from avahazard.report.words import case, metres
 from avahazard.results.hazard import HazardRow
 from avahazard.results.terrain import PERIOD_COLORS
 
@@ -122,7 +124,6 @@ def hillshade(
 
 
 MARGIN = {"l": 92, "r": TOOLBAR_PX, "t": 10, "b": 50}
-BAR_PLACES = 24
 EDGE = 0.08
 """Room around what is drawn, as a share of its size."""
 
@@ -140,7 +141,7 @@ def map_figure(k: int, view: PathView) -> Figure | None:
     for zone in view.zones.zones if view.zones else ():
         if zone.to_x_m > zone.from_x_m:
             name = label(say("zone: {zone}", zone=say(zone.zone)))
-            ends = _along(plan, zone.from_x_m, zone.to_x_m)
+            ends = plan.at(np.linspace(zone.from_x_m, zone.to_x_m, BAR_PLACES))
             data.append(line(*ends, zone.color, 12.0, "%{fullData.name}", name=name, opacity=0.5))
     for number, row in enumerate(view.rows[: len(ROW_COLORS)]):
         data += _runout(plan, row, ROW_COLORS[number], 9.0 - 1.5 * number)
@@ -148,11 +149,10 @@ def map_figure(k: int, view: PathView) -> Figure | None:
     if stops:
         names = {view.path.path_id: view.name}
         look = {"symbol": "circle-open", "size": 7, "color": INK, "line": {"width": 1.2}}
-        there = _at(plan, [e.stop_x_m for e in stops])
+        there = plan.at([e.stop_x_m for e in stops])
         data.append(event_marks(*there, look, stops, names, name=say("recorded stops")))
     look = {"symbol": "triangle-down", "size": 11, "color": BLACK}
-    release = _at(plan, [view.release_x])
-    data.append(marks(*release, look, say("release"), name=say("release")))
+    data.append(marks(*plan.at([view.release_x]), look, say("release"), name=say("release")))
     east, north, ratio = _ranges(plan)
     data.append(scale_bar(east, north, degrees))
     return Figure(
@@ -211,34 +211,14 @@ def _runout(plan: PlanView, row: HazardRow, color: str, width: float) -> list[Tr
 
     Of the design runout; of avalanches of the volume where the row is for one.
     """
-    spread = (row.design or row).runout_x_m
-    of = case(row)
+    of, found = case(row), (row.design or row).runout_x_m
     name = say("avalanches of {volume}", volume=of)
     if row.design:
         name = say("design runout, {case}", case=of)
-    if spread.q05 is None:
-        return []
-    end = float(plan.x[-1]) if spread.q95 is None else float(spread.q95)
-    group = f"row {of}"
-    own = {"name": name, "legendgroup": group, "opacity": 0.65}
-    own["text"] = [f"{name}: x {interval(spread)}"] * BAR_PLACES
-    ends = _along(plan, float(spread.q05), end)
-    traces = [line(*ends, color, max(width, 3.0), "%{text}", **own)]
-    if spread.q50 is not None:
-        white = {"color": "white", "width": 1}
-        look = {"symbol": "diamond", "size": 10, "color": color, "line": white}
-        hover = say("{name}, median: x {x}", name=name, x=metres(spread.q50))
-        place = _at(plan, [spread.q50])
-        traces.append(marks(*place, look, hover, legendgroup=group, showlegend=False))
-    return traces
-
-
-def _along(plan: PlanView, start: float, end: float) -> tuple[Floats, Floats]:
-    return _at(plan, np.linspace(start, end, BAR_PLACES))
-
-
-def _at(plan: PlanView, x: Any) -> tuple[Floats, Floats]:
-    return np.interp(x, plan.x, plan.east), np.interp(x, plan.x, plan.north)
+    own = {"color": color, "width": max(width, 3.0), "legendgroup": f"row {of}", "opacity": 0.65}
+    white = {"color": "white", "width": 1}
+    look = {"symbol": "diamond", "size": 10, "color": color, "line": white}
+    return runout_bar(plan.at, found, float(plan.x[-1]), name, own, look)
 
 
 def _caption(plan: PlanView) -> str:

@@ -28,15 +28,15 @@ from avahazard.report.html.figure import (
     layout,
     line,
     marks,
+    runout_bar,
 )
 from avahazard.report.language import say
-from avahazard.report.words import case, integer, interval, metres, volume_words, years
+from avahazard.report.words import case, integer, volume_words, years
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, ReachChance, Spread, ZonedPath
 
 PLACES = 160
 HUMP = 0.05
 """Height of the distribution where it is densest, as a share of the drop."""
-BAR_PLACES = 24
 
 
 def runout_traces(
@@ -46,55 +46,22 @@ def runout_traces(
 
     The legend names the latter in the `first` row only: it stands for all.
     """
-    of = case(row)
-    group = f"row {of}"
-    traces: list[Trace] = []
-    design = row.design
-    if design:
-        name = say("design runout, {case}", case=of)
-        found = design.runout_x_m
-        traces += _bar(smooth, found, name, group, above, color, 6.0)
-    volume = row.runout_x_m
-    if volume.q05 is not None:
+    of, traces = case(row), list[Trace]()
+    own = {"color": color, "legendgroup": f"row {of}", "opacity": 0.8}
+
+    def bar(found: Spread | PlaceQuantiles, name: str, width: float, **more: Any) -> list[Trace]:
+        def at(x: Floats) -> tuple[Floats, Floats]:
+            return x, smooth.height(x) + above
+
+        look = _tick(9.0 + width, 1.0 + width / 3.0, color)
+        return runout_bar(at, found, smooth.x_max, name, {**own, "width": width, **more}, look)
+
+    if row.design:
+        traces += bar(row.design.runout_x_m, say("design runout, {case}", case=of), 6.0)
+    if row.runout_x_m.q05 is not None:
         name = say("avalanches of {volume}", volume=volume_words(row))
-        shown = first or not design
-        traces += _bar(smooth, volume, name, group, above, color, 1.2, legend=shown)
-        traces += _spread(smooth, row, color, above, group)
-    return traces
-
-
-def _bar(
-    smooth: SmoothProfile,
-    found: Spread | PlaceQuantiles,
-    name: str,
-    group: str,
-    above: float,
-    color: str,
-    width: float,
-    *,
-    legend: bool = True,
-) -> list[Trace]:
-    """The 5 to 95 % of a runout as a line `above` the ground (m), and its median as a tick."""
-    if found.q05 is None:
-        return []
-    end = smooth.x_max if found.q95 is None else found.q95
-    x = np.linspace(found.q05, end, BAR_PLACES)
-    words = say(
-        "{name}: x {interval}, median {median}",
-        name=name,
-        interval=interval(found),
-        median=metres(found.q50),
-    )
-    y = smooth.height(x) + above
-    own = {"legendgroup": group, "text": [words] * BAR_PLACES, "opacity": 0.8}
-    traces = [line(x, y, color, width, "%{text}", name=name, showlegend=legend, **own)]
-    middle = found.q50
-    if middle is not None:
-        look = {"symbol": "line-ns-open", "size": 9 + width, "color": color,
-                "line": {"width": 1.0 + width / 3.0, "color": color}}  # fmt: skip
-        hover = say("{name}, median: x {x} m", name=name, x="%{x:.0f}")
-        place = [float(smooth.height(middle)) + above]
-        traces.append(marks([middle], place, look, hover, legendgroup=group, showlegend=False))
+        traces += bar(row.runout_x_m, name, 1.2, showlegend=first or not row.design)
+        traces += _spread(smooth, row, color, above, f"row {of}")
     return traces
 
 
@@ -168,10 +135,10 @@ def profile_traces(view: PathView) -> list[Trace]:
     return traces
 
 
-def _tick(size: float, width: float) -> dict[str, Any]:
+def _tick(size: float, width: float, color: str = INK) -> dict[str, Any]:
     """A mark that is a line upwards."""
-    return {"symbol": "line-ns-open", "size": size, "color": INK,
-            "line": {"width": width, "color": INK}}  # fmt: skip
+    return {"symbol": "line-ns-open", "size": size, "color": color,
+            "line": {"width": width, "color": color}}  # fmt: skip
 
 
 def _alpha_beta(view: PathView, smooth: SmoothProfile, below: float) -> list[Trace]:

@@ -11,7 +11,13 @@ from markupsafe import Markup, escape
 from avahazard.arrays import Floats
 from avahazard.report.html.content import PathView, PlanView, ReportContent
 from avahazard.report.html.figure import GROUND, INK, VERMILION
-from avahazard.report.html.map_figure import TINT, period_words, round_length, terrain_png
+from avahazard.report.html.map_figure import (
+    M_PER_DEGREE,
+    TINT,
+    period_words,
+    round_length,
+    terrain_png,
+)
 from avahazard.report.html.path_figure import shown_end
 from avahazard.report.language import say
 from avahazard.report.words import metres
@@ -72,7 +78,7 @@ def terrain_picture(view: PathView, plan: PlanView) -> Markup:
     room = 0.5 * (WIDTH - wide * scale)
 
     def at(there: float) -> tuple[float, float]:
-        east, north = (float(np.interp(there, plan.x, v)) for v in (plan.east, plan.north))
+        east, north = map(float, plan.at(there))
         return room + (east - ground.west_m) * scale, (ground.north_m - north) * scale
 
     length = round_length(0.3 * wide)
@@ -137,15 +143,14 @@ def overview_map(content: ReportContent, period: float | None) -> Markup | None:
     north = np.concatenate([plan.north for plan in plans])
     metre = (1.0, 1.0)
     if plans[0].crs is None:
-        metre = (111_320.0 * math.cos(math.radians(float(north.mean()))), 111_320.0)
+        metre = (M_PER_DEGREE * math.cos(math.radians(float(north.mean()))), M_PER_DEGREE)
     wide, high = (float(np.ptp(v)) * m for v, m in zip((east, north), metre, strict=True))
     scale = MAP_WIDTH / max(wide, high / MOST_HIGH)
     left, top = float(east.min()), float(north.max())
 
     def to_page(plan: PlanView) -> At:
         def at(there: float) -> tuple[float, float]:
-            a = float(np.interp(there, plan.x, plan.east))
-            b = float(np.interp(there, plan.x, plan.north))
+            a, b = map(float, plan.at(there))
             return (a - left) * metre[0] * scale, (top - b) * metre[1] * scale
 
         return at

@@ -40,7 +40,7 @@ def test_notes_are_a_line_each_kind_and_every_one_is_there(content: ReportConten
 
 
 def test_what_is_not_known_is_counted(content: ReportContent) -> None:
-    event = replace(content.events[0], volume_m3=None, year=None, left_profile=True, path_id=None)
+    event = replace(content.events[0], volume_m3=None, date=None, left_profile=True, path_id=None)
     text = " ".join(unknown_words(replace(content, events=(event,), covariates={"snow": 1})))
     for words in ("no volume", "no date", "beyond its profile", "no path", "“snow”", "No speeds"):
         assert words in text
