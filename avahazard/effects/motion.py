@@ -38,7 +38,6 @@ from avahazard.effects.stretches import (
 from avahazard.notes import Note
 from avahazard.physics.cells import GRAVITY, SPEEDS, Resistance
 from avahazard.physics.terrain import Terrain
-from avahazard.records.errors import AvahazardError
 
 EDGE_M = 40.0
 """The snow line is blurred over this height, so that the likelihood is smooth in it."""
@@ -71,9 +70,7 @@ TURBULENT_DRAG = Definition(
 def _weakening(_site: Site, resistance: Resistance, values: Floats) -> Resistance:
     ratio, speed = values
     factor = ratio + (1.0 - ratio) / (1.0 + SPEEDS / speed)
-    if resistance.speed_factor is not None:
-        factor = factor * resistance.speed_factor
-    return replace(resistance, speed_factor=np.asarray(factor))
+    return replace(resistance, speed_factor=factor * resistance.speed_factor)
 
 
 WEAKENING = (
@@ -304,9 +301,7 @@ def _by_ground(
 
 def _by_speed(facts: Facts, _site: Site, resistance: Resistance, values: Floats) -> Resistance:
     force = _basis(facts, SPEEDS, rests=True) @ values
-    if resistance.speed_constant is not None:
-        force = force + resistance.speed_constant
-    return replace(resistance, speed_constant=np.asarray(force))
+    return replace(resistance, speed_constant=resistance.speed_constant + force)
 
 
 def _curve(state: str, facts: Facts) -> Curve:
@@ -326,11 +321,6 @@ def _curve(state: str, facts: Facts) -> Curve:
 
 
 def _build(state: str, facts: Facts) -> MotionEffect:
-    if "knots" in facts:
-        raise AvahazardError(
-            f"The curve of force:{state} was fitted by an earlier version, in another form.",
-            "Add it to its parent again.",
-        )
     speed = state == SPEED
     unit, sd = ("m/s2, rms", FORCE_SD) if speed else ("friction, rms", FRICTION_SD)
     bends = [(f"bend_{k + 1}", 0.5 * sd) for k in range(facts["degree"] - 1)]

@@ -54,6 +54,15 @@ FORMS = {
 """The functions that a file may have, as the template explains them, by their first argument.
 
 All but `friction`, which the parameters multiply, take the parameters by name after it."""
+TERMS = {
+    "friction_factor": "factor",
+    "added_friction": "offset",
+    "resistance": "constant",
+    "drag": "drag",
+    "speed_factor": "speed_factor",
+    "speed_resistance": "speed_constant",
+}
+"""The term of `Resistance` that each of those on the motion changes."""
 MIN_KNOWN = 5
 GIVEN = frozenset(
     ("profile", "land_cover", "date", "volume_m3", "release_elevation_m", "deposit_length_m",
@@ -69,15 +78,6 @@ class EffectFile:
 
     definition: Definition
     text: str
-
-
-def read_effect_file(file: Path) -> EffectFile:
-    """Run the file that the user names and take the effect from it.
-
-    Raises `AvahazardError` where the file cannot be read or run, or lacks something.
-    """
-    text = read_text(file)
-    return EffectFile(definition_from(text, str(file)), text)
 
 
 def read_text(file: Path) -> str:
@@ -113,7 +113,10 @@ def declared_key(text: str) -> str | None:
 
 
 def definition_from(text: str, name: str) -> Definition:
-    """The definition that a file's text makes; `name` is for messages."""
+    """The definition that a file's text makes, which is run; `name` is for messages.
+
+    Raises `AvahazardError` where it does not run, or lacks something.
+    """
     module: dict[str, Any] = {"__name__": "effect_file", "__file__": name}
     try:
         # The user's own program, and run only where the user names it (SECURITY.md).
@@ -161,7 +164,6 @@ def _line_in(error: BaseException, name: str) -> int | None:
 
 
 def _text(module: dict[str, Any], what: str, name: str) -> str:
-    """The text that the file `name` gives as `what`."""
     value = module.get(what)
     if not isinstance(value, str) or not value.strip():
         raise AvahazardError(
@@ -172,7 +174,6 @@ def _text(module: dict[str, Any], what: str, name: str) -> str:
 
 
 def _needs(module: dict[str, Any], name: str) -> tuple[str, ...]:
-    """The columns that it needs."""
     value = module.get("NEEDS")
     if not isinstance(value, list | tuple) or not all(isinstance(v, str) for v in value):
         raise AvahazardError(
@@ -195,7 +196,6 @@ def _form(module: dict[str, Any], name: str) -> str:
 
 
 def _parameters(module: dict[str, Any], form: str, name: str) -> tuple[Parameter, ...]:
-    """Its parameters, with grids where the form is tabulated over them."""
     given = module.get("PARAMETERS")
     if (
         not isinstance(given, list | tuple)
@@ -323,21 +323,15 @@ class _Call:
             return np.zeros(len(columns))
         return self._array(self._result(columns, values), len(columns), self._missing(columns))
 
-    def on_track(self, site: Site, resistance: Resistance, values: Floats) -> Resistance:
-        terrain = site.terrain_for(resistance)
-        given = self._array(self._result(track_of(site, terrain), values), terrain.n_cells)
-        if self.form == "friction_factor":
-            return replace(resistance, factor=resistance.factor * given)
-        term = {"drag": "drag", "added_friction": "offset", "resistance": "constant"}[self.form]
-        return replace(resistance, **{term: getattr(resistance, term) + given})
-
-    def on_speed(self, _site: Site, resistance: Resistance, values: Floats) -> Resistance:
-        given = self._array(self._result(SPEEDS, values), len(SPEEDS))
-        if self.form == "speed_factor":
-            before = resistance.speed_factor
-            return replace(resistance, speed_factor=given if before is None else before * given)
-        before = resistance.speed_constant
-        return replace(resistance, speed_constant=given if before is None else before + given)
+    def resistance(self, site: Site, resistance: Resistance, values: Floats) -> Resistance:
+        term = TERMS[self.form]
+        before = getattr(resistance, term)
+        first: Floats | EffectTrack = SPEEDS
+        if FORMS[self.form] == "track":
+            first = track_of(site, site.terrain_for(resistance))
+        given = self._array(self._result(first, values), len(before))
+        after = before * given if term.endswith("factor") else before + given
+        return replace(resistance, **{term: after})
 
     def _lacks(self, columns: EventColumns) -> bool:
         """Whether a column that the file names is not among the data at all."""
@@ -388,7 +382,6 @@ class _Call:
 
 
 def _effect(call: _Call) -> Effect:
-    """The effect of a file's function."""
     match call.form:
         case "friction":
             return FrictionEffect(call.key, call.parameters, call.design)
@@ -396,9 +389,8 @@ def _effect(call: _Call) -> Effect:
             return ShiftEffect(call.key, call.parameters, call.metres)
         case "front":
             return FrontEffect(call.key, call.parameters, call.metres)
-        case "speed_factor" | "speed_resistance":
-            return MotionEffect(call.key, call.parameters, call.on_speed, speed_dependent=True)
-    return MotionEffect(call.key, call.parameters, call.on_track)
+    by_speed = FORMS[call.form] == "speeds"
+    return MotionEffect(call.key, call.parameters, call.resistance, speed_dependent=by_speed)
 
 
 TEMPLATE = Path(__file__).with_name("own_effect.txt").read_text("utf-8")

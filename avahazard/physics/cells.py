@@ -12,7 +12,7 @@ so little that the rest is below 1e-8 of w.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -29,6 +29,8 @@ SPEED_STEP = 0.5
 """Spacing of the tables over speed, m/s."""
 SPEEDS = np.arange(0.0, 150.0 + SPEED_STEP, SPEED_STEP)
 """Speeds at which effects that depend on speed are tabulated, m/s `[n_speeds]`."""
+NEUTRAL_FACTOR, NEUTRAL_CONSTANT = np.ones(len(SPEEDS)), np.zeros(len(SPEEDS))
+"""Those tables where nothing depends on speed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,9 +38,8 @@ class Resistance:
     """Resisting force per mass in each cell: m(x) s(u) μ N + o(x) N + c(x) + r(u) + d(x) u².
 
     `factor` m and `offset` o change the friction, `constant` c is in m/s², `drag` d in 1/m, all
-    `[n_cells]`; `speed_factor` s and `speed_constant` r (m/s²) are tabulated at `SPEEDS`, None
-    where friction does not depend on speed. `curvature` scales the centrifugal load (1, or 0
-    where it is left out).
+    `[n_cells]`; `speed_factor` s and `speed_constant` r (m/s²) are tabulated at `SPEEDS`.
+    `curvature` scales the centrifugal load (1, or 0 where it is left out).
     """
 
     factor: Floats
@@ -46,8 +47,8 @@ class Resistance:
     constant: Floats
     drag: Floats
     curvature: float = 1.0
-    speed_factor: Floats | None = None
-    speed_constant: Floats | None = None
+    speed_factor: Floats = field(default_factory=lambda: NEUTRAL_FACTOR)
+    speed_constant: Floats = field(default_factory=lambda: NEUTRAL_CONSTANT)
 
 
 def no_resistance(terrain: Terrain) -> Resistance:
@@ -135,12 +136,8 @@ def build_cells(terrain: Terrain, resistance: Resistance) -> Cells:
     for k in range(ORDER):
         growth[:, k + 1] = growth[:, k] * whole * (2.0 / (k + 1))
 
-    speed_factor, speed_constant = resistance.speed_factor, resistance.speed_constant
-    speed_factor = np.ones(len(SPEEDS)) if speed_factor is None else speed_factor
-    speed_constant = np.zeros(len(SPEEDS)) if speed_constant is None else speed_constant
     # Tables at their neutral values must give the base model to the last bit.
-    speed_resists = bool(np.any(speed_constant != 0.0))
-    speed_dependent = bool(np.any(speed_factor != 1.0)) or speed_resists
+    speed_resists = bool(np.any(resistance.speed_constant != 0.0))
     return Cells(
         x=terrain.x,
         y=terrain.y,
@@ -156,9 +153,9 @@ def build_cells(terrain: Terrain, resistance: Resistance) -> Cells:
         dip=ground.dip,
         lift=ground.lift,
         length=length,
-        speed_factor=speed_factor,
-        speed_constant=speed_constant,
-        speed_dependent=speed_dependent,
+        speed_factor=resistance.speed_factor,
+        speed_constant=resistance.speed_constant,
+        speed_dependent=speed_resists or bool(np.any(resistance.speed_factor != 1.0)),
         speed_resists=speed_resists,
         curvature=float(resistance.curvature),
     )

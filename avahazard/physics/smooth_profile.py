@@ -7,7 +7,6 @@ has.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import ceil
@@ -162,11 +161,10 @@ class GroundPoints(NamedTuple):
 class SmoothProfile:
     """A path y = f(x) with two continuous derivatives; x in metres, downhill to the right.
 
-    `derivatives(x)` returns (f, f', f'') with the shape of `x`; `knots` are the places where
-    higher derivatives jump. `rms_m` is the misfit, `sigma_m` the error of the points that it should
-    equal, both as root mean squares weighted by 1/σ²; `sigma_source` says whence that error is.
-    `points` are those that it was made of. A polynomial that was asked for by itself
-    has none of these three.
+    `knots` are the places where its higher derivatives jump. `rms_m` is the misfit, `sigma_m` the
+    error of the points that it should equal, both as root mean squares weighted by 1/σ²;
+    `sigma_source` says whence that error is. `points` are those that it was made of. A polynomial
+    that was asked for by itself has none of these three.
     """
 
     method: Literal["legendre", "spline"]
@@ -174,7 +172,7 @@ class SmoothProfile:
     x_min: float
     x_max: float
     knots: Floats
-    derivatives: Callable[[Floats], tuple[Floats, Floats, Floats]]
+    curve: BSpline | Legendre
     degree: int | None = None
     smoothing: float | None = None
     rms_m: float = 0.0
@@ -193,10 +191,18 @@ class SmoothProfile:
 
     def height(self, x: Floats | float) -> Floats:
         """Elevation at x."""
-        place = np.asarray(x, dtype=float)
-        if isinstance(self.derivatives, Derivatives):
-            return self.derivatives.curve(place)
-        return self.derivatives(place)[0]
+        return np.asarray(self.curve(np.asarray(x, dtype=float)))
+
+    def derivatives(self, x: Floats) -> tuple[Floats, Floats, Floats]:
+        """(f, f', f'') at x, with its shape."""
+        slope, bending = _differentiated(self)
+        return self.curve(x), slope(x), bending(x)
+
+
+@lru_cache(maxsize=KEPT)
+def _posterior(smooth: SmoothProfile) -> GroundPosterior:
+    assert smooth.points is not None
+    return ground_posterior(*smooth.points)
 
 
 @lru_cache(maxsize=KEPT)
@@ -206,32 +212,10 @@ def _sampled(smooth: SmoothProfile) -> tuple[Floats, Floats]:
 
 
 @lru_cache(maxsize=KEPT)
-def _posterior(smooth: SmoothProfile) -> GroundPosterior:
-    assert smooth.points is not None
-    return ground_posterior(*smooth.points)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Derivatives:
-    """A curve with its first two derivatives, as `SmoothProfile.derivatives` gives them.
-
-    Unlike a function that is made where it is needed, it can be sent to another process.
-    """
-
-    curve: BSpline | Legendre
-
-    def __call__(self, x: Floats) -> tuple[Floats, Floats, Floats]:
-        """(f, f', f'') at x."""
-        slope, bending = _differentiated(self)
-        return self.curve(x), slope(x), bending(x)
-
-
-@lru_cache(maxsize=KEPT)
-def _differentiated(of: Derivatives) -> tuple[Any, Any]:
-    f = of.curve
-    if isinstance(f, Legendre):
-        return f.deriv(1), f.deriv(2)
-    return f.derivative(1), f.derivative(2)
+def _differentiated(smooth: SmoothProfile) -> tuple[Any, Any]:
+    f = smooth.curve
+    of_order = f.deriv if isinstance(f, Legendre) else f.derivative
+    return of_order(1), of_order(2)
 
 
 def smooth_profile(
@@ -288,7 +272,7 @@ def _profile(f: BSpline | Legendre, x: Floats, y: Floats, **other: Any) -> Smoot
         max_deviation_m=float(np.max(np.abs(f(x) - y))),
         x_min=float(x[0]),
         x_max=float(x[-1]),
-        derivatives=Derivatives(f),
+        curve=f,
         **other,
     )
 

@@ -17,7 +17,7 @@ from avahazard.effects.own_file import (
     TEMPLATE,
     EffectFile,
     declared_key,
-    read_effect_file,
+    definition_from,
     read_text,
 )
 from avahazard.inference.model.observations import Observations, build_observations
@@ -142,8 +142,8 @@ def read_own_of(model: StoredModel, files: Sequence[Path]) -> dict[str, EffectFi
     `AvahazardError` for a file that is none, or where the model's own are not given as they were.
     """
     known = () if model.effect_file is None else model.effect_file.split(BETWEEN_FILES)
-    for file in files:
-        text = read_text(file)
+    texts = [read_text(file) for file in files]
+    for file, text in zip(files, texts, strict=True):
         if text not in known and declared_key(text) in model.effects:
             found = hashlib.sha256(text.encode()).hexdigest()
             raise AvahazardError(
@@ -152,13 +152,13 @@ def read_own_of(model: StoredModel, files: Sequence[Path]) -> dict[str, EffectFi
                 "Name the old file, or add the changed effect to the parent under a new name.",
             )
     own: dict[str, EffectFile] = {}
-    for file in files:
-        effect = read_effect_file(file)
+    for file, text in zip(files, texts, strict=True):
+        effect = EffectFile(definition_from(text, str(file)), text)
         key = effect.definition.key
         if key in own:
             raise AvahazardError(f"Two effect files have the KEY '{key}'.", "Rename one of them.")
         own[key] = effect
-    if not {effect.text for effect in own.values()}.issuperset(known):
+    if not set(texts).issuperset(known):
         raise AvahazardError(
             f"The model {model.name} has an effect from a file of its user's.",
             "Name that file again: --effect-file FILE. It is never run from the database.",

@@ -148,10 +148,10 @@ def force_by_speed(effect: MotionEffect, site: Site, values: Floats) -> Floats |
     base = no_resistance(terrain)
     found = effect.resistance(site, base, values)
     differs = np.any(found.factor != base.factor) or np.any(found.offset != base.offset)
-    if differs or found.speed_factor is not None or np.ptp(found.drag) or np.ptp(found.constant):
+    differs = differs or np.any(found.speed_factor != 1.0)
+    if differs or np.ptp(found.drag) or np.ptp(found.constant):
         return None
-    constant = 0.0 if found.speed_constant is None else found.speed_constant
-    return np.asarray(found.drag[0] * SPEEDS**2 + found.constant[0] + constant)
+    return np.asarray(found.drag[0] * SPEEDS**2 + found.constant[0] + found.speed_constant)
 
 
 def _resisted(
@@ -172,8 +172,7 @@ def _resisted(
     cosine = 1.0 / np.sqrt(1.0 + slope**2)
     load = GRAVITY * cosine + rest.curvature * bending * cosine**3 * u**2
     by_speed, more = (
-        fallback if table is None else float(np.interp(u, SPEEDS, table))
-        for table, fallback in ((rest.speed_factor, 1.0), (rest.speed_constant, 0.0))
+        float(np.interp(u, SPEEDS, table)) for table in (rest.speed_factor, rest.speed_constant)
     )
     friction = rest.factor[cell] * by_speed * mu[event] + rest.offset[cell]
     other = friction * load + rest.constant[cell] + more + rest.drag[cell] * u**2

@@ -34,7 +34,7 @@ def added(effect: MotionEffect, values: np.ndarray) -> np.ndarray:
     """What an effect adds to friction or force, by cell or by speed."""
     terrain = sites()[0].terrain
     after = effect.resistance(sites()[0], no_resistance(terrain), values)
-    return after.offset if after.speed_constant is None else after.speed_constant
+    return after.speed_constant if effect.speed_dependent else after.offset
 
 
 @pytest.mark.parametrize("key", KEYS)

@@ -69,7 +69,6 @@ def test_snow_is_taken_up_above_its_line() -> None:
 
 def test_friction_falls_with_speed() -> None:
     after = _added(motion.SPEED_WEAKENING, 0.4, 8.0)
-    assert after.speed_factor is not None
     assert after.speed_factor[0] == 1.0
     # At its own speed half of the fall is done; far above, nearly all.
     assert np.interp(8.0, SPEEDS, after.speed_factor) == pytest.approx(0.7)
@@ -82,7 +81,6 @@ def test_two_effects_on_speed_multiply() -> None:
     effect = motion.SPEED_WEAKENING.build({})
     assert isinstance(effect, MotionEffect)
     twice = effect.resistance(site(), once, np.array([0.4, 8.0]))
-    assert once.speed_factor is not None
     assert twice.speed_factor == pytest.approx(once.speed_factor**2)
 
 

@@ -97,11 +97,9 @@ def test_a_force_of_speed_adds_to_another() -> None:
     made = effect("force:speed")
     values = np.array([0.5, -0.3, 0.2])[: len(made.parameters)]
     once = made.resistance(site(), no_resistance(site().fine_terrain), values)
-    assert once.speed_constant is not None
     assert once.speed_constant[0] == 0.0
     assert once.speed_constant.shape == SPEEDS.shape
     twice = made.resistance(site(), once, values)
-    assert twice.speed_constant is not None
     np.testing.assert_allclose(twice.speed_constant, 2.0 * once.speed_constant)
 
 

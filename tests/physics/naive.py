@@ -61,10 +61,8 @@ def small_steps(
         cell = min(int(np.searchsorted(terrain.x, place, "right")) - 1, terrain.n_cells - 1)
         u = np.sqrt(np.maximum(w, 0.0))
         factor, constant = resistance.factor[cell], resistance.constant[cell]
-        if resistance.speed_factor is not None:
-            factor = factor * np.interp(u, SPEEDS, resistance.speed_factor)
-        if resistance.speed_constant is not None:
-            constant = constant + np.interp(u, SPEEDS, resistance.speed_constant)
+        factor = factor * np.interp(u, SPEEDS, resistance.speed_factor)
+        constant = constant + np.interp(u, SPEEDS, resistance.speed_constant)
         offset, drag = resistance.offset[cell], resistance.drag[cell]
         c = resistance.curvature
         return rate(mu, w, slopes[k], seconds[k], c, factor, offset, constant, drag)

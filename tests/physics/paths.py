@@ -13,12 +13,7 @@ from scipy.linalg import solve_banded
 from avahazard.physics import smooth_profile
 from avahazard.physics.cells import Cells, Resistance, build_cells, no_resistance
 from avahazard.physics.point_error import point_error
-from avahazard.physics.smooth_profile import (
-    Derivatives,
-    SmoothProfile,
-    block_length,
-    legendre_profile,
-)
+from avahazard.physics.smooth_profile import SmoothProfile, block_length, legendre_profile
 from avahazard.physics.terrain import Terrain, build_terrain
 
 RELEASE_M = 100.0
@@ -58,7 +53,7 @@ def drawn_profile(smooth: SmoothProfile, rng: np.random.Generator) -> SmoothProf
     assert ground is not None
     off = solve_banded((0, 3), ground.factor, rng.standard_normal(len(ground.mean)))
     f = replace(ground, mean=ground.mean + off).ground()
-    return replace(smooth, knots=ground.knots[4:-4], derivatives=Derivatives(f))
+    return replace(smooth, knots=ground.knots[4:-4], curve=f)
 
 
 def cells_of(terrain: Terrain, **changes: object) -> Cells:
