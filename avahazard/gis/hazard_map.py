@@ -21,6 +21,7 @@ from avahazard.gis.systems import (
     system_code,
 )
 from avahazard.records.collection import Event, Path, Profile
+from avahazard.results.hazard import HazardRow, PlaceQuantiles, Spread, ZonedPath
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -136,19 +137,18 @@ class MappedPath:
 
 def hazard_layers(
     drawn: Sequence[MappedPath],
-    rows: Sequence[Mapping[str, Any]],
-    zones: Sequence[Mapping[str, Any]],
+    rows: Sequence[HazardRow],
+    zones: Sequence[ZonedPath],
 ) -> list[MapLayer]:
     """The layers of the results on the paths `drawn`; layers without features are left out.
 
-    `rows` and `zones` are the documents of the commands `hazard` and `zones`; those of other
-    paths are passed over. A runout past the end of the profile has no point.
+    Results on other paths are passed over. A runout past the end of the profile has no point.
     """
     by_path = {one.path.path_id: one for one in drawn}
-    on_map = [(d, row) for row in rows if (d := by_path.get(row["path_id"]))]
+    on_map = [(d, row) for row in rows if (d := by_path.get(row.path_id))]
     of_volume = [feature for one, row in on_map for feature in _of_volume(one, row)]
     design = [feature for one, row in on_map for feature in _design(one, row)]
-    pieces = [f for zone in zones if (d := by_path.get(zone["path_id"])) for f in _zones(d, zone)]
+    pieces = [f for zone in zones if (d := by_path.get(zone.path_id)) for f in _zones(d, zone)]
     areas = [
         Feature(f.line, f.line.strip(f.geometry, width), {**f.attributes, WIDTH: width})
         for f in pieces
@@ -209,60 +209,60 @@ def _stops(one: MappedPath) -> list[Feature]:
     return features
 
 
-def _of_volume(one: MappedPath, row: Mapping[str, Any]) -> list[Feature]:
+def _of_volume(one: MappedPath, row: HazardRow) -> list[Feature]:
     """The quantiles of the runout of avalanches of the row's volume."""
-    more = {"p_left_profile": row["p_left_profile"], "interval": row["interval"]}
-    return _quantiles(one, row, row["runout_x_m"], more)
+    more = {"p_left_profile": row.p_left_profile, "interval": str(row.interval)}
+    return _quantiles(one, row, row.runout_x_m, more)
 
 
-def _design(one: MappedPath, row: Mapping[str, Any]) -> list[Feature]:
+def _design(one: MappedPath, row: HazardRow) -> list[Feature]:
     """The quantiles of the design runout; nothing for a volume."""
-    found = row.get("design")
-    if not found:
+    found = row.design
+    if found is None:
         return []
-    farthest = found["farthest_record"] or {}
+    farthest = found.farthest_record
     more = {
-        "p_beyond": found["p_beyond"],
-        "farthest_record_x_m": farthest.get("runout_x_m"),
-        "farthest_record_date": farthest.get("date"),
-        "records_beyond": found["records_beyond"],
-        "n_records": found["n_records"],
-        "interval": found["interval"],
+        "p_beyond": found.p_beyond,
+        "farthest_record_x_m": farthest and farthest.runout_x_m,
+        "farthest_record_date": farthest and farthest.date,
+        "records_beyond": found.records_beyond,
+        "n_records": found.n_records,
+        "interval": str(found.interval),
     }
-    return _quantiles(one, row, found["runout_x_m"], more)
+    return _quantiles(one, row, found.runout_x_m, more)
 
 
 def _quantiles(
-    one: MappedPath, row: Mapping[str, Any], found: Mapping[str, Any], more: Mapping[str, Any]
+    one: MappedPath, row: HazardRow, found: Spread | PlaceQuantiles, more: Mapping[str, Any]
 ) -> list[Feature]:
     """A point for each quantile of x on the profile; `more` are further attributes."""
-    about = {name: row[name] for name in ("path_id", "return_period_years", "volume_m3")}
+    about = {name: getattr(row, name) for name in ("path_id", "return_period_years", "volume_m3")}
     after = {
-        **{f"x_{name}_m": found[name] for name in QUANTILES},
-        "extrapolated": bool(row.get("extrapolated")),
+        **{f"x_{name}_m": getattr(found, name) for name in QUANTILES},
+        "extrapolated": bool(row.extrapolated),
         **more,
-        "notes": " ".join(row.get("notes", ())),
+        "notes": " ".join(row.notes),
     }
     return [
         feature
         for name in QUANTILES
-        for feature in _point(one.line, found[name], {**about, "quantile": name}, after)
+        for feature in _point(one.line, getattr(found, name), {**about, "quantile": name}, after)
     ]
 
 
-def _zones(one: MappedPath, entry: Mapping[str, Any]) -> list[Feature]:
+OF_ZONE = ("extrapolated", "zone", "color", "from_x_m", "to_x_m", "to_x_q05_m", "to_x_q95_m")
+
+
+def _zones(one: MappedPath, entry: ZonedPath) -> list[Feature]:
     features = []
-    for zone in entry["zones"]:
-        piece = one.line.between(zone["from_x_m"], zone["to_x_m"])
-        if piece is None:
-            continue
-        attributes = {
-            "path_id": entry["path_id"],
-            "limits": entry["limits"],
-            "extrapolated": bool(zone.get("extrapolated")),
-            **{name: zone[name] for name in ("zone", "color", "from_x_m", "to_x_m")},
-            **{name: zone.get(name) for name in ("to_x_q05_m", "to_x_q95_m")},
-            "beyond_profile": zone.get("beyond"),
-        }
-        features.append(Feature(one.line, piece, attributes))
+    for zone in entry.zones:
+        piece = one.line.between(zone.from_x_m, zone.to_x_m)
+        if piece is not None:
+            attributes = {
+                "path_id": entry.path_id,
+                "limits": entry.limits,
+                **{name: getattr(zone, name) for name in OF_ZONE},
+                "beyond_profile": zone.beyond,
+            }
+            features.append(Feature(one.line, piece, attributes))
     return features

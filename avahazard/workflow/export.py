@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,9 +15,9 @@ from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Path, Records, of_path
 from avahazard.records.errors import AvahazardError
 from avahazard.report import hazard_tables
-from avahazard.results.base import Rows, plain
+from avahazard.results.base import Rows
 from avahazard.results.files import Export, Layer
-from avahazard.results.hazard import HazardRow
+from avahazard.results.hazard import HazardRow, ZonedPath
 from avahazard.store import results as store
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
@@ -67,7 +67,7 @@ def export(database: str, name: str, file: FilePath) -> Export:
         is_own, write = TABLES[ending]
         replace_file(file, is_own, lambda part: write(part, bounds))
         return Export(name, str(file), Rows([Layer("hazard", len(rows), None)]), known)
-    made, notes = map_layers(records, plain(bounds), zones or [])
+    made, notes = map_layers(records, bounds, [ZonedPath.from_dict(z) for z in zones or ()])
     notes = [*known, *notes]
     if zones is None:
         notes.append(f"no zones are stored by {name}: avahazard zones {name}")
@@ -98,13 +98,10 @@ def replace_file(
         write(part)
 
 
-Documents = Sequence[Mapping[str, Any]]
-
-
 def map_layers(
-    records: Records, rows: Documents, zones: Documents
+    records: Records, rows: Sequence[HazardRow], zones: Sequence[ZonedPath]
 ) -> tuple[list[MapLayer], list[str]]:
-    """The layers, and notes on what has no place on them; `rows` and `zones` are documents.
+    """The layers, and notes on what has no place on them.
 
     Raises `AvahazardError` where no path has coordinates.
     """
@@ -129,7 +126,7 @@ def map_layers(
             "--update; or import the paths as lines with --dem. A .csv needs no coordinates.",
         )
     notes = [f"not on the map are {reason}" for reason in reasons]
-    zoned = {zone["path_id"] for zone in zones}
+    zoned = {zone.path_id for zone in zones}
     bare = [d.path.path_id for d in drawn if d.width_m is None and d.path.path_id in zoned]
     if bare:
         notes.append(f"zones as lines only, for want of a column width_m: {', '.join(bare)}.")

@@ -11,11 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.effects.site import release_place
 from avahazard.engine import spread_map
 from avahazard.engines.com1dfa import ENGINE, find_python, simulate
 from avahazard.notes import Note
-from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Records, Simulation, find_path, find_profile, ground_of
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Report, Rows, silent
@@ -23,6 +21,7 @@ from avahazard.results.terrain import SimulatedPath, SimulationPlan, Simulations
 from avahazard.store.records import load_records, load_simulations, load_terrain, save_simulation
 from avahazard.store.session import reading, writing
 from avahazard.workers import n_workers
+from avahazard.workflow.export import drawn_path
 from avahazard.workflow.requests import SimulateRequest
 
 if TYPE_CHECKING:
@@ -124,7 +123,6 @@ def ready_paths(database: str, request: SimulateRequest) -> tuple[list[RunPath],
 
     require_packages()
     from avahazard.gis.avaframe_project import drawn_release, ground  # noqa: PLC0415
-    from avahazard.gis.hazard_map import path_line  # noqa: PLC0415
 
     with reading(database) as session:
         records = load_records(session)
@@ -141,22 +139,18 @@ def ready_paths(database: str, request: SimulateRequest) -> tuple[list[RunPath],
         crop = crops[path.path_id]
         if crop is None:
             continue
-        profile = find_profile(records, path)
-        line = path_line(profile)
-        if isinstance(line, str):
+        one = drawn_path(records, path)
+        if isinstance(one, str):
             raise AvahazardError(
-                f"Path {path.path_id} cannot be laid on its terrain: {line}.",
+                f"Path {path.path_id} cannot be laid on its terrain: {one}.",
                 "Import its line again with --dem and --update.",
             )
-        there = ground(line, crop)
-        smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
-        start = release_place(smooth, path.release_elevation_m)
-        width = path.covariates.get("width_m")
-        width_m = float(width) if isinstance(width, int | float) else DEFAULT_WIDTH_M
+        there = ground(one.line, crop)
         drawn = None if request.release is None else drawn_release(request.release, there)
         volumes = tuple(request.volumes or volumes_of(records, path.path_id))
-        digest = ground_of(path, profile, crop)
-        found.append(RunPath(there, digest, volumes, start, width_m, drawn))
+        digest = ground_of(path, find_profile(records, path), crop)
+        width = one.width_m or DEFAULT_WIDTH_M
+        found.append(RunPath(there, digest, volumes, one.release_x, width, drawn))
     notes = (Note("no_terrain", paths=", ".join(bare)),) if bare else ()
     return found, notes
 

@@ -1,14 +1,15 @@
-"""Documents of bounds and zones, made up, for the maps of tests."""
+"""Results of `hazard` and `zones`, made up, for the maps of tests."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from avahazard.records.collection import Profile
+from avahazard.results.base import Rows
 from avahazard.results.hazard import (
+    Density,
     Design,
     FarthestRecord,
     HazardRow,
@@ -16,6 +17,8 @@ from avahazard.results.hazard import (
     PlaceQuantiles,
     RunoutInterval,
     Spread,
+    Zone,
+    ZonedPath,
 )
 from tests.gis.surface import CODE, NORTH, WEST
 from tests.results.samples import HAZARD_ROW
@@ -70,28 +73,24 @@ def bounds_row(path_id: str = "P", period: float | None = 100.0) -> HazardRow:
     )
 
 
-def bounds(path_id: str = "P", period: float | None = 100.0) -> dict[str, Any]:
-    """Give the same as the store keeps it."""
-    return bounds_row(path_id, period).to_dict()
-
-
-def zones(path_id: str = "P") -> dict[str, Any]:
+def zones(path_id: str = "P") -> ZonedPath:
     """Give an entry of `zones`: red, blue past the end of the profile, and none of yellow."""
     pieces = (("red", "#c8102e", 100.0, 650.0), ("blue", "#0072b2", 650.0, 1200.0),
               ("yellow", "#f0e442", 1200.0, 1200.0))  # fmt: skip
-    return {
-        "path_id": path_id,
-        "limits": "swiss",
-        "zones": [
-            {
-                "zone": name,
-                "color": color,
-                "from_x_m": start,
-                "to_x_m": end,
-                "to_x_q05_m": end - 50.0,
-                "to_x_q95_m": None,
-                "beyond": end > 1000.0,
-            }
-            for name, color, start, end in pieces
-        ],
-    }
+    found = [
+        Zone(name, color, start, end, end - 50.0, None, end > 1000.0, extrapolated=False)
+        for name, color, start, end in pieces
+    ]
+    return ZonedPath(
+        path_id=path_id,
+        limits="swiss",
+        density_kg_m3=Density(300.0, 50.0),
+        release_x_m=100.0,
+        end_x_m=1000.0,
+        interval="what a year exceeds",
+        designs=Rows(),
+        places=Rows(),
+        p_not_released=0.0,
+        zones=Rows(found),
+        notes=(),
+    )

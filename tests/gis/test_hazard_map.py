@@ -12,7 +12,7 @@ from pyproj import Geod
 
 from avahazard.gis.hazard_map import MapLayer, MappedPath, PathLine, hazard_layers, path_line
 from avahazard.records.collection import Covariate, Event, Path
-from tests.gis.results import bounds, profile, zones
+from tests.gis.results import bounds_row, profile, zones
 from tests.gis.surface import CODE, NORTH, WEST
 
 
@@ -31,7 +31,7 @@ def by_name(layers: list[MapLayer]) -> dict[str, MapLayer]:
 
 
 def test_every_layer_with_its_attributes() -> None:
-    found = by_name(hazard_layers([drawn()], [bounds(), bounds("other")], [zones()]))
+    found = by_name(hazard_layers([drawn()], [bounds_row(), bounds_row("other")], [zones()]))
     assert {name: len(layer.features) for name, layer in found.items()} == {
         "zone_areas": 2,
         "paths": 1,
@@ -55,7 +55,7 @@ def test_every_layer_with_its_attributes() -> None:
 
 
 def test_runouts_are_points_for_each_quantile() -> None:
-    layers = by_name(hazard_layers([drawn()], [bounds()], []))
+    layers = by_name(hazard_layers([drawn()], [bounds_row()], []))
     places = {
         (name, f.attributes["quantile"]): f
         for name in ("design_runouts", "volume_runouts")
@@ -80,7 +80,7 @@ def test_runouts_are_points_for_each_quantile() -> None:
 
 def test_no_areas_without_a_width_and_no_design_for_a_volume() -> None:
     for width in (None, "wide", 0.0):
-        layers = by_name(hazard_layers([drawn(width=width)], [bounds(period=None)], [zones()]))
+        layers = by_name(hazard_layers([drawn(width=width)], [bounds_row(period=None)], [zones()]))
         assert "zone_areas" not in layers
         assert "design_runouts" not in layers
         assert layers["volume_runouts"].features
@@ -88,7 +88,7 @@ def test_no_areas_without_a_width_and_no_design_for_a_volume() -> None:
 
 def test_paths_in_several_systems_have_layers_of_their_own() -> None:
     both = [drawn("P"), drawn("Q", crs="EPSG:32632")]
-    layers = by_name(hazard_layers(both, [bounds("P")], []))
+    layers = by_name(hazard_layers(both, [bounds_row("P")], []))
     assert {name: layer.code for name, layer in layers.items() if layer.topic == "paths"} == {
         "paths_31287": "EPSG:31287",
         "paths_32632": "EPSG:32632",

@@ -25,7 +25,7 @@ from avahazard.gis.map_files import (
     write_geopackage,
 )
 from avahazard.gis.systems import WGS84
-from tests.gis.results import bounds, zones
+from tests.gis.results import bounds_row, zones
 from tests.gis.surface import CODE, write_lines
 from tests.gis.test_hazard_map import drawn
 
@@ -35,7 +35,7 @@ DAY = np.datetime64("2024-05-06T07:08:09.000")
 @pytest.fixture(scope="module")
 def layers() -> list[MapLayer]:
     """Give the layers of a model."""
-    return hazard_layers([drawn()], [bounds(), bounds(period=None)], [zones()])
+    return hazard_layers([drawn()], [bounds_row(), bounds_row(period=None)], [zones()])
 
 
 @pytest.fixture(scope="module")
@@ -105,7 +105,7 @@ def test_a_file_is_known_as_our_own(file: Path, tmp_path: Path) -> None:
     assert not is_own_geopackage(words)
 
 
-LAYERS = {m.name: m for m in hazard_layers([drawn()], [bounds()], [zones()])}
+LAYERS = {m.name: m for m in hazard_layers([drawn()], [bounds_row()], [zones()])}
 SPACES = {"se": "http://www.opengis.net/se", "ogc": "http://www.opengis.net/ogc"}
 
 
@@ -141,7 +141,7 @@ def test_zones_have_their_own_colours() -> None:
 
 
 def test_one_collection_in_degrees_with_the_kind_of_each_feature(tmp_path: Path) -> None:
-    layers = hazard_layers([drawn(), drawn("Q", crs="EPSG:32632")], [bounds()], [zones()])
+    layers = hazard_layers([drawn(), drawn("Q", crs="EPSG:32632")], [bounds_row()], [zones()])
     file = tmp_path / "map.geojson"
     write_geojson(file, layers)
     collection = json.loads(file.read_text(encoding="utf-8"))

@@ -21,7 +21,7 @@ from avahazard.store.results import BOUNDS, ZONES
 from avahazard.store.session import reading, writing
 from avahazard.workflow.database import import_files
 from avahazard.workflow.export import export
-from tests.gis.results import bounds, profile, zones
+from tests.gis.results import bounds_row, profile, zones
 from tests.gis.surface import write_lines
 from tests.store.documents import save_bare, save_documents
 from tests.telling import untold
@@ -46,8 +46,13 @@ def stored(tmp_path_factory: pytest.TempPathFactory) -> str:
         save_records(session, records)
         save_bare(session, "base")
         save_bare(session, "bare")
-        save_documents(session, BOUNDS, "base", [bounds("P"), bounds("Q"), bounds("R")])
-        save_documents(session, ZONES, "base", [zones("P"), zones("Q")])
+        save_documents(
+            session,
+            BOUNDS,
+            "base",
+            [bounds_row("P").to_dict(), bounds_row("Q").to_dict(), bounds_row("R").to_dict()],
+        )
+        save_documents(session, ZONES, "base", [zones("P").to_dict(), zones("Q").to_dict()])
     return file
 
 
@@ -128,7 +133,7 @@ def test_no_coordinates_at_all(database: str, tmp_path: FilePath) -> None:
     with writing(database) as session:
         save_records(session, Records((Path("P"), Path("Q")), (profile("P", crs=None),)))
         save_bare(session, "base")
-        save_documents(session, BOUNDS, "base", [bounds("P")])
+        save_documents(session, BOUNDS, "base", [bounds_row("P").to_dict()])
     with pytest.raises(
         AvahazardError, match="P: coordinates without a crs; Q: no profile"
     ) as caught:
@@ -161,8 +166,8 @@ def test_the_tyrol_profiles_go_through_to_a_map(
     assert len(names) == 9
     with writing(database) as session:
         save_bare(session, "base")
-        save_documents(session, BOUNDS, "base", [bounds(name) for name in names])
-        save_documents(session, ZONES, "base", [zones(name) for name in names])
+        save_documents(session, BOUNDS, "base", [bounds_row(name).to_dict() for name in names])
+        save_documents(session, ZONES, "base", [zones(name).to_dict() for name in names])
     done = export(database, "base", tmp_path / "tyrol.gpkg")
     found = layers(tmp_path / "tyrol.gpkg")
     assert {crs for crs, _ in found.values()} == {"EPSG:31287"}

@@ -12,7 +12,7 @@ from typer.testing import Result
 
 from avahazard.store.results import BOUNDS
 from avahazard.store.session import writing
-from tests.gis.results import bounds
+from tests.gis.results import bounds_row
 from tests.gis.surface import BOTTOM, TOP, write_dem, write_lines
 from tests.store.documents import save_bare, save_documents
 
@@ -33,7 +33,7 @@ def test_from_a_line_to_a_map(avahazard: Run, database: str, lines: Path, tmp_pa
     assert json.loads(done.stdout)["records"]["profiles"]["new"] == 1
     with writing(database) as session:
         save_bare(session, "base")
-        save_documents(session, BOUNDS, "base", [bounds()])
+        save_documents(session, BOUNDS, "base", [bounds_row().to_dict()])
     file = tmp_path / "map.gpkg"
     done = avahazard("export", "base", "-o", str(file))
     assert done.exit_code == 0, done.output
