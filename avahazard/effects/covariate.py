@@ -1,14 +1,16 @@
-"""Friction varies with columns: a smooth of one, one by another, its scatter; height, season.
+"""Friction varies with columns: a smooth of one or its levels, one by another, its scatter.
 
-It changes at a date: on one path (a dam, a forest gone), or on all. And with the volume as another
-law or scatter says.
+Snow type, channelled and open paths, height and season have names. Friction changes at a date: on
+one path (a dam, a forest gone), or on all. And with the volume as another law or scatter says.
 """
 
 from __future__ import annotations
 
 from functools import partial
+from itertools import product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
@@ -24,13 +26,7 @@ from avahazard.effects.effect import (
     Setting,
     Sites,
 )
-from avahazard.effects.groups import (
-    LEAST_SD,
-    level_columns,
-    level_effect,
-    level_facts,
-    level_lacking,
-)
+from avahazard.notes import Note
 
 PREFIX = "covariate:"
 VOLUME = "volume_m3"
@@ -85,45 +81,47 @@ def _known(columns: EventColumns, name: str) -> Floats:
     return np.empty(0) if values is None else values[np.isfinite(values)]
 
 
-def _line_facts(known: Floats) -> Facts:
+def _line(columns: EventColumns, name: str) -> Facts | None:
+    """Centre and spread of a column of numbers; None of one that has levels."""
+    known = _known(columns, name)
+    if len(np.unique(known)) < 3:
+        return None
     return {"centre": float(np.mean(known)), "scale": float(np.std(known))}
 
 
-def _part(name: str, facts: Facts, columns: EventColumns) -> Floats:
-    """Columns `[n_events, n]` of a column: a line of a number, or its levels."""
+def design_of(name: str, facts: Facts, columns: EventColumns) -> Floats:
+    """Columns `[n_events, n]` of a column: its levels, a spline over its knots, or a line.
+
+    A missing number counts as the mean of the column; without the column all are 0.
+    """
     if "levels" in facts:
-        return level_columns(columns, name, facts["levels"])
-    numbers = number_column(columns, name)
+        texts = text_column(columns, name)
+        there = np.full(len(columns), "") if texts is None else texts
+        return np.column_stack([there == level for level in facts["levels"]]).astype(np.float64)
+    numbers, knots = number_column(columns, name), np.array(facts.get("knots", ()))
     if numbers is None:
-        return np.zeros((len(columns), 1))
-    return np.asarray(np.nan_to_num((numbers - facts["centre"]) / facts["scale"])[:, None])
+        return np.zeros((len(columns), max(1, len(knots) - 1)))
+    values = np.where(np.isfinite(numbers), numbers, facts["centre"])
+    return spline_columns(values, knots, facts["centre"], facts["scale"])
 
 
 def _facts(column: str, columns: EventColumns, _sites: Sites) -> Facts:
-    known = _known(columns, column)
-    if len(np.unique(known)) < 3:
+    line = _line(columns, column)
+    if line is None:
         return level_facts(column, columns)
-    knots = np.unique(np.quantile(known, np.linspace(0.05, 0.95, N_KNOTS)))
-    return {"knots": [float(k) for k in knots], **_line_facts(known)}
+    knots = np.unique(np.quantile(_known(columns, column), np.linspace(0.05, 0.95, N_KNOTS)))
+    return {"knots": knots.tolist(), **line}
 
 
 def _build(column: str, facts: Facts) -> FrictionEffect:
     if "levels" in facts:
         return level_effect(PREFIX + column, column, facts)
-    knots, centre, scale = np.array(facts["knots"]), facts["centre"], facts["scale"]
-
-    def design(columns: EventColumns) -> Floats:
-        values = number_column(columns, column)
-        if values is None:
-            return np.zeros((len(columns), max(1, len(knots) - 1)))
-        # A missing value counts as the mean of the column.
-        return spline_columns(np.where(np.isfinite(values), values, centre), knots, centre, scale)
-
-    unit = "log friction per spread"
-    parameters = [Parameter("slope", unit, 0.0, 0.0, LINEAR_SD)] + [
-        Parameter(f"bend_{k + 1}", unit, 0.0, 0.0, CURVED_SD) for k in range(max(0, len(knots) - 2))
-    ]
-    return FrictionEffect(PREFIX + column, tuple(parameters), design=design)
+    bends = [(f"bend_{k + 1}", CURVED_SD) for k in range(len(facts["knots"]) - 2)]
+    parameters = tuple(
+        Parameter(name, "log friction per spread", 0.0, 0.0, sd)
+        for name, sd in [("slope", LINEAR_SD), *bends]
+    )
+    return FrictionEffect(PREFIX + column, parameters, partial(design_of, column, facts))
 
 
 def _curve(column: str, facts: Facts) -> Curve | None:
@@ -166,6 +164,131 @@ def spline_columns(values: Floats, knots: Floats, centre: float, scale: float) -
     return np.column_stack([line, *bends])
 
 
+SCATTERS = 2.5
+"""Prior standard deviation of a level's log friction against the most common one, in spreads of
+all records: weakly informative (Gelman, Jakulin, Pittau & Su 2008; the default of rstanarm)."""
+LEAST_SD = 0.2
+"""Least of it, and what it is where the records tell no spread."""
+MOST_NAMED = 5
+"""Levels that a sentence names."""
+
+
+def text_column(columns: EventColumns, name: str) -> NDArray[np.str_] | None:
+    """A column of text, or of numbers as text; None if there is none."""
+    if name == "section":
+        return columns.section
+    numbers = columns.numbers.get(name, columns.made.get(name))
+    if numbers is not None:
+        return np.array(["" if np.isnan(v) else f"{v:g}" for v in numbers])
+    return columns.texts.get(name)
+
+
+def level_counts(values: NDArray[np.str_]) -> dict[str, int]:
+    """Number of events of each level by name, missing ones ('') left out."""
+    levels, counts = np.unique(values[values != ""], return_counts=True)
+    return {str(k): int(n) for k, n in zip(levels, counts, strict=True)}
+
+
+def level_lacking(name: str, columns: EventColumns, _sites: Sites = ()) -> str | None:
+    """What a column lacks for an effect by level: two levels, each on enough events."""
+    values = text_column(columns, name)
+    if values is None:
+        return f"there is no column {name}"
+    if sum(n >= MIN_LEVEL for n in level_counts(values).values()) >= 2:
+        return None
+    return f"{name} has no two values with at least {MIN_LEVEL} events each"
+
+
+def level_facts(name: str, columns: EventColumns, _sites: Sites = ()) -> Facts:
+    """The most common level, the others with enough events, and the prior's width for these."""
+    values = text_column(columns, name)
+    assert values is not None
+    counts = level_counts(values)
+    ranked = sorted(counts, key=counts.__getitem__, reverse=True)
+    return {
+        "reference": ranked[0],
+        "levels": sorted(k for k in ranked[1:] if counts[k] >= MIN_LEVEL),
+        "prior_sd": _prior_sd(columns),
+    }
+
+
+def _prior_sd(columns: EventColumns) -> float:
+    """Prior standard deviation of a level's log friction, by how much that of all records spreads.
+
+    H/L is the friction of a block on a straight line, whatever the model. What spreads it (volume,
+    path, scatter, the levels themselves) is more than a level can be expected to add.
+    """
+    known = columns.height_over_length[columns.height_over_length > 0.0]
+    if len(known) < 2 * MIN_LEVEL:
+        return LEAST_SD
+    return round(max(LEAST_SD, SCATTERS * float(np.std(np.log(known)))), 3)
+
+
+def level_words(name: str, columns: EventColumns, _sites: Sites = ()) -> Note | None:
+    """How many events, or for what a path has which paths, have each level; None without a column.
+
+    The most common level stands first.
+    """
+    values = text_column(columns, name)
+    if values is None:
+        return None
+    counts = level_counts(values)
+    ranked = sorted(counts, key=counts.__getitem__, reverse=True)
+    of_path = all(len(set(values[columns.path_index == k])) == 1 for k in range(len(columns.paths)))
+    if of_path and len(columns.paths) > 1 and len(ranked) > 1:
+        paths = np.array(columns.paths)
+        level = np.array([values[columns.path_index == k][0] for k in range(len(columns.paths))])
+        parts = [
+            Note("paths_at_level", paths=sorted(paths[level == k].tolist()), level=k)
+            for k in ranked
+        ]
+        return Note("level_of_path", column=name, parts=parts)
+    first = [f"{counts[k]} {k}" for k in ranked[:MOST_NAMED]]
+    rest = len(ranked) - MOST_NAMED
+    key = "levels_and_others" if rest > 0 else "levels"
+    return Note(key, column=name, events=len(columns), parts=first, n=rest)
+
+
+def level_effect(key: str, name: str, facts: Facts) -> FrictionEffect:
+    """One offset of log friction for each level but the reference; other levels have none."""
+    unit, sd = f"log friction against {facts['reference']}", facts["prior_sd"]
+    parameters = tuple(Parameter(level, unit, 0.0, 0.0, sd) for level in facts["levels"])
+    return FrictionEffect(key, parameters, partial(design_of, name, facts))
+
+
+def _by_level(key: str, column: str, meaning: str, order: int, *, of_event: bool) -> Definition:
+    return Definition(
+        key=key,
+        meaning=meaning,
+        needs=column,
+        build=partial(level_effect, key, column),
+        lacking=partial(level_lacking, column),
+        facts=partial(level_facts, column),
+        seen_in=partial(level_words, column),
+        event_columns=of_event,
+        column=column if of_event else None,
+        order=order,
+    )
+
+
+SNOW_TYPE = _by_level(
+    "snow-type",
+    "snow_type",
+    "Wet, dry and mixed snow rub differently on the bed. Each type has its own level of "
+    "friction, given against the most common type.",
+    90,
+    of_event=True,
+)
+PATH_SECTION = _by_level(
+    "path-section",
+    "section",
+    "A channel confines the flow and keeps it deep, an open slope lets it spread. The "
+    "two kinds of path then have different friction.",
+    100,
+    of_event=False,
+)
+
+
 INTERACTION = "interaction:"
 MOST_LEVELS = 4
 """Levels of a column that are distinguished beside another."""
@@ -193,7 +316,7 @@ def _lacking_pair(one: str, other: str, columns: EventColumns, sites: Sites) -> 
     for name in (one, other):
         if name not in facts:
             return f"{name} has no two values with at least {MIN_LEVEL} events each"
-    first, second = (_part(name, facts[name], columns) for name in (one, other))
+    first, second = (design_of(name, facts[name], columns) for name in (one, other))
     both = _products(first, second)
     alone = np.column_stack([np.ones(len(columns)), first, second])
     both -= alone @ np.linalg.lstsq(alone, both, rcond=None)[0]
@@ -206,9 +329,9 @@ def _facts_pair(one: str, other: str, columns: EventColumns, _sites: Sites) -> F
     """Of each column its levels, or centre and spread; left out where it has no information."""
     found: Facts = {}
     for name in (one, other):
-        known = _known(columns, name)
-        if len(np.unique(known)) > 2:
-            found[name] = _line_facts(known)
+        line = _line(columns, name)
+        if line is not None:
+            found[name] = line
         elif level_lacking(name, columns) is None:
             found[name] = {"levels": level_facts(name, columns)["levels"][:MOST_LEVELS]}
     return found
@@ -219,28 +342,26 @@ def _products(first: Floats, second: Floats) -> Floats:
 
 
 def _build_pair(one: str, other: str, facts: Facts) -> FrictionEffect:
-    names = {name: facts[name].get("levels", [""]) for name in (one, other)}
     alone = [name for name in (one, other) if name != VOLUME]
 
     def design(columns: EventColumns) -> Floats:
-        parts = {name: _part(name, facts[name], columns) for name in names}
-        products = _products(parts[one], parts[other])
-        return np.column_stack([*(parts[name] for name in alone), products])
+        parts = {name: design_of(name, facts[name], columns) for name in (one, other)}
+        return np.column_stack(
+            [*(parts[name] for name in alone), _products(parts[one], parts[other])]
+        )
 
-    def label(name: str, level: object) -> str:
-        return f"{name}={level}" if level != "" else name
+    def labels(name: str) -> list[str]:
+        levels = facts[name].get("levels")
+        return [name] if levels is None else [f"{name}={level}" for level in levels]
 
-    labels = [(label(n, x), "levels" in facts[n]) for n in alone for x in names[n]]
-    labels += [
-        (f"{label(one, a)}*{label(other, b)}", "levels" in facts[one] or "levels" in facts[other])
-        for a in names[one]
-        for b in names[other]
-    ]
-    parameters = tuple(
-        Parameter(text, "log friction", 0.0, 0.0, LEAST_SD if level else LINEAR_SD)
-        for text, level in labels
-    )
-    return FrictionEffect(f"{INTERACTION}{one}*{other}", parameters, design=design)
+    def parameters(*names: str) -> list[Parameter]:
+        sd = LEAST_SD if any("levels" in facts[name] for name in names) else LINEAR_SD
+        every = product(*map(labels, names))
+        return [Parameter("*".join(some), "log friction", 0.0, 0.0, sd) for some in every]
+
+    each = [parameter for name in alone for parameter in parameters(name)]
+    key = f"{INTERACTION}{one}*{other}"
+    return FrictionEffect(key, (*each, *parameters(one, other)), design=design)
 
 
 SCATTER = "scatter:"
@@ -264,16 +385,13 @@ def scatter_by(column: str) -> Definition:
 
 
 def _scatter_facts(column: str, columns: EventColumns, _sites: Sites) -> Facts:
-    known = _known(columns, column)
-    if len(np.unique(known)) < 3:
-        return {"levels": level_facts(column, columns)["levels"]}
-    return _line_facts(known)
+    return _line(columns, column) or {"levels": level_facts(column, columns)["levels"]}
 
 
 def _build_scatter(column: str, facts: Facts) -> ScatterEffect:
-    names = [str(level) for level in facts.get("levels", ["slope"])]
+    names = facts.get("levels", ["slope"])
     parameters = tuple(Parameter(n, "log of the scatter", 0.0, 0.0, SCATTER_SD) for n in names)
-    return ScatterEffect(SCATTER + column, parameters, partial(_part, column, facts))
+    return ScatterEffect(SCATTER + column, parameters, partial(design_of, column, facts))
 
 
 MIDDLE_DAY, HALF_WIDTH = 90.0, 60.0
@@ -374,8 +492,8 @@ def _alternatives(path: str, columns: EventColumns, _sites: Sites) -> list[Facts
     """The dates that are tried: between events, with enough of them on either side."""
     time = _time(columns)
     known = np.sort(time[_there(path, columns) & np.isfinite(time)])
-    between = 0.5 * (known[1:] + known[:-1])[MIN_LEVEL - 1 : len(known) - MIN_LEVEL]
-    between = between[np.diff(known)[MIN_LEVEL - 1 : len(known) - MIN_LEVEL] > 0.0]
+    inner = slice(MIN_LEVEL - 1, len(known) - MIN_LEVEL)
+    between = (0.5 * (known[1:] + known[:-1]))[inner][np.diff(known)[inner] > 0.0]
     if len(between) > MOST_DATES:
         between = between[np.linspace(0, len(between) - 1, MOST_DATES).round().astype(int)]
     return [{"from_year": round(float(t), 3)} for t in between]
@@ -390,8 +508,7 @@ def _lacking_change(path: str, columns: EventColumns, sites: Sites) -> str | Non
 def _facts_change(path: str, columns: EventColumns, sites: Sites) -> Facts:
     """The date that parts H/L best, volume and path taken off (least squares)."""
     tried, time = _alternatives(path, columns, sites), _time(columns)
-    known = columns.height_over_length > 0.0
-    use = known & np.isfinite(time)
+    use = (columns.height_over_length > 0.0) & np.isfinite(time)
     ratio = np.log(columns.height_over_length[use])
     volume = np.nan_to_num(columns.log_volume[use], nan=float(np.nanmean(columns.log_volume)))
     groups = columns.path_index[use, None] == np.unique(columns.path_index[use])

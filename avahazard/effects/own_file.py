@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from avahazard.arrays import Bools, Floats
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.covariate import number_column
+from avahazard.effects.covariate import number_column, text_column
 from avahazard.effects.effect import (
     Definition,
     Effect,
@@ -33,7 +33,6 @@ from avahazard.effects.effect import (
     Sites,
     needs_profile,
 )
-from avahazard.effects.groups import text_column
 from avahazard.effects.motion import STATES
 from avahazard.effects.site import Site
 from avahazard.physics.cells import SPEEDS, Resistance

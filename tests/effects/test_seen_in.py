@@ -8,7 +8,7 @@ import numpy as np
 
 from avahazard.effects import motion
 from avahazard.effects.columns import EventColumns, build_columns
-from avahazard.effects.groups import PATH_SECTION
+from avahazard.effects.covariate import PATH_SECTION
 from avahazard.effects.site import Site, path_site
 from avahazard.records.collection import Event, Path
 from tests.workflow.worlds import bowl

@@ -33,7 +33,7 @@ from avahazard.criticism.diagnosis.refits import (
 from avahazard.criticism.scoring.where_it_fails import contrast_p, holm
 from avahazard.criticism.screening.screen import EXPECTED_SHARE, LEVEL, Screened, Screening
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.covariate import VOLUME, number_column
+from avahazard.effects.covariate import VOLUME, level_counts, number_column
 from avahazard.effects.effect import (
     MIN_LEVEL,
     Definition,
@@ -42,7 +42,6 @@ from avahazard.effects.effect import (
     LimitEffect,
     Sites,
 )
-from avahazard.effects.groups import level_counts
 from avahazard.effects.record import VOLUME_ERROR
 from avahazard.engine import spread_map
 from avahazard.inference.fitted_model import FittedModel
