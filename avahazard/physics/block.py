@@ -188,26 +188,19 @@ def run(cells: Cells, starts: NDArray[np.int64], mu: Floats) -> Stops:
     `starts` `[n_starts]` are node indices, `mu` `[n_friction]` Coulomb frictions (any order;
     neighbours that are close run fastest).
     """
-    return run_near(cells, starts, mu, every_stop(len(starts)), BATCH_SIZE, 0)[0]
-
-
-def run_near(
-    cells: Cells, starts: NDArray[np.int64], mu: Floats, asked: Asked, width: int, margin: int
-) -> tuple[Stops, NDArray[np.int64], NDArray[np.int64]]:
-    """Run the block with the rising frictions `mu` that stop it where it is `asked` for.
-
-    And with `margin` more on either side, `width` at once (a batch at most). Returns the stops,
-    and from each start the first friction that was run and the one before which that ends,
-    `[n_starts]` each; below and above these the end of what was run is repeated.
-    """
-    # In one piece: a slice such as MU[::4] would have the kernel compiled again.
-    mu = np.ascontiguousarray(mu, dtype=np.float64)
-    *stops, first, end = _run(cells, np.asarray(starts, np.int64), mu, *asked, width, margin)
-    return Stops(*stops), first, end
+    every = every_stop(len(starts))
+    *stops, _, _ = run_near(cells, starts, np.ascontiguousarray(mu), *every, BATCH_SIZE, 0)
+    return Stops(*stops)
 
 
 @kernel
-def _run(cells, starts, mu, low, high, middle, width, margin):  # type: ignore[no-untyped-def]
+def run_near(cells, starts, mu, low, high, middle, width, margin):  # type: ignore[no-untyped-def]
+    """Run the block with the rising frictions `mu` that stop it where it is `Asked` for.
+
+    And with `margin` more on either side, `width` at once (a batch at most). Returns the fields of
+    `Stops`, and from each start the first friction that was run and the one before which that ends,
+    `[n_starts]` each; below and above these the end of what was run is repeated.
+    """
     n_starts, n = len(starts), len(mu)
     shape = n_starts, n
     x, y, lift_off_x = np.empty(shape), np.empty(shape), np.empty(shape)

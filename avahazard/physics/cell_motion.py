@@ -49,24 +49,14 @@ def load(cells: Cells, bend: float, w: float) -> float:
 
 
 @kernel(inner=True, forceinline=True)
-def acceleration(
-    slope: float, stretch: float, loaded: float, friction: float, constant: float, drag_w: float
-) -> float:
-    """dw/dx where tanθ is `slope`, 1/cosθ `stretch` and N/cosθ `loaded`; drag times w `drag_w`.
-
-    Equation 2.3 with w = u², and effects.
-    """
-    return 2.0 * (GRAVITY * slope - friction * loaded - (constant + drag_w) * stretch)
-
-
-@kernel(inner=True, forceinline=True)
 def node_acceleration(cells: Cells, i: int, node: int, mu: float, w: float) -> float:
-    """dw/dx at a node, an end of cell i, on the ground or off it."""
+    """dw/dx at a node, an end of cell i, on the ground or off it: equation 2.3 with effects."""
     slope = cells.slope[node]
     stretch = np.sqrt(1.0 + slope * slope)
     loaded = max(load(cells, cells.bend[node], w), 0.0)
     friction, constant = resisting(cells, i, mu, w)
-    return acceleration(slope, stretch, loaded, friction, constant, cells.drag[i] * w)
+    resisted = (constant + cells.drag[i] * w) * stretch
+    return 2.0 * (GRAVITY * slope - friction * loaded - resisted)
 
 
 @kernel(inner=True, forceinline=True)

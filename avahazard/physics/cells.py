@@ -91,36 +91,24 @@ class Cells(NamedTuple):
     curvature: float
 
 
-class _Ground(NamedTuple):
-    """What cells take from the terrain alone: at Gauss points `[n_cells, 6]` the first two."""
-
-    tangent: Floats
-    stretch: Floats
-    slope: Floats
-    dip: Floats
-    lift: Floats
-
-
 @lru_cache(maxsize=64)
-def _ground(terrain: Terrain, curvature: float) -> _Ground:
-    """The same for every resistance; of a few terrains it is kept."""
+def _ground(terrain: Terrain, curvature: float) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """What cells take from the terrain alone, kept of a few: the last three as in `Cells`.
+
+    tanθ and 1/cosθ at the Gauss points `[n_cells, 6]`, slope, dip, lift.
+    """
     tangent = np.tan(terrain.gauss_theta)
-    return _Ground(
-        tangent,
-        np.hypot(1.0, tangent),
-        np.tan(terrain.theta),
-        _dip(terrain),
-        _lift(terrain, curvature),
-    )
+    bends = _dip(terrain), _lift(terrain, curvature)
+    return tangent, np.hypot(1.0, tangent), np.tan(terrain.theta), *bends
 
 
 def build_cells(terrain: Terrain, resistance: Resistance) -> Cells:
     """Series of A and B in every cell (module docstring), with the geometry at its ends."""
-    ground = _ground(terrain, float(resistance.curvature))
+    tangent, stretch, slope, dip, lift = _ground(terrain, float(resistance.curvature))
     turn = resistance.curvature * (terrain.theta[1:, None] - terrain.gauss_theta)
     left = terrain.s[1:, None] - terrain.gauss_s
     damped = terrain.weight * np.exp(-2.0 * resistance.drag[:, None] * left)
-    pull = 2.0 * GRAVITY * ground.tangent - 2.0 * resistance.constant[:, None] * ground.stretch
+    pull = 2.0 * GRAVITY * tangent - 2.0 * resistance.constant[:, None] * stretch
     drive = np.zeros((terrain.n_cells, ORDER + 1))
     power = damped
     for k in range(ORDER):
@@ -141,8 +129,8 @@ def build_cells(terrain: Terrain, resistance: Resistance) -> Cells:
     return Cells(
         x=terrain.x,
         y=terrain.y,
-        slope=ground.slope,
-        steepening=terrain.bend * (1.0 + ground.slope**2),
+        slope=slope,
+        steepening=terrain.bend * (1.0 + slope**2),
         bend=terrain.bend,
         growth=growth,
         drive=drive,
@@ -150,8 +138,8 @@ def build_cells(terrain: Terrain, resistance: Resistance) -> Cells:
         offset=resistance.offset,
         constant=resistance.constant,
         drag=resistance.drag,
-        dip=ground.dip,
-        lift=ground.lift,
+        dip=dip,
+        lift=lift,
         length=length,
         speed_factor=resistance.speed_factor,
         speed_constant=resistance.speed_constant,

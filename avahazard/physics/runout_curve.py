@@ -222,8 +222,9 @@ def piece_at(rows, mu):  # type: ignore[no-untyped-def]
 
 
 COARSE = 4
-"""Where resistance depends on speed, and a run costs ten times as much, every fourth friction of
-`MU` is run."""
+COARSE_MU = np.ascontiguousarray(MU[::COARSE])
+"""Where resistance depends on speed, and a run costs ten times as much, every fourth friction is
+run."""
 MARGIN, SLOW_MARGIN = 12, 3
 """Frictions beyond the stops asked for: what is a jump shows by the cells beside it, and the
 screening reads speeds at every fourth friction. The second is of coarse frictions."""
@@ -253,12 +254,12 @@ def tabulate(cells: Cells, starts: NDArray[np.int64]) -> RunoutCurve:
 def near_stops(cells: Cells, starts: NDArray[np.int64], asked: Asked) -> NearStops:
     """F(μ) from each start node `[n_starts]` near what is asked, the same for every `middle`."""
     if not cells.speed_dependent:
-        stops, first, end = run_near(cells, starts, MU, asked, WIDTH, MARGIN)
-        return NearStops(RunoutCurve(stops.x, stops.y, stops.status), first, end)
+        x, y, status, _, first, end = run_near(cells, starts, MU, *asked, WIDTH, MARGIN)
+        return NearStops(RunoutCurve(x, y, status), first, end)
     begun = asked._replace(middle=asked.middle // COARSE)
-    stops, first, end = run_near(cells, starts, MU[::COARSE], begun, SLOW_WIDTH, SLOW_MARGIN)
-    broken = broken_cells(stops.x, stops.status)
-    curve = RunoutCurve(*filled(stops.x, stops.y, stops.status, broken))
+    found = run_near(cells, starts, COARSE_MU, *begun, SLOW_WIDTH, SLOW_MARGIN)
+    x, y, status, _, first, end = found
+    curve = RunoutCurve(*filled(x, y, status, broken_cells(x, status)))
     return NearStops(curve, COARSE * first, COARSE * (end - 1) + 1)
 
 

@@ -14,6 +14,8 @@ from avahazard.physics.smooth_profile import SmoothProfile
 MAX_CELL_M = 20.0
 MAX_TURN = 0.05
 """Largest change of the slope angle within a cell, radians: it bounds the error of the series."""
+PLAIN_M, N_PROBES = 200.0, 33
+"""Length of the intervals (m) in which turns are looked for, at so many places each."""
 GAUSS_X, GAUSS_W = np.polynomial.legendre.leggauss(6)
 
 
@@ -80,7 +82,13 @@ def cell_ends(profile: SmoothProfile, breaks: Floats | None, max_cell: float) ->
     inner = np.concatenate([profile.knots, np.asarray([] if breaks is None else breaks)])
     inner = inner[(inner > profile.x_min) & (inner < profile.x_max)]
     coarse = np.unique(np.concatenate([[profile.x_min, profile.x_max], inner]))
-    return _refine(profile, coarse, max_cell)
+    # Long intervals are first cut plainly, so that the probes see every turn.
+    coarse = _split(coarse, np.ceil(np.diff(coarse) / PLAIN_M).astype(int))
+    width, probes = np.diff(coarse), np.linspace(0.0, 1.0, N_PROBES)
+    slope = profile.derivatives(coarse[:-1, None] + width[:, None] * probes)[1]
+    # As if all of an interval turned like its sharpest part.
+    turn = (N_PROBES - 1) * np.max(np.abs(np.diff(np.arctan(slope), axis=1)), axis=1)
+    return _split(coarse, np.ceil(np.maximum(width / max_cell, turn / MAX_TURN)).astype(int))
 
 
 def terrain_at(profile: SmoothProfile, x: Floats) -> Terrain:
@@ -104,22 +112,6 @@ def terrain_at(profile: SmoothProfile, x: Floats) -> Terrain:
         gauss_s=s[:-1, None] + half * (stretch @ _to_partial_lengths().T),
         weight=weight,
     )
-
-
-def _refine(profile: SmoothProfile, coarse: Floats, max_cell: float) -> Floats:
-    """Split every interval until no cell is too long or turns too much."""
-    probes = np.linspace(0.0, 1.0, 33)
-    width = np.diff(coarse)
-    # Long intervals are first cut plainly, so that the probes see every turn.
-    plain = np.maximum(1, np.ceil(width / 200.0).astype(int))
-    coarse = _split(coarse, plain)
-    width = np.diff(coarse)
-    slope = profile.derivatives(coarse[:-1, None] + width[:, None] * probes)[1]
-    turn = np.sum(np.abs(np.diff(np.arctan(slope), axis=1)), axis=1)
-    # Where an interval turns unevenly, its sharpest part decides.
-    sharpest = np.max(np.abs(np.diff(np.arctan(slope), axis=1)), axis=1) * (len(probes) - 1)
-    pieces = np.ceil(np.maximum(width / max_cell, np.maximum(turn, sharpest) / MAX_TURN))
-    return _split(coarse, np.maximum(1, pieces.astype(int)))
 
 
 def _split(nodes: Floats, pieces: NDArray[np.int_]) -> Floats:
