@@ -350,7 +350,7 @@ def _drawn(
             rows.append((number, row))
         points += [(number, point) for point in _point_rows(path_id, profile)]
         crops.append(profile.terrain)
-        if profile.crs != terrain.code:
+        if profile.crs != system_code(terrain.crs):
             notes.append(
                 f"{path_id}: its profile is in {profile.crs}: lengths in {terrain.crs.name} are "
                 "not those on the ground."

@@ -20,7 +20,7 @@ from rasterio.windows import Window
 from scipy.ndimage import map_coordinates
 
 from avahazard.arrays import Bools, Floats
-from avahazard.gis.systems import moved, read_system, system_code
+from avahazard.gis.systems import moved, read_system
 from avahazard.records.collection import TerrainCrop
 from avahazard.records.errors import AvahazardError
 
@@ -44,11 +44,6 @@ class TerrainModel:
     source: Any
     crs: CRS
     assumed: bool = False
-
-    @property
-    def code(self) -> str | None:
-        """Its system as it stands in a register."""
-        return system_code(self.crs)
 
     def grid_places(self, xy: Floats) -> tuple[Floats, Floats]:
         """Row and column `[n]` of points `[n, 2]` of its system, counted from cell centres."""

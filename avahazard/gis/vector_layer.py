@@ -21,7 +21,6 @@ from avahazard.gis.systems import moved, read_system
 from avahazard.records.errors import AvahazardError
 
 Kind = Literal["line", "polygon", "point"]
-WORDS = {"line": "linestring", "polygon": "polygon", "point": "point"}
 OF_THE_FORMAT = re.compile(
     "id|description|timestamp|begin|end|altitudeMode|tessellate|extrude|visibility|drawOrder|icon|"
     "cmt|desc|src|number|type|ele|time|magvar|geoidheight|sym|fix|sat|[hvp]dop|ageofdgpsdata|"
@@ -132,7 +131,7 @@ def _layer_name(file: FilePath, kind: Kind) -> str:
     fitting = [
         name
         for name, type_ in layers.items()
-        if WORDS[kind] in type_.lower() or type_ in ("Unknown", "GeometryCollection")
+        if kind in type_.lower() or type_ in ("Unknown", "GeometryCollection")
     ]
     if file.suffix.lower() == ".gpx":  # the format names its layers, with or without features
         lines = ("tracks", "routes") if kind == "line" else ("waypoints",)

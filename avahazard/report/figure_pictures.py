@@ -107,8 +107,8 @@ def _draw(panel: Axes, one: Figure, key: str, *, last: bool) -> None:
     rows: dict[Any, int] = {}
     if y.get("type") == "category":
         names = [name for trace in data for name in trace["y"]]
-        rows = {name: k for k, name in enumerate(y.get("categoryarray", names[::-1])[::-1])}
-        rows = {name: k for k, name in enumerate(rows)}
+        order = dict.fromkeys(y.get("categoryarray", names[::-1])[::-1])
+        rows = {name: k for k, name in enumerate(order)}
     start = np.zeros(len(rows))
     for trace in data:
         if trace["type"] == "bar" and rows:
@@ -217,8 +217,8 @@ def _marks(panel: Axes, trace: Trace, x: Floats, y: Floats) -> None:
             ends = [bar.get("arrayminus", bar["array"]), bar["array"]]
             size: Any = {which.replace("error_", "") + "err": np.abs(np.array(ends, np.float64))}
             panel.errorbar(x, y, fmt="none", ecolor=color, lw=0.6, **size)
-    look: dict[str, Any] = {"marker": MARKS.get(symbol.removesuffix("-open"), "o"), "zorder": 3}
-    look |= {"marker": MARKS[symbol]} if symbol in MARKS else {}
+    shape = MARKS.get(symbol, MARKS.get(symbol.removesuffix("-open"), "o"))
+    look: dict[str, Any] = {"marker": shape, "zorder": 3}
     look |= {"c": color} if not symbol.endswith("-open") or symbol.startswith("line") else {
         "facecolors": "none", "edgecolors": color
     }  # fmt: skip

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
+from avahazard.records.collection import Event
 from avahazard.report.language import plural, say, spoken
 from avahazard.results.base import RATIO, bare, unit_of
 from avahazard.results.diagnosis import Shape
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, Spread
-
-if TYPE_CHECKING:
-    from avahazard.report.html.content import EventView
 
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 OPEN = "…"
@@ -216,7 +213,7 @@ def volume_words(row: HazardRow) -> str:
     return say("the {period}-year volume ({volume})", period=period, volume=known)
 
 
-def event_words(event: EventView, names: Mapping[str, str]) -> str:
+def event_words(event: Event, names: Mapping[str, str]) -> str:
     """The event's name, path, date and volume."""
     path = [] if event.path_id is None else [names.get(event.path_id, event.path_id)]
     date = spoken().date(event.date) if event.date else say("undated")

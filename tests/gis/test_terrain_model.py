@@ -12,7 +12,7 @@ from rasterio.transform import Affine
 from scipy.interpolate import RegularGridInterpolator
 
 from avahazard.arrays import Floats
-from avahazard.gis.systems import WGS84, moved
+from avahazard.gis.systems import WGS84, moved, system_code
 from avahazard.gis.terrain_model import _has_cells, open_terrain
 from avahazard.records.errors import AvahazardError
 from tests.gis.surface import CODE, NORTH, WEST, surface, write_dem
@@ -40,7 +40,7 @@ def test_elevations_lie_straight_between_cell_centres(tmp_path: Path, name: str)
         assert terrain.holds(xy).all()
         np.testing.assert_allclose(terrain.elevations(xy), bilinear(file, xy), atol=1e-4)
         assert terrain.holds(PLACES).tolist() == [True, True, False]
-        assert terrain.code == CODE
+        assert system_code(terrain.crs) == CODE
 
 
 def test_a_turned_grid_and_one_of_whole_numbers_with_a_scale(tmp_path: Path) -> None:
@@ -130,7 +130,7 @@ def test_the_hint_for_a_model_without_a_system_helps(tmp_path: Path) -> None:
     file = write_dem(tmp_path / "dem.asc", crs=None)
     file.with_suffix(".prj").write_text(CRS(CODE).to_wkt("WKT1_ESRI"))
     with open_terrain(file) as terrain:
-        assert terrain.code == CODE
+        assert system_code(terrain.crs) == CODE
 
 
 @pytest.mark.parametrize("width", [0.0, np.nan, np.inf])

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from avahazard.inference.model.choices import METHODS
 from avahazard.notes import Note, grouped, placed
 from avahazard.report.html.content import ReportContent
@@ -12,17 +10,11 @@ from avahazard.report.sentences import change_words, error_words, failure_words,
 from avahazard.report.words import amount, some
 
 
-@dataclass(frozen=True, slots=True)
-class Chapter:
-    """One model of the line: its heading and its sentences."""
+def chapters(content: ReportContent) -> list[tuple[str, list[str]]]:
+    """The story of the model from its first ancestor: a heading and sentences for each of the line.
 
-    model: str
-    heading: str
-    sentences: tuple[str, ...]
-
-
-def chapters(content: ReportContent) -> list[Chapter]:
-    """The story of the model from its first ancestor; empty where nothing was ever compared."""
+    Empty where nothing was ever compared.
+    """
     from avahazard.criticism.scoring.held_out import error_fall  # noqa: PLC0415 (slow)
 
     loop = content.loop
@@ -60,7 +52,7 @@ def chapters(content: ReportContent) -> list[Chapter]:
         if parent is not None:
             more = spoken().listed([spoken().effect(key) for key in added.get(name, ())])
             heading = say("“{model}”: “{parent}” and {more}", model=name, parent=parent, more=more)
-        found.append(Chapter(name, heading, tuple(words)))
+        found.append((heading, words))
     return found
 
 

@@ -222,7 +222,7 @@ class Figure:
         return script_json(drawn, self.digits)
 
 
-def script_json(value: Any, digits: int) -> Markup:
+def script_json(value: Any, digits: int = 5) -> Markup:
     """JSON that may stand inside a `script` element: no text in it can end the element."""
     text = json.dumps(
         rounded(plain(value), digits), ensure_ascii=False, allow_nan=False, separators=(",", ":")

@@ -31,6 +31,7 @@ from avahazard.report.html.figure import (
     rows_axis,
 )
 from avahazard.report.language import plural, say, spoken
+from avahazard.report.model_tables import OFFSET
 from avahazard.report.words import number, unit_words
 from avahazard.results.calibration import ParameterSummary
 from avahazard.results.friction import FrictionDensity
@@ -183,7 +184,6 @@ def normal_line(mean: float, sd: float) -> tuple[Floats, Floats]:
 BINS, JOINT_DRAWS = 36, 800
 HELD = ((0.5, "solid"), (0.9, "dash"))
 """What the ellipses of two parameters hold."""
-OFFSET = "path:"
 SMALL_PX, SMALL_MARGIN = 246, {"l": 62, "r": 20, "t": 10, "b": 62}
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import hashlib
 from collections.abc import Iterator
-from dataclasses import dataclass
 from importlib.resources import files
 from operator import itemgetter
 from typing import Any
@@ -24,8 +23,6 @@ from avahazard.report.language import plural, say, spoken
 from avahazard.report.sentences import error_words, model_words, verdict_words, why_words
 from avahazard.report.words import events, integer, paths, share
 
-DIGITS = 5
-
 
 def switch_json(content: ReportContent) -> Markup:
     """The models that the page switches between, and the error of each."""
@@ -35,15 +32,11 @@ def switch_json(content: ReportContent) -> Markup:
         "language": _language(),
         "models": [state.key for state in loop.models],
         "states": {
-            state.key: {
-                "held_out_m": state.held_out_m,
-                "crps_m": state.crps_m,
-                "rmse_m": state.rmse_m,
-            }
+            state.key: {key: getattr(state, key) for key in ("held_out_m", "crps_m", "rmse_m")}
             for state in loop.models
         },
     }
-    return script_json(value, DIGITS)
+    return script_json(value)
 
 
 def _language() -> dict[str, Any]:
@@ -67,15 +60,6 @@ def _language() -> dict[str, Any]:
             "Reset axes": say("Reset axes"),
         },
     }
-
-
-@dataclass(frozen=True, slots=True)
-class PathSection:
-    """One path in the page: its number for links, its figures and its remarks."""
-
-    number: int
-    view: PathView
-    figures: tuple[Figure, ...]
 
 
 def render(content: ReportContent) -> str:
@@ -181,13 +165,14 @@ def _figures(content: ReportContent, names: dict[str, str]) -> dict[str, Figure 
     }
 
 
-def _sections(content: ReportContent) -> Iterator[PathSection]:
+def _sections(content: ReportContent) -> Iterator[tuple[int, PathView, list[Figure]]]:
+    """Each path with its number, for links, and its figures."""
     for number, view in enumerate(content.paths, start=1):
         drawn = (
             path_figure(*(number, view, content.loop, content.events), drag=content.speed_limited),
             map_figure(number, view),
         )
-        yield PathSection(number, view, tuple(f for f in drawn if f is not None))
+        yield number, view, [f for f in drawn if f is not None]
 
 
 def _tables(content: ReportContent, names: dict[str, str]) -> dict[str, tables.Table | None]:

@@ -45,8 +45,8 @@ def predicted_figures(events: Sequence[EventView], names: Names, loop: LoopView)
     """
     figures = []
     for coordinate in KINDS:
-        kind = [k for k, e in enumerate(events) if e.coordinate == coordinate]
-        if rows := [k for k in kind if events[k].predicted is not None]:
+        rows = [k for k, e in enumerate(events) if e.predicted and e.coordinate == coordinate]
+        if rows:
             figures.append(_predicted(coordinate, events, rows, names, loop))
     return figures
 

@@ -37,16 +37,16 @@ def test_the_shown_error_is_that_of_compare(loop_content: ReportContent) -> None
 
 
 def test_the_story_has_failure_evidence_fall_and_what_is_left(loop_content: ReportContent) -> None:
-    base, child = chapters(loop_content)
-    text = " ".join(base.sentences)
+    (_, base), (heading, child) = chapters(loop_content)
+    text = " ".join(base)
     assert (
         untold(text, "Held-out CRPS", "The model lacks an effect: snow-type", "P01 has snow") == []
     )
-    assert "snow-type" in child.heading
+    assert "snow-type" in heading
     before, after = (
         loop_content.loop.comparisons[k].held_out.runout.crps_m for k in ("base", "child")
     )
-    text = " ".join(child.sentences)
+    text = " ".join(child)
     assert untold(text, f"from {before:.1f} m to {after:.1f} m") == []
 
 
