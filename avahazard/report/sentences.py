@@ -112,29 +112,28 @@ def why_words(name: str, ladder: list[LadderEntry]) -> list[str]:
     ]
 
 
-def held_out_words(by: str) -> str:
-    """What is held-out."""
-    return say("held-out paths") if by == "path" else say("held-out events")
+def _held_out_error(by: str, crps_m: float, coordinate: str, along: float | None = None) -> str:
+    """The held-out error in the coordinate of the records, and along the path if that is known."""
+    values = {
+        "by": say("held-out paths") if by == "path" else say("held-out events"),
+        "crps": amount(crps_m, coordinate, 1),
+        "coordinate": coordinate_words(coordinate),
+    }
+    if along is None or coordinate == "x":
+        return say("Held-out CRPS ({by}): {crps} of {coordinate}.", **values)
+    return say(
+        "Held-out CRPS ({by}): {crps} of {coordinate}, {along} of distance along the path.",
+        along=amount(along, "x", 1),
+        **values,
+    )
 
 
 def error_words(found: Comparison) -> list[str]:
     """The held-out error of a model, and the measurement-error floor."""
     coordinate, held = found.coordinate, found.held_out
-    values = {
-        "by": held_out_words(held.by),
-        "crps": amount(held.runout.crps_m, coordinate, 1),
-        "coordinate": coordinate_words(coordinate),
-    }
-    if held.runout_x is not None and coordinate != "x":
-        words = say(
-            "Held-out CRPS ({by}): {crps} of {coordinate}, {along} of distance along the path.",
-            along=amount(held.runout_x.crps_m, "x", 1),
-            **values,
-        )
-    else:
-        words = say("Held-out CRPS ({by}): {crps} of {coordinate}.", **values)
+    along = None if held.runout_x is None else held.runout_x.crps_m
     return some(
-        words,
+        _held_out_error(held.by, held.runout.crps_m, coordinate, along),
         say(
             "Root mean square error, held-out: {rmse}; measurement-error floor (errors of recorded "
             "runout, volume and release): {floor}. Natural variability comes on top for every "
@@ -210,15 +209,9 @@ def before_and_after_words(found: BeforeAndAfter) -> str:
         floor=amount(found.after.noise_floor_crps_m, coordinate, 1),
     )
     if found.before is None:
-        by = held_out_words(found.held_out_by)
-        error = amount(after, coordinate, 1)
-        of = coordinate_words(coordinate)
-        words = say(
-            "Held-out CRPS ({by}): {crps} of {coordinate}.", by=by, crps=error, coordinate=of
-        )
+        words = _held_out_error(found.held_out_by, after, coordinate)
     else:
-        before = found.before.held_out_crps_m
-        words = change_words(before, after, coordinate, found.fall)
+        words = change_words(found.before.held_out_crps_m, after, coordinate, found.fall)
     return f"{words} {floor}"
 
 

@@ -28,6 +28,9 @@ SYMBOLS = (
 )  # fmt: skip
 TOOLBAR_PX = 42
 """Right of the plot the toolbar has a margin of its own, so that it covers no legend."""
+MARGIN = {"l": 66, "r": TOOLBAR_PX, "t": 10, "b": 50}
+"""Room for four digits."""
+WIDE_MARGIN = {**MARGIN, "l": 92}
 GROUND, GRID, INK = "#E3DED5", "#E2E2E2", "#222222"
 ROW_COLORS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 
@@ -161,7 +164,7 @@ def layout(x: dict[str, Any], y: dict[str, Any], height: int = 420, **more: Any)
                  "color": INK},
         "paper_bgcolor": "white",
         "plot_bgcolor": "white",
-        "margin": {"l": 66, "r": TOOLBAR_PX, "t": 10, "b": 50},
+        "margin": {**MARGIN},
         "modebar": {"orientation": "v"},
         "legend": {"orientation": "h", "x": 0, "y": 1.01, "yanchor": "bottom",
                    "font": {"size": 12}},

@@ -17,7 +17,7 @@ from avahazard.report.html.figure import (
     BLACK,
     INK,
     ROW_COLORS,
-    TOOLBAR_PX,
+    WIDE_MARGIN,
     Figure,
     Trace,
     axis,
@@ -123,7 +123,6 @@ def hillshade(
     return picture.getvalue()
 
 
-MARGIN = {"l": 92, "r": TOOLBAR_PX, "t": 10, "b": 50}
 EDGE = 0.08
 """Room around what is drawn, as a share of its size."""
 
@@ -182,7 +181,7 @@ def _layout(plan: PlanView, east: Span, north: Span, ratio: float) -> dict[str, 
         axis(upwards, nticks=6, tickformat=ticks, range=list(north),
              scaleanchor="x", scaleratio=ratio),
         height=520,
-        margin=MARGIN,
+        margin=WIDE_MARGIN,
         annotations=[NORTH_ARROW],
     )  # fmt: skip
     if plan.ground is not None:

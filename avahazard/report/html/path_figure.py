@@ -16,7 +16,7 @@ from avahazard.report.html.figure import (
     GROUND,
     INK,
     ROW_COLORS,
-    TOOLBAR_PX,
+    WIDE_MARGIN,
     Figure,
     States,
     Trace,
@@ -321,7 +321,6 @@ def _ends(state: StateView, shown: Sequence[int]) -> list[float | None]:
     return [v for k in shown for v in (float(state.x[k, 0]), float(state.x[k, 2]), None)]
 
 
-MARGIN = {"l": 92, "r": TOOLBAR_PX, "t": 10, "b": 50}
 ROOM = 1.15
 ONCE_IN: dict[str, Any] = {
     "type": "log",
@@ -383,7 +382,7 @@ def path_figure(
         top -= px + GAP_PX
     last = "y" if len(panels) == 1 else f"y{len(panels)}"
     x_axis = axis(say("distance along the path x (m)"), anchor=last, range=[view.smooth.x_min, end])
-    whole = layout(x_axis, axes.pop("yaxis"), height=total + 130, margin=MARGIN, **axes)
+    whole = layout(x_axis, axes.pop("yaxis"), height=total + 130, margin=WIDE_MARGIN, **axes)
     return Figure(
         f"path-{k}",
         say("Along the path"),

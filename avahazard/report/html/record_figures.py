@@ -67,9 +67,8 @@ def _predicted(
             bars = {"error_x.array": high - middle, "error_x.arrayminus": middle - low}
             changes[state.key][len(data)] = {"x": middle, **bars}
         marker = {"color": color, "symbol": symbol, "size": 7}
-        expected = np.array([e.predicted for e in mine])
-        shown = _against(expected, mine, marker, names)
-        data.append({**shown, "name": label(name), "opacity": 0.8})
+        expected, there = np.array([e.predicted for e in mine]), [e.observed_m for e in mine]
+        data.append(_against(expected, there, mine, marker, names, name=label(name)))
     observed = np.array([events[k].observed_m for k in stopped], np.float64)
     low, middle, high = np.array([events[k].predicted for k in stopped]).reshape(-1, 3).T
     if stopped:
@@ -107,23 +106,23 @@ def _predicted(
 
 def _against(
     expected: Floats,
+    recorded: Sequence[float | None],
     events: Sequence[EventView],
     marker: dict[str, Any],
     names: Names,
-    recorded: Sequence[float | None] | None = None,
+    name: str,
 ) -> Trace:
     """Records upwards, their 5, 50 and 95 % `expected` `[n_events, 3]` across."""
-    ratio = events[0].coordinate == RATIO and recorded is None
-    form, unit = (".4g", "") if ratio else (".0f", " m")
+    form = ".4g}" if events[0].coordinate == RATIO else ".0f} m"
     low, middle, high = expected.T
     hover = say(
         "predicted {predicted}, recorded {recorded}",
-        predicted=f"%{{x:{form}}}{unit}",
-        recorded=f"%{{y:{form}}}{unit}",
+        predicted="%{x:" + form,
+        recorded="%{y:" + form,
     )
-    y = [e.observed_m for e in events] if recorded is None else recorded
     bar = error_bar(low, middle, high, marker["color"], thickness=0.7, width=0)
-    return event_marks(middle, y, marker, events, names, hover, error_x=bar)
+    own = {"error_x": bar, "name": name, "opacity": 0.8}
+    return event_marks(middle, recorded, marker, events, names, hover, **own)
 
 
 def _equal(low: float, high: float) -> Trace:
@@ -182,8 +181,8 @@ def residuals_figure(events: Sequence[EventView], names: Names, loop: LoopView) 
         for state in states:
             changes[state.key][len(data)] = {"y": state.error[rows]}
         x, look = [e.volume_m3 for e in mine], {"color": color, "symbol": symbol, "size": 7}
-        shown = event_marks(x, own.error[rows], look, mine, names, hover)
-        data.append({**shown, "name": label(name), "opacity": 0.8})
+        more = {"name": label(name), "opacity": 0.8}
+        data.append(event_marks(x, own.error[rows], look, mine, names, hover, **more))
     most = ROOM * max(float(np.nanmax(np.abs(state.error))) for state in states)
     lost = len(events) - len(with_volume)
     upwards = say("predicted minus recorded ({unit})", unit="H/L" if ratio else "m")
@@ -228,8 +227,8 @@ def failed_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> 
         rows = [k for k in known if bool(before.failed[k]) is fails]
         if rows:
             mine, places = [events[k] for k in rows], [events[k].stop_x_m for k in rows]
-            shown = _against(before.x[rows], mine, {"color": color, "size": 7}, names, places)
-            data.append({**shown, "name": name, "opacity": 0.8})
+            look = {"color": color, "size": 7}
+            data.append(_against(before.x[rows], places, mine, look, names, name))
     ends = [v for k in known for v in (events[k].stop_x_m, before.x[k, 1]) if v is not None]
     data.append(_equal(min(ends), max(ends)))
     n = int(before.failed[known].sum())
