@@ -110,6 +110,9 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
     "profile. A longer profile would show how far.",
     "all_beyond": "the {period:g}-year runout is beyond the end of the profile, and how far is not "
     "known: import a profile that reaches further.",
+    "on_floor": "the {period:g}-year runout is at the lowest place of the path, which rises beyond "
+    "it: scatter in metres of elevation (method metropolis) goes no further, so the interval ends "
+    "there or has no width. Calibrate with --method marginal.",
     "extrapolated": "{period:g} years are over twice the observed years, or past the ends of the "
     "table: an extrapolation.",
     "periods_extrapolated": "T = {periods} is past twice the observed years, or past the table of "
@@ -201,6 +204,8 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
     "map_instead": "The model runs on the terrain, not along lines: its result is a map. Draw it: "
     "avahazard map {model} -o {model}.tif",
     "no_zones": "Pressures and zones were not computed. Make them: avahazard zones {model}",
+    "no_drag_zones": "Pressures and zones were not computed: {model} has no drag and no measured "
+    "speeds, so its speeds are too high. To accept them: avahazard zones {model} --no-drag",
     "too_many_models": "more than {n} models",
     "effects_not_given": "its own effects were not given",
     "other_records": "calibrated on other records",
@@ -310,7 +315,7 @@ class Writer(Formatter):
             text = self.vformat(self.translated(sentence), (), values)
         else:
             text = self.vformat(self.chosen(*sentence, values["n"]), (), values)
-        return f"{self.few(of)}: {text}" if of else text
+        return self.say("{of}: {text}", of=self.few(of), text=text) if of else text
 
     def few(self, names: Sequence[str], most: int = FEW) -> str:
         """The first few names in a row, and how many more."""

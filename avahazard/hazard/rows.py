@@ -167,6 +167,10 @@ def row_notes(path: PathHazard, row: HazardRow) -> tuple[Note, ...]:
     if found is not None and found.p_beyond > WORTH_A_NOTE:
         wholly = found.p_beyond > 1.0 - WORTH_A_NOTE
         notes.append(Note("all_beyond" if wholly else "part_beyond", period=period))
+    if found is not None and path.avalanches.sigma_m is not None:
+        x = found.runout_x_m
+        if x.q95 is not None and x.q50 == x.q95:
+            notes.append(Note("on_floor", period=period))
     if row.extrapolated:
         notes.append(Note("extrapolated", period=period))
     if row.n_nonpositive_friction:

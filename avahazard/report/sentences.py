@@ -60,10 +60,10 @@ def model_words(model: Calibration, n_paths: int) -> list[str]:
         if n_paths
         else say("The model was calibrated on {events}, without profiles, by {method}.", **values),
         scatter,
-        named and say("Further effects in it: {effects}.", effects=named),
+        named and say("Further effects: {effects}.", effects=named),
         *([] if model.kinds is None else kinds_words(model.kinds)),
         not model.centrifugal and say("The load of the path's curvature on the bed is left out."),
-        model.parent and say("It was made from the model “{model}”.", model=model.parent),
+        model.parent and say("It extends the model “{model}”.", model=model.parent),
     )
 
 
@@ -160,7 +160,7 @@ def failure_words(found: Comparison) -> str:
     """Where the model fails beyond chance, the worst levels first."""
     rows = failing(found)
     if not rows:
-        return say("It fails nowhere beyond chance (corrected p over 0.05 on every axis).")
+        return say("It fails significantly nowhere (corrected p above 0.05 on every axis).")
     named = [
         plural(
             "{axis} “{level}” ({n} event, {bias})",

@@ -30,7 +30,7 @@ def coordinate_words(coordinate: str) -> str:
         "x": say("distance along the path"),
         "length": say("runout length"),
         RATIO: say("the ratio H/L"),
-        "mixed": say("what was recorded"),
+        "mixed": say("elevation or distance"),
     }[coordinate]
 
 
@@ -211,6 +211,11 @@ def volume_words(row: HazardRow) -> str:
         return known
     period = spoken().number(f"{row.return_period_years:g}")
     return say("the {period}-year volume ({volume})", period=period, volume=known)
+
+
+def region_words(coefficients: str) -> str:
+    """Of which region the coefficients of a regression are."""
+    return say(coefficients.capitalize())
 
 
 def event_words(event: Event, names: Mapping[str, str]) -> str:

@@ -70,7 +70,7 @@ def export(database: str, name: str, file: FilePath) -> Export:
     made, notes = map_layers(records, bounds, [ZonedPath.from_dict(z) for z in zones or ()])
     notes = [*known, *notes]
     if zones is None:
-        notes.append(f"no zones are stored by {name}: avahazard zones {name}")
+        notes.append(f"no zones are stored by {name}.")
     from avahazard.gis import map_files  # noqa: PLC0415 (may be missing)
 
     if ending == ".gpkg":

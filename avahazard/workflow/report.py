@@ -61,6 +61,7 @@ from avahazard.workflow.path import alpha_beta_paths, describe_path, list_paths,
 from avahazard.workflow.report_loop import QUANTILES, loop_view
 from avahazard.workflow.requests import MapRequest, ReportRequest
 from avahazard.workflow.stored import (
+    knows_speeds,
     limits_speed,
     load_parameter_draws,
     load_stored,
@@ -220,8 +221,8 @@ def _lacking(stored: FittedModel, there: set[str]) -> Mapping[str, Note]:
         lacking["diagnosis"] = Note("cannot_diagnose", method=stored.method)
     elif "diagnosis" not in there:
         lacking["diagnosis"] = Note("not_diagnosed", model=name)
-    if "profiles" in there and "zones" not in there | lacking.keys():
-        lacking["zones"] = Note("no_zones", model=name)
+    if stored.sigma_m is None and "profiles" in there and "zones" not in there | lacking.keys():
+        lacking["zones"] = Note("no_zones" if knows_speeds(stored) else "no_drag_zones", model=name)
     return lacking
 
 

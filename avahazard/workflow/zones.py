@@ -12,7 +12,6 @@ from avahazard.hazard.frequency import Frequencies, volume_frequencies
 from avahazard.hazard.path_hazard import path_hazard
 from avahazard.hazard.zones import PRESETS, ZoneSystem, path_zones, read_limits
 from avahazard.inference.fitted_model import FittedModel
-from avahazard.inference.model.layout import TRACK_SCATTER_NAME
 from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
@@ -25,6 +24,7 @@ from avahazard.workflow.by_path import PathTask, PathWork, run_paths
 from avahazard.workflow.hazard import source_settings
 from avahazard.workflow.requests import ZonesRequest
 from avahazard.workflow.stored import (
+    knows_speeds,
     limits_speed,
     load_for_paths,
     notes_of_fit,
@@ -68,9 +68,7 @@ def zones_work(
     wanted = load_limits(request.limits)
     model, survey = load_for_paths(database, name, request.effect_files)
     require_friction_scatter(model)
-    if not (
-        request.no_drag or limits_speed(model) or TRACK_SCATTER_NAME in model.calibration.parameters
-    ):
+    if not (request.no_drag or knows_speeds(model)):
         raise NoDragError(
             f"Nothing but friction limits the speeds of {name}: it has no drag on all of the path, "
             "and no measured speeds. Speeds and pressures would be too high where a path is steep "

@@ -71,7 +71,7 @@ def _said_of_itself() -> Iterator[str]:
     for limits in PRESETS.values():
         yield limits.name
         yield from (zone.name for zone in limits.zones)
-    yield from (regression.name for regression in REGRESSIONS)
+    yield from (regression.name.capitalize() for regression in REGRESSIONS)
     yield from MONTHS
     yield from WINDOWS.values()
 

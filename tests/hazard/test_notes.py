@@ -22,6 +22,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.records.collection import Event, Path, Profile, Records
+from avahazard.results.hazard import PlaceQuantiles
 from tests.gis.results import DESIGN_RUNOUT
 from tests.hazard.parabola import draws, path, path_rows
 from tests.results.samples import HAZARD_ROW
@@ -50,6 +51,14 @@ def test_each_note(plain: PathHazard) -> None:
     assert "part of the interval of the 100-year" in told(plain, design=beyond)
     wholly = replace(DESIGN_RUNOUT, p_beyond=1.0)
     assert "the 100-year runout is beyond the end of the profile" in told(plain, design=wholly)
+
+
+def test_scatter_in_metres_that_ends_at_the_lowest_place_is_told(plain: PathHazard) -> None:
+    metres = path(draws(40.0, 2), one_volume(1e5, 2), metres=True)
+    assert "lowest place" not in told(metres)
+    flat = replace(DESIGN_RUNOUT, runout_x_m=PlaceQuantiles(1500.0, 2000.0, 2000.0))
+    assert "the 100-year runout is at the lowest place" in told(metres, design=flat)
+    assert told(plain, design=flat) == ""
 
 
 @pytest.mark.parametrize(

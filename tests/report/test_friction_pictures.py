@@ -38,7 +38,7 @@ def test_every_parameter_has_the_normal_of_its_draws(tmp_path: Path) -> None:
         tmp_path / "a.svg", "first", posterior_figures(known, draws), columns=3, titles=True
     )
     drawn = text_of(tmp_path / "a.svg")
-    assert f"mean {draws['a'].mean():.4g}; 90 % in" in drawn
+    assert f"mean {draws['a'].mean():.4g}; 90 % between" in drawn
     assert "1/m³" in drawn
     assert "correlation" in drawn
     assert "fixed" not in drawn

@@ -66,7 +66,7 @@ def test_the_design_runout_and_the_baseline_are_there(tmp_path: FilePath) -> Non
     view = path_view(RECORDS, "P01", rows=[row], alpha_beta=[BASELINE])
     draw_paths(tmp_path / "a.svg", None, [view])
     text = (tmp_path / "a.svg").read_text()
-    for words in ("design runout, 100 years", "α-β, norway"):
+    for words in ("design runout, 100 years", "α-β, Norway"):
         assert f"<!-- {words} -->" in text
 
 

@@ -108,7 +108,7 @@ def unknown_words(content: ReportContent) -> list[str]:
     return some(
         *(n and text for text, n in zip(words, counts.values(), strict=True)),
         not content.n_speeds
-        and say("No speeds were measured: what speed does to friction cannot be seen."),
+        and say("No speeds were measured: how friction depends on speed cannot be determined."),
         *(
             n
             and say("“{name}” is not known for {n} of {total} events.", name=name, n=n, total=total)
@@ -131,9 +131,9 @@ def assumptions(content: ReportContent) -> list[str]:
         speeds and not content.speed_limited and no_drag_words(),
         any(view.alpha_beta for view in content.paths)
         and say(
-            "The α-β runouts are regressions of other regions' extreme avalanches on the "
-            "shape of the ground; they know nothing of the records here. Where these are many, "
-            "they weigh more; where they are few, look at both."
+            "The α-β runouts are regressions on extreme avalanches of other regions and do not "
+            "use the records of these paths. Where records are many, the design runout carries "
+            "more weight; where they are few, consider both."
         ),
     )
 
@@ -180,7 +180,7 @@ def reading_words(content: ReportContent) -> list[str]:
         (zones or speeds) and not content.speed_limited and no_drag_words(),
         any(row.reach for row in rows)
         and say(
-            "The lowest panel: the chance that an avalanche comes as far in a year, with its "
-            "90 % credible interval."
+            "The lowest panel: the annual probability that an avalanche reaches the place, with "
+            "its 90 % credible interval."
         ),
     )

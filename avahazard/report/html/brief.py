@@ -21,6 +21,7 @@ from avahazard.report.words import (
     metres,
     paths,
     place,
+    region_words,
     share,
     some,
     span,
@@ -142,13 +143,16 @@ def limits(content: ReportContent) -> list[str]:
             "The avalanche is one block on one line: a runout is a point on that line, not an "
             "outline on the map."
         ),
-        say("Dams, new forest and other works are in it only as far as the profile shows them."),
+        say("Dams, new forest and other works count only as far as the profile shows them."),
         say(
             "Climate, forest and recording are taken to be the same in the future as in the "
             "observed years."
         ),
-        say("Avalanches that nobody recorded are not in the model."),
-        say("A report is no permit: the line on the map is for those who know the place."),
+        say("Avalanches that were not recorded are not considered."),
+        say(
+            "The report does not replace a decision: hazard limits are drawn by specialists who "
+            "know the site."
+        ),
     ]
 
 
@@ -256,7 +260,7 @@ def _mind(content: ReportContent, view: PathView, shown: Design | None) -> Itera
     ):
         yield say("*: an extrapolation, past twice the observed years or the table of volumes.")
     if any(row.pooled for row in view.rows):
-        yield say("Few volumes on record: their spread is that of all paths.")
+        yield say("Few volumes are recorded: their spread is that of all paths.")
     for failure in content.comparison.where_it_fails if content.comparison else ():
         on_it = failure.axis == "path" and failure.level == view.path.path_id
         if on_it and failure.p_value < SIGNIFICANT and content.comparison:
@@ -272,7 +276,7 @@ def _baseline(view: PathView, x: PlaceQuantiles) -> Iterable[str]:
         if row.runout_x_m is None:
             continue
         low, high = row.runout_x_low_m, row.runout_x_high_m
-        words = f"{metres(row.runout_x_m)} ({say(row.coefficients)})"
+        words = f"{metres(row.runout_x_m)} ({region_words(row.coefficients)})"
         if high is not None and x.q05 is not None and high < x.q05:
             shorter.append(words)
         elif low is not None and x.q95 is not None and low > x.q95:

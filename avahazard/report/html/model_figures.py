@@ -248,7 +248,11 @@ def _histogram(k: int, name: str, values: Floats, summary: ParameterSummary) -> 
     low, high, mean = (number(getattr(summary, key)) for key in ("q05", "q95", "mean"))
     unit = f" {unit_words(summary.unit)}" if summary.unit else ""
     numbers = say(
-        "mean {mean}{unit}; 90 % in {low} to {high}{unit}", mean=mean, low=low, high=high, unit=unit
+        "mean {mean}{unit}; 90 % between {low} and {high}{unit}",
+        mean=mean,
+        low=low,
+        high=high,
+        unit=unit,
     )
     histogram: Trace = {
         "type": "bar",

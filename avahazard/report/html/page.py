@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import re
 from collections.abc import Iterator
 from importlib.resources import files
 from operator import itemgetter
@@ -22,6 +23,9 @@ from avahazard.report.html.vector_pictures import overview_map
 from avahazard.report.language import plural, say, spoken
 from avahazard.report.sentences import error_words, model_words, verdict_words, why_words
 from avahazard.report.words import events, integer, paths, share
+
+UNIT = re.compile(r"(?<=\d) (?=(?:m[²³]?|m/s|kPa|nats)(?!\w))|(?<=\d) ?(?=%)")
+DATE = re.compile(r"\b(\d{4})-(\d\d)-(\d\d)\b")
 
 
 def switch_json(content: ReportContent) -> Markup:
@@ -118,11 +122,19 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
         extensions=["jinja2.ext.i18n"],
+        finalize=kept_together,
     )
     # What the extension adds to an environment is not in its types.
     translations: Any = environment
     translations.install_gettext_callables(say, plural)
     return environment
+
+
+def kept_together(value: Any) -> Any:
+    """Text with numbers and units, and dates, each on one line; HTML as it is."""
+    if not isinstance(value, str) or isinstance(value, Markup):
+        return value
+    return DATE.sub("\\1\u2011\\2\u2011\\3", UNIT.sub("\u00a0", value))
 
 
 def _by_words(content: ReportContent) -> str:
@@ -251,12 +263,12 @@ def made_table(content: ReportContent) -> tables.Table:
                 seed=content.diagnosis.seed,
             ),
         ),
-        (say("draws of the bounds"), draws and say("{n} for each row", n=draws)),
+        (say("draws of the design runouts"), draws and say("{n} for each row", n=draws)),
         *((say("version of {name}", name=n), version) for n, version in content.versions.items()),
     ]
     columns = (("", itemgetter(0)), ("", itemgetter(1)))
     known = [row for row in rows if row[1] not in (None, "")]
-    return tables.made("made", say("How to make it again"), columns, known)
+    return tables.made("made", say("How to reproduce it"), columns, known)
 
 
 def _plotly() -> str:

@@ -186,7 +186,7 @@ def residuals_figure(events: Sequence[EventView], names: Names, loop: LoopView) 
     most = ROOM * max(float(np.nanmax(np.abs(state.error))) for state in states)
     lost = len(events) - len(with_volume)
     upwards = say("predicted minus recorded ({unit})", unit="H/L" if ratio else "m")
-    volumes = axis(say("volume (m³)"), type="log", dtick=1)
+    volumes = axis(say("volume (m³)"), type="log", exponentformat="power", dtick=1)
     zero = {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": 0, "y1": 0, "line": DASHED}
     return Figure(
         "residuals",
@@ -294,7 +294,7 @@ def suspect_figure(events: Sequence[EventView], names: Names, loop: LoopView) ->
         across = label(axis_words(found.column))
     return Figure(
         "suspect",
-        say("The suspect: {effects}", effects=effects),
+        say("Missing effect: {effects}", effects=effects),
         say(
             "Log friction of {n} records beyond the law, over what {effects} adds to it.",
             n=len(rows),
@@ -357,7 +357,7 @@ def force_shape_figure(events: Sequence[EventView], names: Names, loop: LoopView
         places["yaxis"]["range"] = [low - 0.05 * (high - low), high + 0.05 * (high - low)]
     return Figure(
         "force-shape",
-        say("The suspect: {effects}", effects=name),
+        say("Missing effect: {effects}", effects=name),
         say("Resistance that {effect} adds, over {state}.", effect=name, state=across),
         joined(
             say("Orange: the resistance that the effect adds, as fitted, with its band."),

@@ -39,7 +39,7 @@ def test_from_a_line_to_a_map(avahazard: Run, database: str, lines: Path, tmp_pa
     assert done.exit_code == 0, done.output
     assert max(map(len, done.stdout.splitlines())) <= 80
     assert "runouts" in done.stdout
-    assert "avahazard zones base" in done.stderr
+    assert "no zones are stored by base" in done.stderr
     names = {str(name) for name, _ in pyogrio.list_layers(file)}
     assert {"design_runouts", "volume_runouts"} <= names
     document = json.loads(avahazard("--json", "export", "base", "-o", str(file)).stdout)

@@ -16,7 +16,9 @@ pytestmark = pytest.mark.usefixtures("drawn_little")
 Run = Callable[..., Result]
 
 
-def test_the_document(on_models: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_document(
+    on_models: Run, on_my_models: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     document = json.loads(
         on_models(
@@ -29,7 +31,10 @@ def test_the_document(on_models: Run, tmp_path: Path, monkeypatch: pytest.Monkey
     assert '<html lang="de">' in page
     assert "22.11.2026" in page
     # What the command says is English, whatever the page is in.
-    assert all("Make them: " in words or "Do it: " in words for words in document["lacking"])
+    advice = ("Make them: ", "Do it: ", "To accept them: ")
+    assert all(any(words in note for words in advice) for note in document["lacking"])
+    command = next(note for note in document["lacking"] if " zones " in note).rpartition(": ")[2]
+    assert on_my_models(*command.split()[1:], "--path", "scey").exit_code == 0
 
 
 def test_a_wrong_ending_is_one_message(on_models: Run, tmp_path: Path) -> None:

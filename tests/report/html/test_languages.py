@@ -60,7 +60,7 @@ class Texts(HTMLParser):
         elif tag not in {"script", "style"} and data.strip():
             self.texts.append(data.strip())
             if tag in {"td", "th"}:
-                self.cells.append(data.strip())
+                self.cells.append(data.strip().replace("\u2011", "-"))
 
 
 def spoken(value: Any, key: str = "") -> Iterator[str]:

@@ -163,5 +163,5 @@ def test_the_cover_leads_the_page(loop_content: ReportContent) -> None:
     text = render(replace(loop_content, cover=cover))
     assert "<h1>Val &lt;d&#39;Arly&gt;</h1>" in text
     assert "<title>Val &lt;d" in text
-    assert untold(text, "A. Favre, 2026-01-31", "· Megève") == []
+    assert untold(text, "A. Favre, 2026‑01‑31", "· Megève") == []
     assert len(text) < 10e6

@@ -13,9 +13,10 @@ from html.parser import HTMLParser
 import numpy as np
 import plotly.graph_objects as go
 import pytest
+from markupsafe import Markup
 
 from avahazard.report.html.content import ReportContent
-from avahazard.report.html.page import made_table, render
+from avahazard.report.html.page import kept_together, made_table, render
 from tests.report.html.world import EVENT, NAMES
 from tests.results.samples import NOT_COMPARED
 
@@ -156,3 +157,16 @@ def test_the_brief_needs_no_script(content: ReportContent) -> None:
     assert 'id="brief"' in text
     assert 'id="made"' not in text
     assert "<script>" not in text
+
+
+@pytest.mark.parametrize(
+    ("text", "kept"),
+    [
+        ("5 m of 90 %", "5~m of 90~%"),
+        ("up to 26%, 3 kPa", "up to 26~%, 3~kPa"),
+        ("on 1950-02-13 3 models", "on 1950_02_13 3 models"),
+        (Markup("<b>5 m</b>"), "<b>5 m</b>"),
+    ],
+)
+def test_a_number_stays_with_its_unit_and_a_date_on_one_line(text: str, kept: str) -> None:
+    assert kept_together(text) == kept.replace("~", "\u00a0").replace("_", "\u2011")

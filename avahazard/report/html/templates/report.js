@@ -20,6 +20,16 @@
       figure.layout.height += ENTRY_PX * Math.max(0, entries.length - 2);
       place.style.height = figure.layout.height + "px";
     }
+    // A low panel has no room for words beside its axis: they stand above it.
+    Object.keys(figure.layout).forEach(function (key) {
+      if (!/^yaxis\d+$/.test(key)) { return; }
+      var axis = figure.layout[key];
+      (figure.layout.annotations = figure.layout.annotations || []).push({
+        text: axis.title.text, font: { size: 12 }, showarrow: false, xref: "paper", yref: "paper",
+        x: 0, y: axis.domain[1], xanchor: "left", yanchor: "bottom"
+      });
+      axis.title.text = "";
+    });
     figure.layout.separators = tongue.separators;
     Plotly.newPlot(place, figure.data, figure.layout, {
       locale: tongue.code, locales: locales(),
