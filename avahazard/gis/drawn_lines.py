@@ -386,12 +386,9 @@ def _path_columns(layer: VectorLayer) -> tuple[tuple[str, ...], list[dict[str, s
             f"They have: {', '.join(layer.columns) or 'none'}. Add path_id, a name of its own for "
             "each path.",
         )
-    named = [{"path_id": row[naming], **row} if naming in row else row for row in rows]
-    if naming == "name":
-        return ("path_id", *known), named
     # Its number only names the path: no column of one's own.
-    others = tuple(c for c in known if c != naming)
-    return ("path_id", *others), [{c: v for c, v in r.items() if c != naming} for r in named]
+    places = {"path_id": naming} | {c: c for c in known if c != naming or c == "name"}
+    return tuple(places), [{c: row[of] for c, of in places.items() if of in row} for row in rows]
 
 
 def _point_rows(path_id: str, profile: LineProfile) -> list[dict[str, str]]:

@@ -69,23 +69,16 @@ def read_layer(file: FilePath, kind: Kind, near: tuple[Floats, CRS] | None = Non
         raise AvahazardError(
             f"{file} cannot be read: {error}", "Give a GeoPackage, GeoJSON, Shapefile, KML or GPX."
         ) from error
-    names = tuple(meta["fields"])
+    own = dict(zip(meta["fields"], columns, strict=True))
     if file.suffix.lower() in (".kml", ".kmz", ".gpx"):
-        kept = [k for k, name in enumerate(names) if not OF_THE_FORMAT.fullmatch(name)]
-        names, columns = tuple(names[k] for k in kept), [columns[k] for k in kept]
-    cells = [[_text(value) for value in column] for column in columns]
-    return VectorLayer(
-        str(file),
-        crs,
-        names,
-        shapely.from_wkb(geometry, on_invalid="ignore"),
-        tuple(
-            {name: text for name, text in zip(names, row, strict=True) if text}
-            for row in zip(*cells, strict=True)
-        )
-        if cells
-        else ({},) * len(geometry),
-    )
+        own = {name: column for name, column in own.items() if not OF_THE_FORMAT.fullmatch(name)}
+    attributes: list[dict[str, str]] = [{} for _ in geometry]
+    for name, column in own.items():
+        for row, value in zip(attributes, column, strict=True):
+            if text := _text(value):
+                row[name] = text
+    geometries = shapely.from_wkb(geometry, on_invalid="ignore")
+    return VectorLayer(str(file), crs, tuple(own), geometries, tuple(attributes))
 
 
 def holds_points(file: FilePath) -> bool:

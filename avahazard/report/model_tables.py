@@ -19,14 +19,16 @@ from avahazard.report.words import (
     coordinate_words,
     digits,
     events,
+    in_unit,
     level_words,
     part_words,
     shape_words,
     share,
     some,
+    unit_of,
     unit_words,
 )
-from avahazard.results.base import RATIO, bare, unit_of
+from avahazard.results.base import RATIO
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import (
     Comparison,
@@ -88,8 +90,8 @@ def scores_table(coordinate: str, parts: Sequence[tuple[str, PredictedRecords]])
         if scores.speed is not None:
             rows.append((name, say("speed") + ", m/s", "m_s", None, scores.speed))
 
-    def of_error(key: str) -> Callable[[Any], str]:
-        return lambda r: spoken().number(bare(getattr(r[4], f"{key}_{r[2]}") + 0.0, r[3]))
+    def of_error(key: str) -> Callable[[Any], str | None]:
+        return lambda r: in_unit(getattr(r[4], f"{key}_{r[2]}"), r[3])
 
     columns = (
         (say("records"), lambda r: r[0]),
@@ -129,15 +131,14 @@ def failures_table(comparison: Comparison, names: Names = NO_NAMES) -> Table:
     coordinate = comparison.coordinate
     rows = sorted(comparison.where_it_fails, key=lambda row: row.p_value >= SIGNIFICANT)
 
-    def bias(row: Failure) -> str:
-        sign = "+" if row.bias_m > 0 else ""
-        return sign + spoken().number(bare(row.bias_m, coordinate, 0))
-
     columns: tuple[Column, ...] = (
         (say("by"), lambda r: axis_words(r.axis)),
         (say("level"), lambda r: names.get(r.level) or level_words(r.level)),
         (">" + say("events"), attrgetter("n")),
-        (">" + say("bias, {unit}", unit=unit_of(coordinate)), bias),
+        (
+            ">" + say("bias, {unit}", unit=unit_of(coordinate)),
+            lambda r: f"{'+' if r.bias_m > 0 else ''}{in_unit(r.bias_m, coordinate, 0)}",
+        ),
         (">p", lambda r: chance(r.p_value)),
     )
     legend = [
@@ -172,8 +173,7 @@ def budget_table(found: Comparison) -> Table | None:
     whole = sum(part.rms_m**2 for part in found.budget) or 1.0
     columns = (
         (say("source of error"), lambda p: part_words(p.source)),
-        (f">rms, {unit_of(found.coordinate)}",
-         lambda p: spoken().number(bare(p.rms_m, found.coordinate))),
+        (f">rms, {unit_of(found.coordinate)}", lambda p: in_unit(p.rms_m, found.coordinate)),
         (">" + say("share of squares"), lambda p: share(p.rms_m**2 / whole)),
     )  # fmt: skip
     legend = some(
@@ -188,11 +188,6 @@ def budget_table(found: Comparison) -> Table | None:
     return made("budget", title, columns, found.budget, legend) if found.budget else None
 
 
-def _bare(error: float | None, coordinate: str | None) -> str | None:
-    """An error in the unit of the records, without it."""
-    return None if error is None else spoken().number(bare(error, coordinate))
-
-
 def ladder_table(rows: Sequence[LadderEntry]) -> Table:
     """Every model and its error, oldest first."""
     known = {row.coordinate for row in rows if row.coordinate is not None}
@@ -200,7 +195,7 @@ def ladder_table(rows: Sequence[LadderEntry]) -> Table:
     unit = unit_of(coordinate)
 
     def error(key: str, of: str | None = None) -> Callable[[Any], str | None]:
-        return lambda r: _bare(getattr(r, key), of or r.coordinate)
+        return lambda r: in_unit(getattr(r, key), of or r.coordinate)
 
     columns: tuple[Column, ...] = (
         (say("model"), attrgetter("model")),
@@ -243,15 +238,13 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
     named, coordinate = set(diagnosis.missing), diagnosis.coordinate
     unit = unit_of(coordinate)
 
-    def error(key: str) -> Callable[[Any], str | None]:
-        return lambda c: _bare(getattr(c, key), coordinate)
-
     columns = (
         (say("effect"), lambda c: spoken().effect(c.effect)),
         (">" + say("gain, nats"), lambda c: digits(c.screened_gain, ".1f")),
         (">p", lambda c: chance(c.p_value, floor)),
-        (">" + say("in-sample CRPS, {unit}", unit=unit), error("error_before_m")),
-        (">" + say("with the effect"), error("error_after_m")),
+        (">" + say("in-sample CRPS, {unit}", unit=unit),
+         lambda c: in_unit(c.error_before_m, coordinate)),
+        (">" + say("with the effect"), lambda c: in_unit(c.error_after_m, coordinate)),
         (say("confounded with"),
          lambda c: ", ".join(spoken().effect(key) for key in c.confounded_with) or None),
     )  # fmt: skip
@@ -375,7 +368,7 @@ def predicted_table(rows: Sequence[PredictedEvent]) -> Table:
         else coordinate_words(r.coordinate) + ", m" for r in rows}  # fmt: skip
 
     def of(key: str) -> Any:
-        return lambda r: spoken().number(bare(getattr(r, key), r.coordinate, 0))
+        return lambda r: in_unit(getattr(r, key), r.coordinate, 0)
 
     columns: tuple[Column, ...] = (
         ("event", attrgetter("event_id")),

@@ -16,12 +16,12 @@ from avahazard.report.words import (
     coordinate_words,
     digits,
     events,
+    in_unit,
     level_words,
     paths,
     share,
     some,
 )
-from avahazard.results.base import bare
 from avahazard.results.calibration import Calibration, Kinds
 from avahazard.results.comparison import BeforeAndAfter, Comparison, ErrorFall, LadderEntry
 from avahazard.results.diagnosis import Diagnosis
@@ -186,7 +186,7 @@ def change_words(before: float, after: float, coordinate: str, fall: ErrorFall |
     if fall is None:
         return say("The held-out CRPS falls from {before} to {after}.", **values)
     values |= {
-        "low": spoken().number(bare(fall.q05_m, coordinate)),
+        "low": str(in_unit(fall.q05_m, coordinate)),
         "high": amount(fall.q95_m, coordinate, 1),
     }
     if fall.q05_m > 0.0:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from avahazard.records.collection import Event
 from avahazard.report.language import plural, say, spoken
-from avahazard.results.base import RATIO, bare, unit_of
+from avahazard.results.base import RATIO
 from avahazard.results.diagnosis import Shape
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, Spread
 
@@ -44,9 +44,23 @@ def integer(value: float) -> str:
     return spoken().number(f"{value:,.0f}")
 
 
-def amount(value: float, coordinate: str | None, digits: int = 1) -> str:
+def unit_of(coordinate: str | None) -> str:
+    """The unit of scores in this coordinate of the records."""
+    return "H/L" if coordinate == RATIO else "m"
+
+
+def in_unit(value: float | None, coordinate: str | None, places: int = 1) -> str | None:
+    """A number in the unit of the records, without it; `places` after the point of metres.
+
+    None where there is none.
+    """
+    form = f".{4 if coordinate == RATIO else places}f"
+    return digits(None if value is None else value + 0.0, form)
+
+
+def amount(value: float, coordinate: str | None, places: int = 1) -> str:
     """A number in the unit of the records, and the unit."""
-    return spoken().number(f"{bare(value, coordinate, digits)} {unit_of(coordinate)}")
+    return f"{in_unit(value, coordinate, places)} {unit_of(coordinate)}"
 
 
 def place(value: float | None) -> str:

@@ -68,16 +68,6 @@ RATIO = "h_over_l"
 """The coordinate of records of which H/L alone is known; keys that end in `_m` then hold H/L."""
 
 
-def unit_of(coordinate: str | None) -> str:
-    """The unit of scores in this coordinate of the records."""
-    return "H/L" if coordinate == RATIO else "m"
-
-
-def bare(value: float, coordinate: str | None, digits: int = 1) -> str:
-    """A number in the unit of the records, without it; `digits` after the point of metres."""
-    return f"{value:.4f}" if coordinate == RATIO else f"{value:.{digits}f}"
-
-
 def silent(_what: str, _done: float, _total: float) -> None:
     """A `Report` that does nothing."""
 

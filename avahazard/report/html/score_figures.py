@@ -22,8 +22,16 @@ from avahazard.report.html.figure import (
     rows_axis,
 )
 from avahazard.report.language import plural, say, spoken
-from avahazard.report.words import SIGNIFICANT, amount, axis_words, chance, level_words, part_words
-from avahazard.results.base import RATIO, unit_of
+from avahazard.report.words import (
+    SIGNIFICANT,
+    amount,
+    axis_words,
+    chance,
+    level_words,
+    part_words,
+    unit_of,
+)
+from avahazard.results.base import RATIO
 from avahazard.results.comparison import Comparison, LadderEntry, MeasuredForce
 from avahazard.results.diagnosis import Diagnosis
 
