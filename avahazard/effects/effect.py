@@ -208,6 +208,11 @@ def needs_profile(columns: EventColumns, _sites: Sites) -> str | None:
     return None if np.any(columns.path_index >= 0) else "no event lies on a path with a profile"
 
 
+def fewest_events(n: int) -> Answer:
+    """What effects lack that need so many events."""
+    return lambda columns, _sites: None if len(columns) >= n else f"fewer than {n} events"
+
+
 def _no_answer(_columns: EventColumns, _sites: Sites) -> None:
     return None
 

@@ -20,6 +20,7 @@ from avahazard.effects.effect import (
     KindsEffect,
     Parameter,
     Sites,
+    fewest_events,
 )
 
 SPREAD = 0.2
@@ -179,10 +180,6 @@ OF_KINDS = (
 )
 
 
-def _few_events(columns: EventColumns, _sites: Sites) -> str | None:
-    return None if len(columns) >= FEWEST_OF_KINDS else f"fewer than {FEWEST_OF_KINDS} events"
-
-
 TWO_KINDS = Definition(
     key="two-kinds",
     meaning="Avalanches are of two kinds that no column records. Friction is a mixture: the log "
@@ -190,7 +187,7 @@ TWO_KINDS = Definition(
     "the law.",
     needs=f"{FEWEST_OF_KINDS} events",
     build=lambda _: KindsEffect("two-kinds", OF_KINDS),
-    lacking=_few_events,
+    lacking=fewest_events(FEWEST_OF_KINDS),
     level_alone=KINDS_LEVEL,
     order=142,
 )

@@ -17,9 +17,6 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.effects.effect import Curve, Parameter
 
-GIVEN = ("s", "low", "high", "change")
-"""Arguments of a form that are not of its shape."""
-
 
 def constant(s: Floats, change: float) -> Floats:
     """The same at all states."""
@@ -106,27 +103,33 @@ class LawForm:
 
     def shape(self, s: Floats, values: Floats) -> Floats:
         """The form at states `[n]` for a change of 1 and values of the shape."""
-        x = self.curve.x
-        known = {"low": x[0], "high": x[-1], "change": 1.0}
-        known |= {p.name: v for p, v in zip(self.parameters[1:], values, strict=True)}
-        names = list(inspect.signature(self.function).parameters)[1:]
-        return np.asarray(self.function(s, **{name: known[name] for name in names}))
+        known = self._known(values)
+        return np.asarray(self.function(s, **{n: known[n] for n in _arguments(self.function)}))
 
     def text(self, meaning: str, values: Floats) -> str:
         """Its effect file. On friction, which parameters multiply, the shape has these values."""
-        curve, fixed = self.curve, self.curve.form == "friction"
+        arguments, curve = _arguments(self.function), self.curve
+        fixed = curve.form == "friction"
         free = self.parameters[:1] if fixed else self.parameters
-        known = {"low": curve.x[0], "high": curve.x[-1]}
+        names = {p.name for p in free}
+        constants = {n: v for n, v in self._known(values).items() if n in arguments}
+        given = [n if n in names else n.upper() for n in arguments]
         if fixed:
-            known |= {p.name: v for p, v in zip(self.parameters[1:], values, strict=True)}
-        names = list(inspect.signature(self.function).parameters)
-        known = {name: known[name] for name in names if name in known}
-        given = [name.upper() if name in known else name for name in names[1:]]
-        given = ["1.0" if fixed and name == "change" else name for name in given]
+            given[arguments.index("change")] = "1.0"
         call = f"{self.name}({curve.state}, {', '.join(given)})"
-        constants = [f"{name.upper()} = {value:.6g}\n" for name, value in known.items()]
-        above = "".join([*constants, "\n\n", _source(self.function), "\n"])
-        return _file(curve, self.key, meaning, free, above, f"[{call}]" if fixed else call)
+        above = [f"{n.upper()} = {v:.6g}\n" for n, v in constants.items() if n not in names]
+        above += ["\n\n", _source(self.function), "\n"]
+        return _file(curve, self.key, meaning, free, "".join(above), f"[{call}]" if fixed else call)
+
+    def _known(self, values: Floats) -> dict[str, float]:
+        """The arguments of the function, for a change of 1 and values of the shape."""
+        shape = zip((p.name for p in self.parameters[1:]), values, strict=True)
+        return {"low": self.curve.x[0], "high": self.curve.x[-1], **dict(shape), "change": 1.0}
+
+
+def _arguments(form: Callable[..., Floats]) -> list[str]:
+    """Those of a form, after the states."""
+    return list(inspect.signature(form).parameters)[1:]
 
 
 def free_curve(curve: Curve, places: Floats, spread: float) -> str:
@@ -147,21 +150,22 @@ def _file(
     first = {"friction": "columns", "speed_resistance": "speeds"}.get(curve.form, "track")
     named = [] if curve.form == "friction" else [p.name for p in parameters]
     column = "from avahazard.effects.covariate import number_column\n"
-    return "".join(
-        [
-            "import numpy as np\n\n",
-            column if "number_column" in curve.state else "",
-            "from avahazard.effects.effect import Parameter\n\n",
-            f"KEY = {key!r}\nMEANING = {meaning!r}\nNEEDS = {list(curve.needs)!r}\n",
-            "PARAMETERS = [\n",
-            *(f"    {_written(p)},\n" for p in parameters),
-            "]\n",
-            above,
-            f"\n\ndef {curve.form}({', '.join([first, *named])}):\n",
-            f'    """{curve.value.capitalize()} by {curve.of}."""\n',
-            f"    return {call}\n",
-        ]
-    )
+    rows = "".join(f"    {_written(p)},\n" for p in parameters)
+    return f'''import numpy as np
+
+{column if "number_column" in curve.state else ""}from avahazard.effects.effect import Parameter
+
+KEY = {key!r}
+MEANING = {meaning!r}
+NEEDS = {list(curve.needs)!r}
+PARAMETERS = [
+{rows}]
+{above}
+
+def {curve.form}({", ".join([first, *named])}):
+    """{curve.value.capitalize()} by {curve.of}."""
+    return {call}
+'''
 
 
 def _written(p: Parameter) -> str:
@@ -205,8 +209,8 @@ def forms_of(curve: Curve, spread: float) -> list[LawForm]:
         if (function is constant and not curve.rests) or (function is power and low < 0.0):
             continue
         shape = []
-        for name in inspect.signature(function).parameters:
-            if name not in GIVEN:
+        for name in _arguments(function):
+            if name in shapes:
                 unit, mean, sd, *ends = shapes[name]
                 shape.append(Parameter(name, unit, mean, mean, sd, *ends))
         found.append(LawForm(function, curve, (change, *shape)))

@@ -220,13 +220,9 @@ def _curvature(terrain: Terrain) -> Floats:
 
 STATES: dict[str, tuple[str, str, Callable[[Terrain], Floats]]] = {
     "slope": ("the slope of the ground", "degrees", _angle),
-    "elevation": ("the elevation of the ground", "m", lambda terrain: terrain.middle_y),
+    "elevation": ("the elevation of the ground", "m", lambda t: t.middle_y),
     "curvature": ("the curvature of the ground", "1/km", _curvature),
-    "distance": (
-        "the distance along the path",
-        "m",
-        lambda terrain: terrain.middle_x - terrain.x[0],
-    ),
+    "distance": ("the distance along the path", "m", lambda t: t.middle_x - t.x[0]),
 }
 """State of the ground by name: what it is, its unit, and its value in each cell of a terrain."""
 
@@ -329,13 +325,12 @@ def _build(state: str, facts: Facts) -> MotionEffect:
         for name, s in [("slope", sd), *bends]
     )
     acts = partial(_by_speed, facts) if speed else partial(_by_ground, state, facts)
-    # Drag, the most usual force by speed, has bends of its own.
     shapes = (_drag_shape(facts),) if speed else ()
     return MotionEffect(f"force:{state}", parameters, acts, speed_dependent=speed, shapes=shapes)
 
 
 def _drag_shape(facts: Facts) -> tuple[float, ...]:
-    """Values of a force that grows with the square of speed, of rms 1."""
+    """Values of rms 1 of drag, the most usual force by speed, which has bends of its own."""
     curve = _curve(SPEED, facts)
     values = curve.values_of(_square(np.ones(1), curve.x))
     return tuple((values / np.linalg.norm(values)).tolist())
@@ -355,21 +350,20 @@ def _force_by(state: str, meaning: str, order: int) -> Definition:
     )
 
 
-def _of_ground(state: str, order: int) -> Definition:
-    what = STATES[state][0]
-    meaning = f"Friction varies smoothly with {what}. The data choose the shape."
-    return _force_by(state, meaning, order)
-
-
 BY_SPEED = _force_by(
     SPEED,
     "A force varies smoothly with the speed of the avalanche, in a shape that the data choose: it "
     "is none at rest. Drag and speed-weakening are members of this family.",
     60,
 )
-BY_SLOPE = _of_ground("slope", 61)
-BY_ELEVATION = _of_ground("elevation", 62)
-BY_CURVATURE = _of_ground("curvature", 63)
+BY_SLOPE, BY_ELEVATION, BY_CURVATURE = (
+    _force_by(
+        state,
+        f"Friction varies smoothly with {STATES[state][0]}. The data choose the shape.",
+        order,
+    )
+    for order, state in enumerate(("slope", "elevation", "curvature"), start=61)
+)
 
 
 def _distance_facts(columns: EventColumns, sites: Sites) -> Facts:
@@ -378,13 +372,12 @@ def _distance_facts(columns: EventColumns, sites: Sites) -> Facts:
 
 def _distance_alternatives(columns: EventColumns, sites: Sites) -> list[Facts]:
     parts = all_parts(columns, sites)
-    return [_facts("distance", columns, sites), *([] if parts is None else [parts])]
+    return [_facts("distance", columns, sites), *([parts] if parts else [])]
 
 
 def _along_path(facts: Facts) -> MotionEffect:
-    if "stretches" in facts:
-        return build_stretches("force:distance", facts)
-    return _build("distance", facts)
+    parts = "stretches" in facts
+    return build_stretches("force:distance", facts) if parts else _build("distance", facts)
 
 
 BY_DISTANCE = Definition(

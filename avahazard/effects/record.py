@@ -19,9 +19,11 @@ from avahazard.effects.effect import (
     ShiftEffect,
     Sites,
     VolumeErrorEffect,
+    fewest_events,
     needs_profile,
 )
 
+SHIFT = Parameter("shift", "m", 0.0, 0.0, 40.0, -160.0, 160.0)
 EDGE_YEARS = 4.0
 """The change is blurred over these years, so that the likelihood is smooth in its date."""
 DETECTION_LEVEL = 0.003
@@ -43,22 +45,14 @@ def _few_dates(columns: EventColumns, _sites: Sites) -> str | None:
 
 def _years(columns: EventColumns, _sites: Sites) -> Facts:
     years = columns.year[np.isfinite(columns.year)]
-    return {
-        "years": [float(q) for q in np.unique(np.quantile(years, np.linspace(0.1, 0.9, 9)).round())]
-    }
+    return {"years": np.unique(np.quantile(years, np.linspace(0.1, 0.9, 9)).round()).tolist()}
 
 
 def _epoch_bias(facts: Facts) -> ShiftEffect:
-    years = tuple(float(y) for y in facts["years"])
+    years = facts["years"]
     middle = years[len(years) // 2]
-    return ShiftEffect(
-        "epoch-bias",
-        (
-            Parameter("shift", "m", 0.0, 0.0, 40.0, -160.0, 160.0),
-            Parameter("before", "year", middle, middle, 50.0, years[0], years[-1]),
-        ),
-        shift=_shift,
-    )
+    before = Parameter("before", "year", middle, middle, 50.0, years[0], years[-1])
+    return ShiftEffect("epoch-bias", (SHIFT, before), shift=_shift)
 
 
 EPOCH_BIAS = Definition(
@@ -113,9 +107,14 @@ def _highest_stops(columns: EventColumns, sites: Sites) -> Facts:
     return {"paths": highest}
 
 
+def _declared(columns: EventColumns, sites: Sites) -> list[bool]:
+    """Of each path with events, whether a limit is declared."""
+    known = np.unique(columns.path_index[columns.path_index >= 0])
+    return [sites[k].path.observed_below_m is not None for k in known]
+
+
 def _few_stops(columns: EventColumns, sites: Sites) -> str | None:
-    known = columns.path_index[columns.path_index >= 0]
-    if any(sites[k].path.observed_below_m is not None for k in np.unique(known)):
+    if any(_declared(columns, sites)):
         return None
     # The highest of very few stops is where these stopped, and no limit.
     stops = columns.path_index[np.isfinite(columns.stop_elevation)]
@@ -123,11 +122,6 @@ def _few_stops(columns: EventColumns, sites: Sites) -> str | None:
         return None
     lack = f"no path has {MIN_LEVEL} stops with an elevation, or a declared limit"
     return needs_profile(columns, sites) or lack
-
-
-def _all_declared(columns: EventColumns, sites: Sites) -> bool:
-    known = columns.path_index[columns.path_index >= 0]
-    return all(sites[k].path.observed_below_m is not None for k in np.unique(known))
 
 
 def _limit(facts: Facts) -> LimitEffect:
@@ -156,7 +150,7 @@ OBSERVATION_LIMIT = Definition(
     build=_limit,
     lacking=_few_stops,
     facts=_highest_stops,
-    settled=_all_declared,
+    settled=lambda columns, sites: all(_declared(columns, sites)),
     level_alone=DETECTION_LEVEL,
     says_what_is_seen=True,
     order=140,
@@ -180,10 +174,6 @@ def _factor(values: Floats) -> float:
     return float(np.exp(values[0]))
 
 
-def _few_records(columns: EventColumns, _sites: Sites) -> str | None:
-    return None if len(columns) >= 4 * MIN_LEVEL else f"fewer than {4 * MIN_LEVEL} events"
-
-
 RECORD_ERROR = Definition(
     key="record-error",
     meaning="The stated errors of the records are too small or too large, all by one factor. "
@@ -191,7 +181,7 @@ RECORD_ERROR = Definition(
     "natural scatter does so alike, so the two can be distinguished.",
     needs=f"{4 * MIN_LEVEL} events",
     build=lambda _: RecordErrorEffect("record-error", _log_factor(), _factor),
-    lacking=_few_records,
+    lacking=fewest_events(4 * MIN_LEVEL),
     order=164,
 )
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,9 +55,8 @@ class StopTable:
 
 def stop_table(simulations: Sequence[Simulation], release_x: float, end_x: float) -> StopTable:
     """The table of a path's runs; what did not move stopped at `release_x` (m)."""
-    of_volume: dict[float, list[Simulation]] = {}
-    for one in sorted(simulations, key=lambda s: (s.volume_m3, s.friction)):
-        of_volume.setdefault(one.volume_m3, []).append(one)
+    rising = sorted(simulations, key=lambda s: (s.volume_m3, s.friction))
+    of_volume = {v: list(runs) for v, runs in groupby(rising, key=lambda s: s.volume_m3)}
     stops = [
         np.array([release_x if np.isnan(s.stop_x_m) else min(s.stop_x_m, end_x) for s in runs])
         for runs in of_volume.values()
@@ -186,8 +186,7 @@ class SimulatedSite(Site):
     @cached_property
     def stops(self) -> StopTable:
         """The stops of the runs."""
-        start = float(self.release_x[0])
-        return stop_table(self.runs, start, float(self.smooth.x_max))
+        return stop_table(self.runs, float(self.release_x[0]), self.smooth.x_max)
 
     def table_near(self, cells: Cells, asked: Asked) -> NearStops:  # noqa: ARG002 (no block runs)
         """F(μ) of every volume, `[n_releases, n_friction]`."""
