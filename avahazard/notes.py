@@ -204,8 +204,9 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
     "map_instead": "The model runs on the terrain, not along lines: its result is a map. Draw it: "
     "avahazard map {model} -o {model}.tif",
     "no_zones": "Pressures and zones were not computed. Make them: avahazard zones {model}",
-    "no_drag_zones": "Pressures and zones were not computed: {model} has no drag and no measured "
-    "speeds, so its speeds are too high. To accept them: avahazard zones {model} --no-drag",
+    "no_drag_zones": "Pressures and zones were not computed: {model} has neither drag on all of a "
+    "path nor measured speeds, so its speeds are too high. To accept them: avahazard zones {model} "
+    "--no-drag",
     "too_many_models": "more than {n} models",
     "effects_not_given": "its own effects were not given",
     "other_records": "calibrated on other records",

@@ -53,10 +53,11 @@ class Language(Writer):
 
     def effect(self, key: str) -> str:
         """The name of an effect; in English, and where it is a user's own, its key."""
+        known = self.catalogue.pgettext(EFFECT, key)
         kind, mark, column = key.partition(":")
-        if mark:
+        if mark and known == key:
             return self.catalogue.pgettext(EFFECT, kind + ":{column}").format(column=column)
-        return self.catalogue.pgettext(EFFECT, key)
+        return known
 
     def number(self, text: str) -> str:
         """A number as Python writes it (`-1,234.5`, `12%`) with the signs of this language."""

@@ -36,7 +36,8 @@ def coordinate_words(coordinate: str) -> str:
 
 def digits(value: float | None, form: str) -> str | None:
     """A number in a form of Python's; None where there is none."""
-    return None if value is None else spoken().number(format(value, form))
+    unsigned_zero = form.replace(".", "z.") if form.endswith("f") else form
+    return None if value is None else spoken().number(format(value, unsigned_zero))
 
 
 def integer(value: float) -> str:

@@ -18,7 +18,7 @@ from babel.messages.extract import extract_from_file
 from babel.messages.pofile import read_po, write_po
 
 from avahazard.criticism.scoring.where_it_fails import MONTHS
-from avahazard.effects.catalogue import catalogue
+from avahazard.effects.catalogue import MADE, catalogue
 from avahazard.effects.covariate import covariate
 from avahazard.hazard.alpha_beta import REGRESSIONS
 from avahazard.hazard.volume_records import WINDOWS
@@ -57,7 +57,7 @@ def messages() -> Catalog:
         found.add(text, locations=[(str(TEMPLATE.relative_to(ROOT)), None)])
     for text in (*SENTENCES.values(), *_said_of_itself()):
         found.add(text)
-    for key in (*catalogue(), covariate("{column}").key):
+    for key in (*catalogue(), *(prefix + "{column}" for prefix in MADE)):
         found.add(key, context=EFFECT)
     return found
 

@@ -101,3 +101,5 @@ def test_names_and_unknown_sentences_are_left_as_they_are(code: str) -> None:
         assert language.note(text) == text
     assert language.effect("my-own") == "my-own"
     assert "wind_{x}" in language.effect("covariate:wind_{x}")
+    for key in ("force:speed", "interaction:a*b", "scatter:a", "change:all"):
+        assert language_of("de").effect(key) != key

@@ -37,6 +37,11 @@ def test_a_share_is_never_nothing_where_it_is_something() -> None:
     ]  # fmt: skip
 
 
+def test_nothing_is_less_than_zero_and_shown_as_zero() -> None:
+    assert [words.digits(v, ".1f") for v in (-0.04, -0.06, None)] == ["0.0", "−0.1", None]
+    assert words.digits(-0.04, "+.1f") == "+0.0"
+
+
 def test_an_interval_says_what_lies_beyond() -> None:
     sure, open_end, beyond = (
         PlaceQuantiles(low, None, high)

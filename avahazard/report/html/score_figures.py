@@ -179,9 +179,11 @@ def budget_figure(
         ),
         data,
         layout(
-            axis(squares, rangemode="tozero", nticks=5),
+            axis(
+                squares, rangemode="tozero", nticks=4, exponentformat="none", separatethousands=True
+            ),
             rows_axis(),
-            height=150 + 40 * len(found),
+            height=190 + 40 * len(found),
             barmode="stack",
             bargap=0.35,
         ),
@@ -189,6 +191,8 @@ def budget_figure(
 
 
 MOST_ROWS = 16
+P_ROOM = 1.4
+"""How far the axis of gains goes past the largest: room for the p-value beside its mark."""
 
 
 def effects_figure(diagnosis: Diagnosis) -> Figure | None:
@@ -196,7 +200,8 @@ def effects_figure(diagnosis: Diagnosis) -> Figure | None:
     rows = diagnosis.candidates[:MOST_ROWS]
     if not rows:
         return None
-    names = [label(spoken().effect(row.effect)) for row in rows]
+    names = [_short(row.effect) for row in rows]
+    most = max(max(row.chance_gain, row.screened_gain) for row in rows)
     floor = 1.0 / (diagnosis.n_worlds + 1)
     colors = [
         VERMILION if row.effect in diagnosis.missing
@@ -236,11 +241,17 @@ def effects_figure(diagnosis: Diagnosis) -> Figure | None:
             ),
         ],
         layout(
-            axis(say("gain in log likelihood (nats)"), rangemode="tozero"),
+            axis(say("gain, nats"), range=[0.0, P_ROOM * most]),
             rows_axis(),
             height=120 + 28 * len(rows),
         ),
     )
+
+
+def _short(effect: str) -> str:
+    """The name of an effect; of an interaction its columns alone, one below the other."""
+    one, both, other = effect.partition(":")[2].partition("*")
+    return f"{label(one)} ×<br>{label(other)}" if both else label(spoken().effect(effect))
 
 
 def bias_figure(found: Comparison) -> Figure | None:

@@ -117,7 +117,7 @@ def is_whole(seen: Seen) -> None:
 def test_what_the_script_says_is_in_the_language(desk: Seen) -> None:
     """It has the decimal sign of the language, and no place is left open."""
     words = desk.page.locator(".shown-error").first.inner_text()
-    assert re.search(r"\d,\d m", words)
+    assert re.search(r"\d,\d\sm", words)
     assert "{" not in words
 
 

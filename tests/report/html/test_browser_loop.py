@@ -67,7 +67,7 @@ def seen(request: pytest.FixtureRequest, browser: Any, loop_file: Path) -> Itera
 def shown_error(seen: Seen) -> float:
     """The first figure of the words beside the switch: the error on all records."""
     words = seen.page.locator("#check .shown-error").inner_text()
-    return float(re.findall(r"(\d+\.\d) m", words)[0])
+    return float(re.findall(r"(\d+\.\d)\sm", words)[0])
 
 
 def drawn_middles(seen: Seen) -> list[float]:

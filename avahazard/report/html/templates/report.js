@@ -60,7 +60,7 @@
     return words.replace(/\{(\w+)\}/g, function (_, name) { return values[name]; });
   }
   function number(value, digits) { return value.toFixed(digits).replace(".", tongue.decimal); }
-  function metres(value) { return number(value, 1) + " m"; }
+  function metres(value) { return number(value, 1) + "\u00a0m"; }
   function tell() {
     var state = shared.states[now];
     if (!state) { return; }
