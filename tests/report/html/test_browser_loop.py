@@ -100,7 +100,7 @@ def test_the_switch_redraws_and_shows_the_error_of_compare(
         error = loop_content.loop.comparisons[name].scores.runout.crps_m
         assert shown_error(seen) == pytest.approx(error, rel=0.01)
         held_out = loop_content.loop.comparisons[name].held_out.runout.crps_m
-        words = seen.page.locator("#check .shown-error").inner_text()
+        words = seen.page.locator("#check .shown-error").inner_text().replace("\u00a0", " ")
         assert f"held-out {held_out:.1f} m" in words
     assert drawn["base"] != drawn["child"]
 
