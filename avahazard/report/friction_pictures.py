@@ -35,11 +35,11 @@ def draw_frictions(
     """
     drawn = [density_figure(found.density, {})]
     if view is not None:
-        drawn.append(law_figure(found.model or "", view, volume, reference))
+        drawn.append(law_figure(view, volume, reference))
     draw_figures(file, f"Apparent friction, with the effects of {found.model}", drawn)
 
 
-def law_figure(model: str, view: FrictionView, volume: Floats, friction: Floats) -> Figure:
+def law_figure(view: FrictionView, volume: Floats, friction: Floats) -> Figure:
     """The median law of a model, its 90 %, the bands of avalanches, and the events.
 
     `volume` (m3) and `friction`, apparent and less what effects on friction and the path add, are
@@ -52,7 +52,6 @@ def law_figure(model: str, view: FrictionView, volume: Floats, friction: Floats)
     return Figure(
         "law",
         "Friction against volume",
-        f"Friction against volume by {model}, with the events.",
         "",
         [*law_traces(view), points],
         layout(axis("volume (m³)", type="log"), upwards),

@@ -196,15 +196,14 @@ def by_path(
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """Traces and layout of Plotly, with words for those who cannot see them.
+    """Traces and layout of Plotly, with a title and words on how to read them.
 
-    `key` is the figure's name in the page; `words` say what is drawn; `caption` how to read it.
+    `key` is the figure's name in the page.
     Numbers keep `digits` significant digits. `states` are what a switch of the page changes.
     """
 
     key: str
     title: str
-    words: str
     caption: str
     data: list[Trace]
     layout: dict[str, Any]

@@ -157,9 +157,6 @@ def map_figure(k: int, view: PathView) -> Figure | None:
     return Figure(
         f"map-{k}",
         say("Seen from above"),
-        say(
-            "{path} on the map, with the recorded stops and the predicted runouts.", path=view.name
-        ),
         _caption(plan),
         data,
         _layout(plan, east, north, ratio),

@@ -71,13 +71,6 @@ def friction_figure(
     return Figure(
         "friction",
         say("Friction against volume"),
-        plural(
-            "Apparent friction of {n} event against its volume, with the calibrated median and the "
-            "bands that hold 50 and 90 % of avalanches.",
-            "Apparent friction of {n} events against their volume, with the calibrated median and "
-            "the bands that hold 50 and 90 % of avalanches.",
-            len(shown),
-        ),
         joined(
             say(
                 "Apparent friction is the one whose block, with the model’s effects on its motion, "
@@ -151,11 +144,6 @@ def density_figure(densities: Sequence[FrictionDensity], names: Mapping[str, str
     return Figure(
         "density",
         say("How apparent friction is spread"),
-        plural(
-            "Probability density of apparent friction of all events and of {n} path.",
-            "Probability density of apparent friction of all events and of {n} paths.",
-            len(densities) - 1,
-        ),
         joined(
             say(
                 "The area under each curve is 1; the number of events is in brackets. Dotted parts "
@@ -219,7 +207,6 @@ def offsets_figure(
     return Figure(
         "offsets",
         say("What sets the paths apart"),
-        say("Friction of {n} paths against that of all, with 90 % intervals.", n=len(rows)),
         say(
             "A path to the left of the line has less friction than the law says for its volumes, "
             "for a reason that the records do not hold."
@@ -267,7 +254,6 @@ def _histogram(k: int, name: str, values: Floats, summary: ParameterSummary) -> 
     return Figure(
         f"posterior-{k + 1}",
         name,
-        say("Histogram of the posterior draws of {name}: {numbers}.", name=name, numbers=numbers),
         numbers,
         [histogram, normal],
         layout(
@@ -301,12 +287,6 @@ def _joint(one: tuple[str, Floats], other: tuple[str, Floats]) -> Figure:
     return Figure(
         "posterior-joint",
         say("{one} and {other} together", one=name, other=named),
-        say(
-            "Posterior draws of {one} against {other}; their correlation is {r}.",
-            one=name,
-            other=named,
-            r=r,
-        ),
         say("correlation {r}; the ellipses of a normal hold 50 and 90 %", r=r),
         data,
         layout(

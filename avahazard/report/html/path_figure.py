@@ -352,10 +352,8 @@ def path_figure(
     ground = profile_traces(view)
     heights = axis(say("elevation (m)"), range=profile_range(view.smooth, len(view.rows)))
     panels: list[tuple[list[Trace], dict[str, Any], int]] = [(ground, heights, PROFILE_PX)]
-    words = [say("its profile with the recorded stops and the predicted runouts")]
     states: States = {}
     if loop is not None and shown:
-        words.append(say("every record and its prediction"))
         traces, changes = stops_traces(view, loop, all_events, shown)
         states = {
             key: {len(ground) + number: trace for number, trace in change.items()}
@@ -365,11 +363,9 @@ def path_figure(
         panels.append((traces, {**rows, "ticks": "", "showgrid": False}, stops_height(len(shown))))
     speeds = speed_traces(view)
     if speeds:
-        words.append(say("the speeds"))
         of_speed = say("speed (m/s)") if drag else say("speed without drag (m/s)")
         panels.append((speeds, axis(of_speed, rangemode="tozero"), PANEL_PX))
     if reach_of(view) is not None:
-        words.append(say("the chance to be reached in a year"))
         panels.append((reach_traces(view), axis(say("annual probability"), **ONCE_IN), PANEL_PX))
     total = sum(px for _, _, px in panels) + GAP_PX * (len(panels) - 1)
     data: list[Trace] = []
@@ -383,15 +379,7 @@ def path_figure(
     last = "y" if len(panels) == 1 else f"y{len(panels)}"
     x_axis = axis(say("distance along the path x (m)"), anchor=last, range=[view.smooth.x_min, end])
     whole = layout(x_axis, axes.pop("yaxis"), height=total + 130, margin=WIDE_MARGIN, **axes)
-    return Figure(
-        f"path-{k}",
-        say("Along the path"),
-        say("{path}, along the path: {parts}.", path=view.name, parts=", ".join(words)),
-        "",
-        data,
-        whole,
-        states=states,
-    )
+    return Figure(f"path-{k}", say("Along the path"), "", data, whole, states=states)
 
 
 def shown_end(view: PathView, more: Sequence[float] = ()) -> float:

@@ -78,12 +78,6 @@ def _predicted(
     return Figure(
         f"predicted-{coordinate}",
         title,
-        say(
-            "{title}, of {n} events; {inside} of the records lie in their 90 % interval.",
-            title=title,
-            n=len(stopped),
-            inside=inside,
-        ),
         joined(
             say(
                 "Each mark is an event: the predicted median across, the record upwards; the bar "
@@ -191,7 +185,6 @@ def residuals_figure(events: Sequence[EventView], names: Names, loop: LoopView) 
     return Figure(
         "residuals",
         say("What the model misses"),
-        say("Predicted mean minus record of {n} events over their volume.", n=len(with_volume)),
         joined(
             say(
                 "Each mark is an event: the predicted mean minus the record, in the unit of the "
@@ -231,12 +224,9 @@ def failed_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> 
             data.append(_against(before.x[rows], places, mine, look, names, name))
     ends = [v for k in known for v in (events[k].stop_x_m, before.x[k, 1]) if v is not None]
     data.append(_equal(min(ends), max(ends)))
-    n = int(before.failed[known].sum())
     return Figure(
         "failed",
         say("Where “{model}” failed: recorded against predicted", model=before.key),
-        say("Recorded against predicted places of {n} stops, {k} of them where the model fails.",
-            n=len(known), k=n),
         say(
             "Each mark is an event: the predicted median across with its 90 % interval, the record "
             "upwards. Under the line the model overshoots. Orange-red: events of the levels (path, "
@@ -296,11 +286,6 @@ def suspect_figure(events: Sequence[EventView], names: Names, loop: LoopView) ->
         "suspect",
         say("Missing effect: {effects}", effects=effects),
         say(
-            "Log friction of {n} records beyond the law, over what {effects} adds to it.",
-            n=len(rows),
-            effects=effects,
-        ),
-        say(
             "Each mark is an event; upwards: the log friction that it needs without the effect, "
             "less the law (0.1 is about 10 %). Orange: what the effect, as fitted, adds. Marks "
             "that follow it speak for the effect; their scatter about it is left to explain."
@@ -358,7 +343,6 @@ def force_shape_figure(events: Sequence[EventView], names: Names, loop: LoopView
     return Figure(
         "force-shape",
         say("Missing effect: {effects}", effects=name),
-        say("Resistance that {effect} adds, over {state}.", effect=name, state=across),
         joined(
             say("Orange: the resistance that the effect adds, as fitted, with its band."),
             measured
@@ -409,12 +393,6 @@ def record_figure(events: Sequence[EventView], paths: Sequence[PathView]) -> Fig
     return Figure(
         "record",
         say("The record through the years"),
-        say(
-            "Dated events ({n}) by year, a row for each path ({paths}); the mark grows with the "
-            "volume.",
-            n=len(dated),
-            paths=len(rows),
-        ),
         joined(
             say(
                 "Each mark is an event; larger marks are larger volumes. Empty stretches are years "

@@ -96,11 +96,6 @@ def ladder_figure(ladder: Sequence[LadderEntry], name: str) -> Figure | None:
     return Figure(
         "ladder",
         say("Held-out error of each model"),
-        plural(
-            "Bar of the held-out CRPS of {n} model, with the measurement-error floor.",
-            "Bars of the held-out CRPS of {n} models, with the measurement-error floor.",
-            len(rows),
-        ),
         joined(
             say(
                 "Held-out CRPS. The dashed line is the measurement-error floor (errors of recorded "
@@ -165,11 +160,6 @@ def budget_figure(
     return Figure(
         "budget",
         say("Where the error comes from"),
-        plural(
-            "Stacked bars of the error budget of {n} model.",
-            "Stacked bars of the error budget of {n} models.",
-            len(found),
-        ),
         say(
             "Independent errors add up by their squares, so the bars are squares; the figures in "
             "them are {unit}, in-sample. Errors of the records are no fault of the model. Scatter "
@@ -213,10 +203,6 @@ def effects_figure(diagnosis: Diagnosis) -> Figure | None:
     return Figure(
         "effects",
         say("Candidate effects"),
-        say(
-            "Gain in log likelihood of {n} candidate effects, with what chance alone reaches.",
-            n=len(rows),
-        ),
         joined(
             say(
                 "Gain in log likelihood with the effect. The grey bar is what chance alone reaches "
@@ -279,7 +265,7 @@ def bias_figure(found: Comparison) -> Figure | None:
         height=130 + 24 * len(rows),
         barmode="overlay",
     )
-    return Figure("bias", "Where it fails", "Bias of the worst levels.", "", data, places)
+    return Figure("bias", "Where it fails", "", data, places)
 
 
 def force_figure(force: Sequence[MeasuredForce]) -> Figure:
@@ -298,11 +284,6 @@ def force_figure(force: Sequence[MeasuredForce]) -> Figure:
     return Figure(
         "force",
         say("Force measured along the tracks"),
-        plural(
-            "Resisting force per mass against speed, measured on {n} event.",
-            "Resisting force per mass against speed, measured on {n} events.",
-            len(events),
-        ),
         say("Flat: Coulomb friction, as in the base model. Rising with the square of speed: drag."),
         data,
         layout(
