@@ -165,6 +165,7 @@ def test_the_brief_needs_no_script(content: ReportContent) -> None:
         ("5 m of 90 %", "5~m of 90~%"),
         ("up to 26%, 3 kPa", "up to 26~%, 3~kPa"),
         ("on 1950-02-13 3 models", "on 1950_02_13 3 models"),
+        ("« a » : 3 ; non", "«~a~»~: 3~; non"),
         (Markup("<b>5 m</b>"), "<b>5 m</b>"),
     ],
 )

@@ -108,7 +108,10 @@
       // So low that two figures with their words go on a page: no page is half empty. But panels
       // above one another need room for the words on their axes.
       var panels = Object.keys(place._fullLayout).filter(function (key) { return /^yaxis\d*$/.test(key); });
-      var high = Math.min(place._fullLayout.height, PRINT_HIGH_PX + PRINT_PANEL_PX * (panels.length - 1));
+      // Names beside rows would overlap.
+      var most_high = place._fullLayout.yaxis.type === "category" ? SHEET_MOST_PX
+        : PRINT_HIGH_PX + PRINT_PANEL_PX * (panels.length - 1);
+      var high = Math.min(place._fullLayout.height, most_high);
       place.was = place._fullLayout.height;
       place.style.height = high + "px";
       var size = { height: high };
