@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import groupby
 from operator import itemgetter
 from typing import Any, TypeVar
@@ -25,9 +24,7 @@ from avahazard.results.hazard import (
     Design,
     HazardRow,
     PathVolumes,
-    Place,
     Quantiles,
-    VolumeInterval,
     Zone,
     ZonedPath,
 )
@@ -113,7 +110,8 @@ def _period(row: Any) -> str | None:
     return spoken().number(f"{row.return_period_years:g}") + ("*" if row.extrapolated else "")
 
 
-def _far() -> str:
+def far_words() -> str:
+    """What the mark of an extrapolation says."""
     return say("*: an extrapolation, past twice the observed years or the table of volumes.")
 
 
@@ -187,7 +185,7 @@ def design_table(rows: HazardRows | Sequence[ZonedPath], names: Names = NO_NAMES
         *_intervals(designs),
         any(design.p_beyond for design in designs)
         and say("beyond: probability that it lies past the end of the profile."),
-        any(one.extrapolated for _, one in found) and _far(),
+        any(one.extrapolated for _, one in found) and far_words(),
     )
     title = say("Design runout: exceeded once in T years by avalanches of all volumes")
     return made("design", title, columns, found, legend, cards=True)
@@ -256,7 +254,7 @@ def volume_runout_table(rows: HazardRows, names: Names = NO_NAMES) -> Table:
         *_intervals(rows),
         any(row.p_left_profile for row in rows)
         and say("beyond: share of them that run past the end of the profile."),
-        any(row.extrapolated for row in rows) and _far(),
+        any(row.extrapolated for row in rows) and far_words(),
     )
     title = say("Runout of avalanches of one volume")
     return made("volume", title, columns, rows, legend, cards=True)
@@ -291,7 +289,7 @@ def period_volumes_table(rows: HazardRows, names: Names = NO_NAMES) -> Table | N
         _path(names),
         _years(),
         (">V, m³", lambda r: cubic(r.volume_m3)),
-        (">5–95 %", lambda r: _volumes(r.volume_interval_m3)),
+        (">5–95 %", lambda r: _volumes(r.volume_interval_m3.q05, r.volume_interval_m3.q95)),
         (">" + say("records"), lambda r: r.n_records),
         (say("years"), lambda r: None if r.first_year is None else f"{r.first_year}–{r.last_year}"),
         (">" + say("events a year"), lambda r: digits(r.events_per_year, ".2f")),
@@ -309,8 +307,8 @@ def period_volumes_table(rows: HazardRows, names: Names = NO_NAMES) -> Table | N
     return made("volumes", title, columns, found, legend) if found else None
 
 
-def _volumes(ends: VolumeInterval) -> str:
-    return f"{cubic(ends.q05)}–{cubic(ends.q95)}"
+def _volumes(low: float, high: float) -> str:
+    return f"{cubic(low)}–{cubic(high)}"
 
 
 def volumes_table(entries: Sequence[PathVolumes]) -> Table:
@@ -320,11 +318,11 @@ def volumes_table(entries: Sequence[PathVolumes]) -> Table:
         _path(NO_NAMES, itemgetter(0)),
         _years(itemgetter(1)),
         (">V, m³", lambda r: cubic(r[1].volume_m3)),
-        (">5–95 %", lambda r: _volumes(VolumeInterval(r[1].q05_m3, r[1].q95_m3))),
+        (">5–95 %", lambda r: _volumes(r[1].q05_m3, r[1].q95_m3)),
     )
     legend = some(
         *(f"{entry.path_id}: {entry.method}." for entry in entries),
-        any(level.extrapolated for _, level in rows) and _far(),
+        any(level.extrapolated for _, level in rows) and far_words(),
     )
     title = "Volumes of the return periods, with the 90 % credible interval"
     return made("volumes", title, columns, rows, legend)
@@ -362,7 +360,7 @@ def zones_table(entries: Sequence[ZonedPath], names: Names = NO_NAMES) -> Table 
             sd=f"{density.sd:.0f}",
             interval=spoken().note(entries[0].interval),
         ),
-        any(zone.extrapolated for _, zone in rows) and _far(),
+        any(zone.extrapolated for _, zone in rows) and far_words(),
     )
     return made("zones", say("Zones"), columns, rows, legend)
 
@@ -395,6 +393,10 @@ def speeds_table(entries: Sequence[ZonedPath]) -> Table:
         )
         title = "Largest speed u and pressure p along each path"
         return made("speeds", title, several, rows)
+
+    def median(k: int, key: str) -> Callable[[Any], object]:
+        return lambda p: f"{getattr(p.by_return_period[k], key).q50:.0f}"
+
     columns: list[Column] = [
         (">x, m", lambda p: place(p.x_m)),
         (">z, m", lambda p: place(p.elevation_m)),
@@ -402,16 +404,17 @@ def speeds_table(entries: Sequence[ZonedPath]) -> Table:
     ]
     for k, found in enumerate(first):
         for sign, key in (("u", "speed_m_s"), ("p", "pressure_kpa")):
-            columns.append((f">{sign} {_period(found)}", partial(_median, k, key)))
+            columns.append(
+                (
+                    f">{sign} {_period(found)}",
+                    median(k, key),
+                )
+            )
     where = entries[0].path_id
     title = f"{where}: median speed u (m/s) and pressure p (kPa) exceeded once in T years"
     legend = ["p/year: chance that an avalanche comes so far in a year."]
     shown = thinned(entries[0].places, PLACES_SHOWN)
     return made("speeds", title, columns, shown, legend)
-
-
-def _median(k: int, key: str, here: Place) -> str:
-    return f"{getattr(here.by_return_period[k], key).q50:.0f}"
 
 
 def thinned(rows: Sequence[R], n: int) -> list[R]:
@@ -449,9 +452,7 @@ def paths_table(rows: Sequence[PathSummary], names: Names = NO_NAMES) -> Table:
 
     def volumes(row: PathSummary) -> str | None:
         low, high = row.volume_min_m3, row.volume_max_m3
-        if low is None or high is None:
-            return None
-        return _volumes(VolumeInterval(low, high))
+        return None if low is None or high is None else _volumes(low, high)
 
     def size(key: str) -> Callable[[PathSummary], object]:
         return lambda r: None if getattr(r, key) is None else place(getattr(r, key))

@@ -12,10 +12,10 @@ from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.report.html.content import PathView, ReportContent
 from avahazard.report.html.vector_pictures import profile_picture, terrain_picture
 from avahazard.report.language import plural, say, spoken
+from avahazard.report.model_tables import failing
 from avahazard.report.sentences import verdict_words
-from avahazard.report.tables import farthest_words, past_words
+from avahazard.report.tables import far_words, farthest_words, past_words
 from avahazard.report.words import (
-    SIGNIFICANT,
     amount,
     coordinate_words,
     metres,
@@ -49,7 +49,7 @@ def conclusion(content: ReportContent) -> list[str]:
 def _how_far(content: ReportContent) -> str:
     period = shown_period(content)
     rows = [r for r in content.rows if r.design and r.return_period_years == period]
-    if flows := [view for view in content.paths if view.plan and view.plan.flow]:
+    if flows := [view for view in content.paths if view.flow]:
         return say(
             "Where flow comes to once in 10 to 300 years is mapped for {paths}.",
             paths=paths(len(flows)),
@@ -135,10 +135,9 @@ def rests_on(content: ReportContent) -> list[str]:
 
 def limits(content: ReportContent) -> list[str]:
     """The limits of every report, a line each."""
-    flows = any(view.plan and view.plan.flow for view in content.paths)
     return [
         say("The terrain is that of the import, in cells: what is smaller is not in it.")
-        if flows
+        if any(view.flow for view in content.paths)
         else say(
             "The avalanche is one block on one line: a runout is a point on that line, not an "
             "outline on the map."
@@ -183,7 +182,7 @@ def path_cards(content: ReportContent) -> tuple[list[PathCard], list[str]]:
                 number,
                 view.name,
                 terrain_picture(view, view.plan)
-                if view.plan and view.plan.flow
+                if view.plan and view.flow
                 else profile_picture(view, shown),
                 (
                     *(_line(row, design) for row, design in designs),
@@ -227,17 +226,14 @@ def _average_lines(content: ReportContent, view: PathView) -> Iterable[tuple[str
 
 def _flow_lines(view: PathView, smooth: SmoothProfile) -> Iterable[tuple[str, str, str, str]]:
     """How far the flow comes along the line once in each period."""
-    flow = view.plan.flow if view.plan else None
-    for period, x in sorted(flow.runouts.items()) if flow else ():
+    for period, x in sorted(view.flow.runouts.items()) if view.flow else ():
         height = None if x.q50 is None else float(smooth.height(x.q50))
         yield spoken().number(f"{period:g}"), place(x.q50), span(x), place(height)
 
 
 def _zone_lines(view: PathView, smooth: SmoothProfile) -> Iterable[tuple[str, str, str, str]]:
     """Where each zone ends."""
-    for zone in view.zones.zones if view.zones else ():
-        if zone.to_x_m <= zone.from_x_m:
-            continue
+    for zone in view.drawn_zones:
         end = None if zone.beyond else zone.to_x_m
         name = say(zone.zone) + ("*" if zone.extrapolated else "")
         ends = span((zone.to_x_q05_m, zone.to_x_q95_m))
@@ -247,7 +243,7 @@ def _zone_lines(view: PathView, smooth: SmoothProfile) -> Iterable[tuple[str, st
 
 def _mind(content: ReportContent, view: PathView, shown: Design | None) -> Iterable[str]:
     """What to mind on a path: of its answer, its records and its baseline."""
-    if view.plan and view.plan.flow:
+    if view.flow:
         return
     if shown is None:
         yield say("No design runout: the block does not start, or the rate is not known.")
@@ -255,16 +251,15 @@ def _mind(content: ReportContent, view: PathView, shown: Design | None) -> Itera
     if shown.p_beyond > LEAST_BEYOND:
         chance = share(shown.p_beyond)
         yield say("Beyond the profile with a probability of {share}.", share=chance)
-    if any(row.extrapolated for row in view.rows) or any(
-        zone.extrapolated for zone in (view.zones.zones if view.zones else ())
-    ):
-        yield say("*: an extrapolation, past twice the observed years or the table of volumes.")
-    if any(row.pooled for row in view.rows):
+    rows, zones = view.rows, view.drawn_zones
+    if any([*(row.extrapolated for row in rows), *(zone.extrapolated for zone in zones)]):
+        yield far_words()
+    if any(row.pooled for row in rows):
         yield say("Few volumes are recorded: their spread is that of all paths.")
-    for failure in content.comparison.where_it_fails if content.comparison else ():
-        on_it = failure.axis == "path" and failure.level == view.path.path_id
-        if on_it and failure.p_value < SIGNIFICANT and content.comparison:
-            bias = amount(failure.bias_m, content.comparison.coordinate, 0)
+    found = content.comparison
+    for failure in failing(found) if found else ():
+        if found and failure.axis == "path" and failure.level == view.path.path_id:
+            bias = amount(failure.bias_m, found.coordinate, 0)
             yield say("The model fails here: bias {bias} (predicted minus recorded).", bias=bias)
     yield from _baseline(view, shown.runout_x_m)
 

@@ -17,7 +17,7 @@ from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison, LadderEntry
 from avahazard.results.diagnosis import Diagnosis, Shape
 from avahazard.results.friction import FrictionDensity
-from avahazard.results.hazard import HazardRow, PlaceQuantiles, ZonedPath
+from avahazard.results.hazard import HazardRow, PlaceQuantiles, Zone, ZonedPath
 from avahazard.results.terrain import PathSummary, TerrainRunout
 
 
@@ -120,6 +120,17 @@ class PathView:
     def name(self) -> str:
         """How people call it."""
         return self.path.name or self.path.path_id
+
+    @property
+    def flow(self) -> FlowView | None:
+        """What flow comes to on its terrain."""
+        return self.plan.flow if self.plan else None
+
+    @property
+    def drawn_zones(self) -> list[Zone]:
+        """Its zones, without those of no length."""
+        zones = self.zones.zones if self.zones else ()
+        return [zone for zone in zones if zone.to_x_m > zone.from_x_m]
 
 
 def path_view(

@@ -137,11 +137,10 @@ def map_figure(k: int, view: PathView) -> Figure | None:
     for period, color in PERIOD_COLORS.items() if plan.flow else ():
         look = {"symbol": "square", "size": 14, "color": color, "opacity": TINT}
         data.append(marks([None], [None], look, name=period_words(period)))
-    for zone in view.zones.zones if view.zones else ():
-        if zone.to_x_m > zone.from_x_m:
-            name = label(say("zone: {zone}", zone=say(zone.zone)))
-            ends = plan.at(np.linspace(zone.from_x_m, zone.to_x_m, BAR_PLACES))
-            data.append(line(*ends, zone.color, 12.0, "%{fullData.name}", name=name, opacity=0.5))
+    for zone in view.drawn_zones:
+        name = label(say("zone: {zone}", zone=say(zone.zone)))
+        ends = plan.at(np.linspace(zone.from_x_m, zone.to_x_m, BAR_PLACES))
+        data.append(line(*ends, zone.color, 12.0, "%{fullData.name}", name=name, opacity=0.5))
     for number, row in enumerate(view.rows[: len(ROW_COLORS)]):
         data += _runout(plan, row, ROW_COLORS[number], 9.0 - 1.5 * number)
     stops = [e for e in view.events if e.stop_x_m is not None]

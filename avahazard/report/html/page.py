@@ -87,7 +87,7 @@ def render(content: ReportContent) -> str:
         "map": overview_map(content, period),
         "cards": cards,
         "common": common,
-        "zoned": any(view.zones and view.zones.zones for view in content.paths),
+        "zoned": any(view.drawn_zones for view in content.paths),
         "period": period,
         "design": tables.design_table(shown, content.names),
         "model_words": model_words(model, n_paths),

@@ -32,7 +32,7 @@ from avahazard.report.html.figure import (
 )
 from avahazard.report.language import say
 from avahazard.report.words import case, integer, region_words, volume_words, years
-from avahazard.results.hazard import HazardRow, PlaceQuantiles, ReachChance, Spread, ZonedPath
+from avahazard.results.hazard import HazardRow, PlaceQuantiles, ReachChance, Spread, Zone
 
 PLACES = 160
 HUMP = 0.05
@@ -114,8 +114,7 @@ def profile_traces(view: PathView) -> list[Trace]:
         area(x, np.full(len(x), foot), y, GROUND, name=say("ground"), showlegend=False),
         line(x, y, INK, 1.4, hover, name=say("profile, smoothed"), showlegend=False),
     ]
-    if view.zones:
-        traces += _zones(view.zones, foot, drop)
+    traces += _zones(view.drawn_zones, foot, drop)
     for level, row in enumerate(view.rows[:MOST_ROWS], start=1):
         above = level * STEP * drop
         traces += runout_traces(smooth, row, ROW_COLORS[level - 1], above, first=level == 1)
@@ -163,15 +162,14 @@ def _alpha_beta(view: PathView, smooth: SmoothProfile, below: float) -> list[Tra
     return traces
 
 
-def _zones(zones: ZonedPath, foot: float, drop: float) -> list[Trace]:
+def _zones(zones: Sequence[Zone], foot: float, drop: float) -> list[Trace]:
     """A strip in the colour of each zone at the foot of the panel."""
     traces, y = [], [foot + 0.03 * drop] * 2
-    for zone in zones.zones:
-        if zone.to_x_m > zone.from_x_m:
-            of = say(zone.zone)
-            name, hover = label(say("zone: {zone}", zone=of)), label(of) + ": x %{x:.0f} m"
-            ends = [zone.from_x_m, zone.to_x_m]
-            traces.append(line(ends, y, zone.color, 10.0, hover, name=name))
+    for zone in zones:
+        of = say(zone.zone)
+        name, hover = label(say("zone: {zone}", zone=of)), label(of) + ": x %{x:.0f} m"
+        ends = [zone.from_x_m, zone.to_x_m]
+        traces.append(line(ends, y, zone.color, 10.0, hover, name=name))
     return traces
 
 

@@ -47,7 +47,7 @@ def profile_picture(view: PathView, design: Design | None) -> Markup:
         f'<polygon points="0,{HEIGHT} {ground} {WIDTH},{HEIGHT}" fill="{GROUND}"/>',
         f'<polyline points="{ground}" fill="none" stroke="{INK}" stroke-width="1.2"/>',
     ]
-    for zone in view.zones.zones if view.zones else ():
+    for zone in view.drawn_zones:
         a, b = (at(min(v, end))[0] for v in (zone.from_x_m, zone.to_x_m))
         parts.append(
             f'<rect x="{a:.1f}" y="{HEIGHT - 5}" width="{max(b - a, 0):.1f}" height="5" '
@@ -160,13 +160,12 @@ def overview_map(content: ReportContent, period: float | None) -> Markup | None:
         at = to_page(plan)
         line = _points(at, plan.x)
         parts.append(f'<polyline points="{line}" fill="none" stroke="{INK}" stroke-width="1.4"/>')
-        for zone in view.zones.zones if view.zones else ():
-            if zone.to_x_m > zone.from_x_m:
-                places = np.linspace(zone.from_x_m, zone.to_x_m, 24)
-                parts.append(
-                    f'<polyline points="{_points(at, places)}" fill="none" '
-                    f'stroke="{escape(zone.color)}" stroke-width="9" opacity="0.35"/>'
-                )
+        for zone in view.drawn_zones:
+            places = np.linspace(zone.from_x_m, zone.to_x_m, 24)
+            parts.append(
+                f'<polyline points="{_points(at, places)}" fill="none" '
+                f'stroke="{escape(zone.color)}" stroke-width="9" opacity="0.35"/>'
+            )
         rows = (r.design for r in view.rows if r.design and r.return_period_years == period)
         parts += _design(next(rows, None), float(plan.x[-1]), at, 0.0)
         a, b = at(float(plan.x[0]))
