@@ -48,6 +48,7 @@ from avahazard.workflow.zones import load_limits
 
 if TYPE_CHECKING:
     from avahazard.gis.hazard_map import MappedPath
+    from avahazard.gis.map_files import MapGrid
 
 PRESSURES_KPA = (3.0, 10.0, 30.0)
 N_PLACES = 200
@@ -106,7 +107,7 @@ def draw_map(
     if file.suffix.lower() == ".gpkg":
         bands = _write_areas(file, parts, limits)
     else:
-        bands = _write_chances(file, parts)
+        bands = _write_chances(file, grid, parts)
     rows = [
         MappedBy(
             part.one.path.path_id,
@@ -203,34 +204,28 @@ def _band(kpa: float) -> str:
     return f"chance_{kpa:g}_kpa"
 
 
-def _write_chances(file: FilePath, parts: Sequence[MapPart]) -> tuple[str, ...]:
+def _write_chances(file: FilePath, grid: MapGrid, parts: Sequence[MapPart]) -> tuple[str, ...]:
     """Write the bands; where paths overlap, that any of them comes."""
     from avahazard.gis.map_files import (  # noqa: PLC0415 (may be missing)
-        grid_of,
         is_own_raster,
         on_grid,
         strip_on_grid,
         write_raster,
     )
 
-    grid = grid_of([part.crop for part in parts])
-    names = ("chance", "chance_q05", "chance_q95", *map(_band, PRESSURES_KPA))
-    none = {name: np.full(grid.shape, np.nan, np.float32) for name in names}
-    engine = np.full(grid.shape, np.nan, np.float32)
+    names = ("chance", "chance_q05", "chance_q95", *map(_band, PRESSURES_KPA), "engine")
+    bands = {name: np.full(grid.shape, np.nan, np.float32) for name in names}
     for part in parts:
-        for name in names:
-            if name not in part.bands:
-                continue
+        for name in [name for name in names if name in part.bands]:
             if part.runs:
                 mine = on_grid(grid, part.crop, part.bands[name])
             else:
                 width = part.one.width_m or DEFAULT_WIDTH_M
                 mine = strip_on_grid(grid, part.one, part.x, part.bands[name], width)
-            none[name] = _either(none[name], mine)
+            bands[name] = _either(bands[name], mine)
             if name == "chance":
                 by = np.where(np.isfinite(mine), BY_FLOW if part.runs else BY_BLOCK, np.nan)
-                engine = np.fmax(engine, by.astype(np.float32))
-    bands = {**none, "engine": engine}
+                bands["engine"] = np.fmax(bands["engine"], by.astype(np.float32))
     replace_file(file, is_own_raster, lambda new: write_raster(new, grid, bands))
     return tuple(bands)
 
