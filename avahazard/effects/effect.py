@@ -213,10 +213,6 @@ def fewest_events(n: int) -> Answer:
     return lambda columns, _sites: None if len(columns) >= n else f"fewer than {n} events"
 
 
-def _no_answer(_columns: EventColumns, _sites: Sites) -> None:
-    return None
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Curve:
     """A smooth effect as a curve over what it goes by, for people and for laws that it may be.
@@ -301,7 +297,7 @@ class Definition:
     meaning: str
     needs: str
     build: Callable[[Facts], Effect]
-    lacking: Answer = _no_answer
+    lacking: Answer = lambda _columns, _sites: None
     facts: Callable[[EventColumns, Sites], Facts] = lambda _columns, _sites: {}
     changes: Setting | None = None
     event_columns: bool = False
@@ -319,7 +315,7 @@ class Definition:
     column: str | None = None
     reads: str | None = None
     settled: Callable[[EventColumns, Sites], bool] = lambda _columns, _sites: False
-    seen_in: Answer = _no_answer
+    seen_in: Answer = lambda _columns, _sites: None
     order: int = 1000
 
     @property

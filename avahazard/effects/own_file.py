@@ -97,17 +97,15 @@ def declared_key(text: str) -> str | None:
         tree = ast.parse(text)
     except (SyntaxError, ValueError):
         return None
-    for node in tree.body:
-        if not isinstance(node, ast.Assign):
-            continue
+    for node in (part for part in tree.body if isinstance(part, ast.Assign)):
         for target in node.targets:
             names, values = [target], [node.value]
             if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
                 names, values = target.elts, node.value.elts
             for name, value in zip(names, values, strict=False):
-                if isinstance(name, ast.Name) and name.id == "KEY":
-                    key = value.value if isinstance(value, ast.Constant) else None
-                    return key.strip() if isinstance(key, str) else None
+                match name, value:
+                    case ast.Name(id="KEY"), ast.Constant(value=str(key)):
+                        return key.strip()
     return None
 
 

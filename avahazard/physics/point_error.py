@@ -120,25 +120,19 @@ def point_error(x: Floats, y: Floats, sigma: Floats | None = None) -> PointError
     one wavelength, such as benches, is no Wiener process, and would pass for error (differences
     as a bound: Hall, Kay & Titterington 1990).
     """
-    if sigma is not None:
-        return PointError(sigma, "given", _penalty(x, y, sigma))
-    ones = np.ones(len(x))
-    if len(x) < FEWEST_POINTS:
-        sigma = FINEST_M * ones
-        return PointError(sigma, "assumed", _penalty(x, y, sigma))
-    smoothing = Smoothing(x, y, ones)
+    if sigma is not None or len(x) < FEWEST_POINTS:
+        source: Source = "assumed" if sigma is None else "given"
+        sigma = np.full(len(x), FINEST_M) if sigma is None else sigma
+        penalty = 1.0 if len(x) < 3 else Smoothing(x, y, sigma).best(1.0)[0]
+        return PointError(sigma, source, penalty)
+    smoothing = Smoothing(x, y, np.ones(len(x)))
     penalty, error = smoothing.best()
     differences, relative = difference_error(x, y)
-    known = min(error, differences) if differences < (1.0 - 2.0 * relative) * error else error
+    known = differences if differences < (1.0 - 2.0 * relative) * error else error
     known = max(known, FINEST_M)
     if known != error:
         penalty, _ = smoothing.best(known)
-    return PointError(known * ones, "estimated", penalty)
-
-
-def _penalty(x: Floats, y: Floats, sigma: Floats) -> float:
-    """The penalty of the largest restricted likelihood, given the errors `[n_points]` (m)."""
-    return 1.0 if len(x) < 3 else Smoothing(x, y, sigma).best(1.0)[0]
+    return PointError(np.full(len(x), known), "estimated", penalty)
 
 
 def difference_error(x: Floats, y: Floats) -> tuple[float, float]:
