@@ -21,7 +21,7 @@ from avahazard.report.html.score_figures import (
 )
 from avahazard.report.picture import figure
 from avahazard.report.sentences import verdict_words
-from avahazard.results.comparison import Comparison, LadderEntry
+from avahazard.results.comparison import Comparison, Ladder
 from avahazard.results.diagnosis import Diagnosis
 
 if TYPE_CHECKING:
@@ -52,16 +52,12 @@ def draw_diagnosis(file: Path, diagnosis: Diagnosis) -> None:
 
 
 def draw_ladder(
-    file: Path, rows: Sequence[LadderEntry], comparisons: Mapping[str, Comparison] | None = None
+    file: Path, ladder: Ladder, comparisons: Mapping[str, Comparison] | None = None
 ) -> None:
-    """Draw the rows of `ladder` to `file`; with `comparisons`, their error budgets below."""
-    best = min(
-        (row for row in rows if row.held_out_crps_m is not None),
-        key=lambda row: row.held_out_crps_m or 0.0,
-        default=None,
-    )
-    errors = ladder_figure(rows, "" if best is None else best.model)
-    draw_figures(file, None, [errors, budget_figure(rows, comparisons or {})])
+    """Draw a ladder to `file`; with `comparisons`, the error budgets of its models below."""
+    errors = {r.model: r.held_out_crps_m for r in ladder.rows if r.held_out_crps_m is not None}
+    drawn = ladder_figure(ladder.rows, min(errors, key=lambda name: errors[name], default=""))
+    draw_figures(file, None, [drawn, budget_figure(ladder.rows, comparisons or {})])
 
 
 def draw_figures(

@@ -25,18 +25,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def draw_frictions(
-    file: Path, found: Frictions, view: FrictionView | None, volume: Floats, reference: Floats
-) -> None:
-    """Draw the densities, and the model's law with its scatter and the events beside it.
-
-    `volume` (m3) and `reference`, μ less what effects on friction and the path add, are
-    `[n_events]`. Without a volume on record (`view` is None) there is no law to draw.
-    """
-    drawn = [density_figure(found.density, {})]
-    if view is not None:
-        drawn.append(law_figure(view, volume, reference))
-    draw_figures(file, f"Apparent friction, with the effects of {found.model}", drawn)
+def draw_frictions(file: Path, found: Frictions, law: Figure | None = None) -> None:
+    """Draw the densities to `file`, and below them the law of the model (`law_figure`), if any."""
+    title = found.model and f"Apparent friction, with the effects of {found.model}"
+    draw_figures(file, title, [density_figure(found.density, {}), law])
 
 
 def law_figure(view: FrictionView, volume: Floats, friction: Floats) -> Figure:

@@ -75,11 +75,6 @@ class Language(Writer):
 
         return str(format_date(date.fromisoformat(text), locale=self.code))
 
-    @property
-    def separators(self) -> str:
-        """Decimal sign and sign between thousands, as Plotly wants them."""
-        return self.decimal + self.group
-
 
 ENGLISH = Language("en", ".", NARROW, NullTranslations())
 TERMINAL = Language("en", ".", "", NullTranslations(), plain=True)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from avahazard.records.errors import AvahazardError
-from avahazard.results.base import PICTURES
+from avahazard.results.base import PICTURES, Draw
 from avahazard.results.comparison import Comparison, Ladder
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.friction import Frictions
@@ -46,17 +46,16 @@ def require_picture(file: Path | None) -> None:
 
 
 def _draw_result(file: Path, found: Any) -> None:
-    from avahazard.report import figure_pictures  # noqa: PLC0415 (slow)
-    from avahazard.report.html.model_figures import density_figure  # noqa: PLC0415
+    from avahazard.report import figure_pictures as pictures  # noqa: PLC0415 (slow)
+    from avahazard.report.friction_pictures import draw_frictions  # noqa: PLC0415 (slow)
 
-    if isinstance(found, Comparison):
-        figure_pictures.draw_comparison(file, found)
-    elif isinstance(found, Diagnosis):
-        figure_pictures.draw_diagnosis(file, found)
-    elif isinstance(found, Ladder):
-        figure_pictures.draw_ladder(file, found.rows)
-    else:
-        figure_pictures.draw_figures(file, None, [density_figure(found.density, {})])
+    draw: dict[type, Draw] = {
+        Comparison: pictures.draw_comparison,
+        Diagnosis: pictures.draw_diagnosis,
+        Ladder: pictures.draw_ladder,
+        Frictions: draw_frictions,
+    }
+    draw[type(found)](file, found)
 
 
 PICTURES.update(dict.fromkeys((Comparison, Diagnosis, Ladder, Frictions), _draw_result))

@@ -231,7 +231,8 @@ def ladder(database: str, *, plot: Path | None = None, report: Report = silent) 
     if plot is not None:
         from avahazard.report.figure_pictures import draw_ladder  # noqa: PLC0415 (slow)
 
-        draw_ladder(plot, rows, {k: v for k, v in known.items() if v is not None})
+        drawn = {name: found for name, found in known.items() if found is not None}
+        draw_ladder(plot, results.Ladder(rows), drawn)
     with reading(database) as session:
         stored = StoredModels(session)
         best = stored.best()

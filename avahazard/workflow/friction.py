@@ -234,13 +234,13 @@ def show_frictions(
         perturbation=perturbation_check(found, observations),
     )
     if plot is not None:
-        from avahazard.report import friction_pictures  # noqa: PLC0415 (slow)
+        from avahazard.report.friction_pictures import draw_frictions, law_figure  # noqa: PLC0415
 
-        if fitted is None or reference is None:
-            frictions.plot(plot)
-        else:
-            volume, view = np.exp(observations.columns.log_volume), friction_view(fitted)
-            friction_pictures.draw_frictions(plot, frictions, view, volume, reference)
+        view = None if fitted is None else friction_view(fitted)
+        drawn = None
+        if view is not None and reference is not None:
+            drawn = law_figure(view, np.exp(observations.columns.log_volume), reference)
+        draw_frictions(plot, frictions, drawn)
     return frictions
 
 

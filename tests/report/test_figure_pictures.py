@@ -14,7 +14,7 @@ from avahazard.report.html.score_figures import SOURCE_COLORS, budget_bars, part
 from avahazard.report.language import LANGUAGES, language_of, speaking
 from avahazard.report.words import part_words
 from avahazard.results.base import Rows
-from avahazard.results.comparison import BudgetPart, LadderEntry
+from avahazard.results.comparison import BudgetPart, Ladder, LadderEntry
 from avahazard.results.diagnosis import Candidate
 from tests.results.samples import CANDIDATE, COMPARISON, DIAGNOSIS, FAILURE, FORCE, LADDER_ENTRY
 
@@ -105,15 +105,13 @@ def test_models_and_floor(tmp_path: Path) -> None:
         return replace(LADDER_ENTRY, model=model, parent=parent, added=added, held_out_crps_m=crps)
 
     file = tmp_path / "a.svg"
-    draw_ladder(
-        file,
-        [
-            row("base", None, 90.0),
-            row("child", "base", 70.0),
-            row("mh", None, None),
-            row("worse", "child", 77.0),
-        ],
-    )
+    rows = [
+        row("base", None, 90.0),
+        row("child", "base", 70.0),
+        row("mh", None, None),
+        row("worse", "child", 77.0),
+    ]
+    draw_ladder(file, Ladder(Rows(rows)))
     text = file.read_text(encoding="utf-8")
     for word in ("base", "child", "90 m", "70 m (−22 %)", "77 m (+10 %)"):
         assert f"<!-- {word} -->" in text
@@ -123,7 +121,8 @@ def test_models_and_floor(tmp_path: Path) -> None:
 
 def test_models_that_have_no_floor(tmp_path: Path) -> None:
     file = tmp_path / "a.svg"
-    draw_ladder(file, [replace(LADDER_ENTRY, parent="gone", noise_floor_crps_m=None)])
+    row = replace(LADDER_ENTRY, parent="gone", noise_floor_crps_m=None)
+    draw_ladder(file, Ladder(Rows([row])))
     assert "floor" not in file.read_text(encoding="utf-8")
 
 
@@ -131,7 +130,8 @@ def test_the_budgets_are_stacked_bars_below(tmp_path: Path) -> None:
     parts = {"record": 8.0, "scatter": 40.0, "season": 30.0, "unexplained": 20.0}
     budget = Rows(BudgetPart(source, rms) for source, rms in parts.items())
     file = tmp_path / "a.svg"
-    draw_ladder(file, [LADDER_ENTRY], {"base": replace(COMPARISON, budget=budget)})
+    ladder = Ladder(Rows([LADDER_ENTRY]))
+    draw_ladder(file, ladder, {"base": replace(COMPARISON, budget=budget)})
     text = file.read_text(encoding="utf-8")
     for words in (
         "scatter, natural or missing in the model",

@@ -48,7 +48,7 @@ def _language() -> dict[str, Any]:
     return {
         "code": spoken().code,
         "decimal": spoken().decimal,
-        "separators": spoken().separators,
+        "separators": spoken().decimal + spoken().group,
         "shown": say("Shown: {model}. In-sample CRPS {crps}, root mean square error {rmse}."),
         "shown_held_out": say(
             "Shown: {model}. In-sample CRPS {crps}, root mean square error {rmse}; held-out "

@@ -211,8 +211,8 @@ def failed_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> 
     before = loop.before
     if before is None:
         return None
-    known = [k for k, e in enumerate(events) if e.stop_x_m is not None]
-    known = [k for k in known if np.isfinite(before.x[k]).all()]
+    there = np.all(np.isfinite(before.x), axis=1)
+    known = [k for k, e in enumerate(events) if e.stop_x_m is not None and there[k]]
     if not known:
         return None
     data: list[Trace] = []
@@ -238,7 +238,7 @@ def failed_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> 
             axis(say("recorded distance x of the stop (m)")),
             height=460,
         ),
-    )  # fmt: skip
+    )
 
 
 def _kinds(state: StateView) -> list[tuple[str, str, bool]]:
