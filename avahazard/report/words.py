@@ -164,6 +164,7 @@ def axis_words(axis: str) -> str:
         "month": say("month"),
         "orientation": say("orientation"),
         "snow_type": say("snow type"),
+        "snow_temperature_c": say("snow temperature, °C"),
         "section": say("section"),
         "release_elevation_m": say("release elevation"),
         "predicted_stop_elevation_m": say("predicted stop elevation"),

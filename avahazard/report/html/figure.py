@@ -167,7 +167,7 @@ def layout(x: dict[str, Any], y: dict[str, Any], height: int = 420, **more: Any)
         "margin": {**MARGIN},
         "modebar": {"orientation": "v"},
         "legend": {"orientation": "h", "x": 0, "y": 1.01, "yanchor": "bottom",
-                   "maxheight": 0.9, "font": {"size": 12}},
+                   "maxheight": 0.9, "tracegroupgap": 0, "font": {"size": 12}},
         "hovermode": "closest",
         "hoverlabel": {"align": "left"},
         **more,

@@ -156,6 +156,7 @@ def density_figure(densities: Sequence[FrictionDensity], names: Mapping[str, str
         layout(
             axis(say("apparent friction μ"), range=[max(0.0, span[0]), span[-1]]),
             axis(say("probability density"), rangemode="tozero"),
+            height=420 + 4 * len(densities),
         ),
     )
 

@@ -24,7 +24,9 @@ from avahazard.report.language import plural, say, spoken
 from avahazard.report.sentences import error_words, model_words, verdict_words, why_words
 from avahazard.report.words import events, integer, paths, share
 
-UNIT = re.compile(r"(?<=\d) (?=(?:m[²³]?|m/s|kPa|nats)(?!\w))|(?<=\d) ?(?=%)| (?=[:;?!»])|(?<=«) ")
+UNIT = re.compile(
+    r"(?<=\d) (?=(?:m[²³]?|m/s|kPa|nats)(?!\w))|(?<=\d) ?(?=%)| (?=[:;?!»×])|(?<=×) |(?<=«) "
+)
 DATE = re.compile(r"\b(\d{4})-(\d\d)-(\d\d)\b")
 
 

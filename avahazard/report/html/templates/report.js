@@ -8,7 +8,7 @@
   var tongue = shared.language;
   var PRINT_PX = 690, PRINT_HIGH_PX = 385, PRINT_PANEL_PX = 150, PRINT_SMALL_PX = 330, NARROW_PX = 520,
     PAGE_WIDE_PX = 703, PAGE_HIGH_PX = 990, SHEET_LEAST_PX = 700, FIRST_LEAST_PX = 600, SHEET_MOST_PX = 860,
-    ENTRY_PX = 17;
+    ENTRY_PX = 20;
 
   function draw(place) {
     var figure = JSON.parse(document.getElementById("data-" + place.dataset.figure).textContent);
@@ -117,9 +117,19 @@
       var size = { height: high };
       if (place.clientWidth > most) { place.style.width = most + "px"; size.width = most; }
       Plotly.relayout(place, size);
+      name_hidden(place, false);
     });
     sheets();
   });
+  // Nobody taps on paper: names of what is not drawn would only take its room.
+  function name_hidden(place, named) {
+    if (!named) {
+      place.unnamed = Object.keys(place.data).map(Number).filter(function (k) {
+        return place.data[k].visible === "legendonly" && place.data[k].showlegend !== false;
+      });
+    }
+    if (place.unnamed.length) { Plotly.restyle(place, { showlegend: named }, place.unnamed); }
+  }
   // On paper the paths follow the brief, a sheet each: the panels have what its words leave of the page.
   // The first shares its sheet with what is said of all, where that leaves enough.
   var paths = document.getElementById("paths"), after = paths.nextElementSibling;
@@ -157,6 +167,7 @@
       place.style.width = "";
       place.style.height = place.was + "px";
       Plotly.relayout(place, { width: null, height: place.was, autosize: true });
+      name_hidden(place, true);
     });
   });
   next();
