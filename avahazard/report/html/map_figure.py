@@ -42,17 +42,19 @@ SHARE, INSET, TICK = 0.3, 0.04, 0.012
 """Most of the width that the bar takes, its distance from the edges, the height of its ends."""
 
 
-def scale_bar(east: Span, north: Span, degrees: bool) -> Trace:
-    """A bar of a round length (m) in the lower left corner of what is shown."""
+def scale_bar(east: Span, north: Span, degrees: bool, *, right: bool = False) -> Trace:
+    """A bar of a round length (m) in the lower left, or `right`, corner of what is shown."""
     middle = math.radians(0.5 * (north[0] + north[1]))
     unit = 1.0 / (M_PER_DEGREE * math.cos(middle)) if degrees else 1.0
     length = round_length(SHARE * (east[1] - east[0]) / unit)
     wide, high = east[1] - east[0], north[1] - north[0]
     x0, y0 = east[0] + INSET * wide, north[0] + INSET * high
+    if right:
+        x0 = east[1] - INSET * wide - length * unit
     x1, up = x0 + length * unit, TICK * high
     return line(
         [x0, x0, x0, 0.5 * (x0 + x1), x1, x1, x1],
-        [y0 + up, y0 - up, y0, y0, y0, y0 + up, y0 - up],
+        [y0, y0 - up, y0, y0, y0, y0, y0 - up],
         INK,
         2.0,
         mode="lines+text",
@@ -152,7 +154,8 @@ def map_figure(k: int, view: PathView) -> Figure | None:
     look = {"symbol": "triangle-down", "size": 11, "color": BLACK}
     data.append(marks(*plan.at([view.release_x]), look, say("release"), name=say("release")))
     east, north, ratio = _ranges(plan)
-    data.append(scale_bar(east, north, degrees))
+    lowest = plan.east[np.argmin(plan.north)]
+    data.append(scale_bar(east, north, degrees, right=bool(lowest < 0.5 * (east[0] + east[1]))))
     return Figure(
         f"map-{k}",
         say("Seen from above"),

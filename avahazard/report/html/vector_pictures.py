@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 from markupsafe import Markup, escape
@@ -156,6 +156,7 @@ def overview_map(content: ReportContent, period: float | None) -> Markup | None:
         return at
 
     parts: list[str] = []
+    lines: list[tuple[str, Floats]] = []
     for view, plan in drawn:
         at = to_page(plan)
         line = _points(at, plan.x)
@@ -168,8 +169,8 @@ def overview_map(content: ReportContent, period: float | None) -> Markup | None:
             )
         rows = (r.design for r in view.rows if r.design and r.return_period_years == period)
         parts += _design(next(rows, None), float(plan.x[-1]), at, 0.0)
-        a, b = at(float(plan.x[0]))
-        parts.append(f'<text x="{a + 5:.0f}" y="{b + 4:.0f}">{escape(view.name)}</text>')
+        places = np.linspace(plan.x[0], plan.x[-1], 4 * PLACES).tolist()
+        lines.append((view.name, np.array([at(x) for x in places])))
     length = round_length(0.25 * MAP_WIDTH / scale)
     bar, under, right = length * scale, high * scale + 28.0, wide * scale
     parts.append(
@@ -178,7 +179,38 @@ def overview_map(content: ReportContent, period: float | None) -> Markup | None:
         f'<path d="M{right:.0f} {under:.0f}v-34l-6 12m6 -12l6 12" fill="none" stroke="{INK}" '
         f'stroke-width="2"/><text x="{right - 22:.0f}" y="{under:.0f}">N</text>'
     )
+    parts += _names(lines, right)
     room = MAP_ROOM
     box = f"-{room:.0f} -{room:.0f} {right + 5 * room:.0f} {high * scale + 3 * room:.0f}"
     words = say("The paths from above, with their design runouts")
     return _svg(box, words, parts)
+
+
+LETTER, LINE = 8.5, 17.0
+"""Room of a letter and of a line of names on the map."""
+
+
+def _names(lines: Sequence[tuple[str, Floats]], right: float) -> Iterator[str]:
+    """The names of lines `[n, 2]`, each at an end of its line where it covers least."""
+    places = np.concatenate([line for _, line in lines])
+    taken: list[tuple[float, float, float]] = []
+    for name, line in lines:
+        wide = LETTER * len(name)
+
+        def covered(box: tuple[float, float], wide: float = wide) -> float:
+            x, y = box
+            inside = (places > (x, y)) & (places < (x + wide, y + LINE))
+            over = [x < a + w and a < x + wide and abs(y - b) < LINE for a, b, w in taken]
+            beyond = x < -MAP_ROOM or x + wide > right + 4.0 * MAP_ROOM
+            return 1000.0 * (sum(over) + beyond) + float(np.sum(np.all(inside, axis=1)))
+
+        x, y = min(
+            (
+                (a + side, b + up - 0.5 * LINE)
+                for (a, b), above in ((line[0], -LINE), (line[-1], LINE))
+                for side, up in ((5.0, 0.0), (-5.0 - wide, 0.0), (-0.5 * wide, above))
+            ),
+            key=covered,
+        )
+        taken.append((x, y, wide))
+        yield f'<text x="{x:.0f}" y="{y + 0.75 * LINE:.0f}">{escape(name)}</text>'

@@ -25,6 +25,8 @@ def test_the_bar_is_as_long_as_it_says() -> None:
     bar = scale_bar((0.0, 4000.0), (0.0, 3000.0), degrees=False)
     assert max(bar["x"]) - min(bar["x"]) == 1000.0
     assert "1\u202f000 m" in bar["text"]
+    other = scale_bar((0.0, 4000.0), (0.0, 3000.0), degrees=False, right=True)
+    assert max(other["x"]) == 4000.0 - min(bar["x"])
     with speaking(language_of("de")):
         assert "1.000 m" in scale_bar((0.0, 4000.0), (0.0, 1.0), False)["text"]
 

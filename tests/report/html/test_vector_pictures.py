@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -19,3 +20,17 @@ def test_the_overview_shows_all_paths_of_one_system(content: ReportContent) -> N
     assert drawn.count("<polyline") >= len(views)
     assert "<script" not in drawn
     assert " m</text>" in drawn
+
+
+def test_names_on_the_map_part_where_paths_lie_side_by_side(content: ReportContent) -> None:
+    def plan(k: int) -> PlanView:
+        x, east = np.array([0.0, 2000.0]), 2.6e6 + 100.0 * k
+        return PlanView(x, np.array([east, east]), np.array([1.182e6, 1.18e6]), "EPSG:2056")
+
+    views = tuple(replace(view, plan=plan(k)) for k, view in enumerate(content.paths))
+    drawn = overview_map(replace(content, paths=views), None)
+    places = re.findall(r'<text x="(-?\d+)" y="(-?\d+)">([^<]+)', str(drawn))[: len(views)]
+    assert len(places) == len(views) > 1
+    for k, (x, y, name) in enumerate(places):
+        for a, b, _ in places[:k]:
+            assert abs(int(y) - int(b)) >= 16 or abs(int(x) - int(a)) >= 6 * len(name)

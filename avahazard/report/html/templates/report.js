@@ -109,7 +109,7 @@
       // above one another need room for the words on their axes.
       var panels = Object.keys(place._fullLayout).filter(function (key) { return /^yaxis\d*$/.test(key); });
       // Names beside rows would overlap.
-      var most_high = place._fullLayout.yaxis.type === "category" ? SHEET_MOST_PX
+      var most_high = place._fullLayout.yaxis.type === "category" || place._fullLayout.yaxis.scaleanchor ? SHEET_MOST_PX
         : PRINT_HIGH_PX + PRINT_PANEL_PX * (panels.length - 1);
       var high = Math.min(place._fullLayout.height, most_high);
       place.was = place._fullLayout.height;
@@ -147,6 +147,8 @@
     var sizes = Array.prototype.map.call(paths.querySelectorAll("article"), function (sheet, k) {
       var place = sheet.querySelector("[data-figure^=path-]");
       var high = place && PAGE_HIGH_PX - (sheet.offsetHeight - place.offsetHeight);
+      // A map comes on the next sheet.
+      sheet.querySelectorAll("figure ~ figure").forEach(function (map) { high += map.offsetHeight; });
       var under = k ? 0 : sheet.getBoundingClientRect().top - top;
       var shares = !k && high - under >= FIRST_LEAST_PX;
       sheet.classList.toggle("shares", shares);
