@@ -293,15 +293,10 @@ def avaframe_files(folder: FilePath) -> tuple[FilePath, FilePath, list[FilePath]
 def _release_elevation(profile: LineProfile, releases: Sequence[FilePath]) -> float | None:
     """Elevation (m) in the middle of the part of a path that lies in a release area."""
     crs = CRS.from_user_input(profile.crs)
-    points = shapely.points(profile.xy)
-    inside = np.zeros(len(points), np.bool_)
-    for file in releases:
-        layer = read_layer(file, "polygon")
-        for area in layer.geometry:
-            if area is not None and not area.is_empty:
-                there = shapely.make_valid(moved_geometry(area, layer.crs, crs))
-                inside |= shapely.contains_properly(there, points)
-    within = np.flatnonzero(inside)
+    layers = [read_layer(file, "polygon") for file in releases]
+    areas = [moved_geometry(area, of.crs, crs) for of in layers for area in of.geometry if area]
+    whole = shapely.union_all([shapely.make_valid(area) for area in areas])
+    within = np.flatnonzero(shapely.contains_properly(whole, shapely.points(profile.xy)))
     if not len(within):
         return None
     middle = 0.5 * (profile.x[within[0]] + profile.x[within[-1]])
