@@ -38,6 +38,7 @@ from avahazard.effects.stretches import (
 from avahazard.notes import Note
 from avahazard.physics.cells import GRAVITY, SPEEDS, Resistance
 from avahazard.physics.terrain import Terrain
+from avahazard.records.errors import AvahazardError
 
 EDGE_M = 40.0
 """The snow line is blurred over this height, so that the likelihood is smooth in it."""
@@ -317,6 +318,11 @@ def _curve(state: str, facts: Facts) -> Curve:
 
 
 def _build(state: str, facts: Facts) -> MotionEffect:
+    if "knots" in facts:
+        raise AvahazardError(
+            f"The curve of force:{state} was fitted by an earlier version, in another form.",
+            "Add it to its parent again.",
+        )
     speed = state == SPEED
     unit, sd = ("m/s2, rms", FORCE_SD) if speed else ("friction, rms", FRICTION_SD)
     bends = [(f"bend_{k + 1}", 0.5 * sd) for k in range(facts["degree"] - 1)]
