@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from avahazard.effects.own_file import TEMPLATE, read_effect_file
+from avahazard.effects.own_file import TEMPLATE, definition_from, read_text
 from avahazard.hazard.frequency import read_return_volumes
 from avahazard.hazard.zones import read_limits
 from avahazard.workflow.database import import_files
@@ -74,7 +74,7 @@ def sources(folder: Path) -> list[Source]:
         Source("volumes", "volumes.csv", VOLUMES.encode(), _table(","), _just(read_return_volumes)),
         Source("avahazard.toml", "avahazard.toml", PROJECT.encode(), _text, _just(read_project)),
         Source("limits", "limits.toml", LIMITS.encode(), _text, _read_limits),
-        Source("effect file", "effect.py", TEMPLATE.encode(), _text, _just(read_effect_file)),
+        Source("effect file", "effect.py", TEMPLATE.encode(), _text, _read_effect),
     ]  # fmt: skip
     return found + _terrain(folder / "terrain")
 
@@ -88,6 +88,10 @@ def _import(database: str, file: Path, **given: Path) -> object:
 
 def _just(read: Callable[[Path], object]) -> Callable[[str, Path], object]:
     return lambda _, file: read(file)
+
+
+def _read_effect(_: str, file: Path) -> object:
+    return definition_from(read_text(file), str(file))
 
 
 def _read_limits(_: str, file: Path) -> object:
