@@ -9,17 +9,7 @@ from operator import itemgetter
 from typing import Any, TypeVar
 
 from avahazard.report.language import say, spoken
-from avahazard.report.words import (
-    cubic,
-    digits,
-    integer,
-    number,
-    place,
-    region_words,
-    share,
-    some,
-    span,
-)
+from avahazard.report.words import cubic, digits, integer, number, place, share, some, span
 from avahazard.results.hazard import (
     Design,
     HazardRow,
@@ -431,7 +421,7 @@ def alpha_beta_table(rows: Sequence[TerrainRunout], names: Names = NO_NAMES) -> 
 
     columns = (
         _path(names),
-        (say("by"), lambda r: region_words(r.coefficients)),
+        (say("by"), lambda r: say(r.coefficients.capitalize())),
         (">β, °", lambda r: digits(r.beta_deg, ".1f") or say("no β-point")),
         (">" + say("β at x, m"), known(lambda r: place(r.beta_x_m))),
         (">α, °", lambda r: digits(r.alpha_deg, ".1f")),

@@ -229,11 +229,6 @@ def volume_words(row: HazardRow) -> str:
     return say("the {period}-year volume ({volume})", period=period, volume=known)
 
 
-def region_words(coefficients: str) -> str:
-    """Of which region the coefficients of a regression are."""
-    return say(coefficients.capitalize())
-
-
 def event_words(event: Event, names: Mapping[str, str]) -> str:
     """The event's name, path, date and volume."""
     path = [] if event.path_id is None else [names.get(event.path_id, event.path_id)]

@@ -50,10 +50,8 @@ def after_import(database: str) -> Note | None:
         stored = StoredModels(session)
         if stored.models:
             return stored.step(stored.best())
-        kinds, on_paths = set[bool](), set[str]()
-        for event in load_events(session):
-            kinds.add(event.in_ratio)
-            on_paths.update(() if event.path_id is None else (event.path_id,))
+        found = {(event.in_ratio, event.path_id) for event in load_events(session)}
+        kinds, on_paths = {kind for kind, _ in found}, {path for _, path in found if path}
         if len(kinds) != 1 or on_paths - stored.survey.with_profile:
             return None
         return _step(("calibrate", "base"), Note("why_calibrate"))

@@ -61,14 +61,13 @@ from avahazard.workflow.path import alpha_beta_paths, describe_path, list_paths,
 from avahazard.workflow.report_loop import QUANTILES, loop_view
 from avahazard.workflow.requests import MapRequest, ReportRequest
 from avahazard.workflow.stored import (
-    knows_speeds,
     limits_speed,
     load_parameter_draws,
     load_stored,
     notes_of_fit,
     surroundings,
 )
-from avahazard.workflow.zones import load_limits
+from avahazard.workflow.zones import knows_speeds, load_limits
 
 ENDINGS = (".html", ".htm")
 

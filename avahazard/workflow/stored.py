@@ -27,14 +27,7 @@ from avahazard.inference.model import specification as spec
 from avahazard.inference.model.choices import BLOCK
 from avahazard.inference.model.friction_model import friction_model
 from avahazard.inference.model.laws import LAWS
-from avahazard.inference.model.layout import (
-    TRACK_SCATTER_NAME,
-    TRACK_SLOT,
-    Arms,
-    Layout,
-    arm_between,
-    with_arms,
-)
+from avahazard.inference.model.layout import TRACK_SLOT, Arms, Layout, arm_between, with_arms
 from avahazard.inference.model.observations import (
     build_observations,
     require_one_scale,
@@ -202,11 +195,6 @@ def on_events(model: FittedModel, records: Records, events: Sequence[Event]) -> 
 def limits_speed(model: FittedModel) -> bool:
     """Whether an effect of the model holds the speed on steep and long paths."""
     return any(entry.limits_speed for entry in model.definitions)
-
-
-def knows_speeds(model: FittedModel) -> bool:
-    """Whether the speeds of a model can be used: drag or measured speeds limit them."""
-    return limits_speed(model) or TRACK_SCATTER_NAME in model.calibration.parameters
 
 
 def load_parameter_draws(database: str, name: str) -> dict[str, Floats]:

@@ -12,6 +12,7 @@ from avahazard.hazard.frequency import Frequencies, volume_frequencies
 from avahazard.hazard.path_hazard import path_hazard
 from avahazard.hazard.zones import PRESETS, ZoneSystem, path_zones, read_limits
 from avahazard.inference.fitted_model import FittedModel
+from avahazard.inference.model.layout import TRACK_SCATTER_NAME
 from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
@@ -24,7 +25,6 @@ from avahazard.workflow.by_path import PathTask, PathWork, run_paths
 from avahazard.workflow.hazard import source_settings
 from avahazard.workflow.requests import ZonesRequest
 from avahazard.workflow.stored import (
-    knows_speeds,
     limits_speed,
     load_for_paths,
     notes_of_fit,
@@ -59,6 +59,11 @@ def zones(database: str, name: str, request: ZonesRequest, report: Report = sile
         _draw(plot, database, entries, f"Zones by {name}, limits '{limits}'", drag=drag)
     of_paths = [note for entry in entries for note in entry.notes if note not in of_all]
     return Zones(Rows(entries), (*resumed, *notes, *of_paths, *of_all))
+
+
+def knows_speeds(model: FittedModel) -> bool:
+    """Whether the speeds of a model can be used: drag or measured speeds limit them."""
+    return limits_speed(model) or TRACK_SCATTER_NAME in model.calibration.parameters
 
 
 def zones_work(

@@ -21,7 +21,6 @@ from avahazard.report.words import (
     metres,
     paths,
     place,
-    region_words,
     share,
     some,
     span,
@@ -78,18 +77,12 @@ def _how_sure(content: ReportContent) -> str:
     if found is None:
         return say("How far the model errs is not known: it was never compared.")
     held = found.held_out.runout
-    values = {"crps": amount(held.crps_m, found.coordinate, 0), "share": share(held.coverage_90)}
-    if found.coordinate == "mixed":
-        return say(
-            "On held-out records the mean error of the model (CRPS) is {crps}; {share} of them lie "
-            "in the 90 % interval.",
-            **values,
-        )
     return say(
         "On held-out records the mean error of the model (CRPS) is {crps} of {coordinate}; {share} "
         "of them lie in the 90 % interval.",
+        crps=amount(held.crps_m, found.coordinate, 0),
         coordinate=coordinate_words(found.coordinate),
-        **values,
+        share=share(held.coverage_90),
     )
 
 
@@ -271,7 +264,7 @@ def _baseline(view: PathView, x: PlaceQuantiles) -> Iterable[str]:
         if row.runout_x_m is None:
             continue
         low, high = row.runout_x_low_m, row.runout_x_high_m
-        words = f"{metres(row.runout_x_m)} ({region_words(row.coefficients)})"
+        words = f"{metres(row.runout_x_m)} ({say(row.coefficients.capitalize())})"
         if high is not None and x.q05 is not None and high < x.q05:
             shorter.append(words)
         elif low is not None and x.q95 is not None and low > x.q95:

@@ -31,7 +31,7 @@ from avahazard.report.html.figure import (
     runout_bar,
 )
 from avahazard.report.language import say
-from avahazard.report.words import case, integer, region_words, volume_words, years
+from avahazard.report.words import case, integer, volume_words, years
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, ReachChance, Spread, Zone
 
 PLACES = 160
@@ -150,7 +150,7 @@ def _alpha_beta(view: PathView, smooth: SmoothProfile, below: float) -> list[Tra
         low = place if row.runout_x_low_m is None else row.runout_x_low_m
         high = smooth.x_max if row.runout_x_high_m is None else row.runout_x_high_m
         color = ("#6B5400", "#7A3E9D")[number % 2]
-        by, ends = region_words(row.coefficients), {"low": integer(low), "high": integer(high)}
+        by, ends = say(row.coefficients.capitalize()), {"low": integer(low), "high": integer(high)}
         hover = say(
             "α-β, {coefficients}: x {x} m ({low} to {high})", coefficients=by, x="%{x:.0f}", **ends
         )

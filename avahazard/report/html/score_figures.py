@@ -181,8 +181,6 @@ def budget_figure(
 
 
 MOST_ROWS = 16
-P_ROOM = 1.4
-"""How far the axis of gains goes past the largest: room for the p-value beside its mark."""
 
 
 def effects_figure(diagnosis: Diagnosis) -> Figure | None:
@@ -191,6 +189,7 @@ def effects_figure(diagnosis: Diagnosis) -> Figure | None:
     if not rows:
         return None
     names = [_short(row.effect) for row in rows]
+    # With room for the p-value beside the mark.
     most = max(max(row.chance_gain, row.screened_gain) for row in rows)
     floor = 1.0 / (diagnosis.n_worlds + 1)
     colors = [
@@ -227,7 +226,7 @@ def effects_figure(diagnosis: Diagnosis) -> Figure | None:
             ),
         ],
         layout(
-            axis(say("gain, nats"), range=[0.0, P_ROOM * most]),
+            axis(say("gain, nats"), range=[0.0, 1.4 * most]),
             rows_axis(),
             height=120 + 28 * len(rows),
         ),

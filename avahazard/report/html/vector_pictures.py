@@ -192,25 +192,15 @@ LETTER, LINE = 8.5, 17.0
 
 def _names(lines: Sequence[tuple[str, Floats]], right: float) -> Iterator[str]:
     """The names of lines `[n, 2]`, each at an end of its line where it covers least."""
-    places = np.concatenate([line for _, line in lines])
-    taken: list[tuple[float, float, float]] = []
+    taken = np.concatenate([line for _, line in lines])
     for name, line in lines:
-        wide = LETTER * len(name)
-
-        def covered(box: tuple[float, float], wide: float = wide) -> float:
-            x, y = box
-            inside = (places > (x, y)) & (places < (x + wide, y + LINE))
-            over = [x < a + w and a < x + wide and abs(y - b) < LINE for a, b, w in taken]
-            beyond = x < -MAP_ROOM or x + wide > right + 4.0 * MAP_ROOM
-            return 1000.0 * (sum(over) + beyond) + float(np.sum(np.all(inside, axis=1)))
-
-        x, y = min(
-            (
-                (a + side, b + up - 0.5 * LINE)
-                for (a, b), above in ((line[0], -LINE), (line[-1], LINE))
-                for side, up in ((5.0, 0.0), (-5.0 - wide, 0.0), (-0.5 * wide, above))
-            ),
-            key=covered,
-        )
-        taken.append((x, y, wide))
-        yield f'<text x="{x:.0f}" y="{y + 0.75 * LINE:.0f}">{escape(name)}</text>'
+        (a, b), (c, d), half = line[0], line[-1], 0.5 * LETTER * len(name)
+        ends = [(a + 5.0 + half, b), (a - 5.0 - half, b), (a, b - LINE)]
+        ends += [(c + 5.0 + half, d), (c - 5.0 - half, d), (c, d + LINE)]
+        middles = np.array(ends)
+        covered = np.sum(np.all(abs(taken - middles[:, None]) < (half, 0.9 * LINE), axis=2), axis=1)
+        beyond = abs(middles[:, 0] - 0.5 * right) > 0.5 * right + 3.0 * MAP_ROOM - half
+        x, y = middles[np.argmin(covered + len(taken) * beyond)]
+        own = np.linspace((x - half, y), (x + half, y), 4 * PLACES)
+        taken = np.concatenate([taken, own])
+        yield f'<text x="{x - half:.0f}" y="{y + 5:.0f}">{escape(name)}</text>'
