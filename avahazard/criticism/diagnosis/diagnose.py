@@ -35,7 +35,6 @@ from avahazard.criticism.diagnosis.naming import (
     MARGIN,
     Naming,
     group_comes_first,
-    least_evidence,
     name_effects,
     verdict_of,
 )
@@ -383,8 +382,7 @@ def _together(
 
 def _is_needed(fit: Refit, wider: Refit, more: Sequence[str]) -> bool:
     """Whether a wider model is worth it: by evidence, by held-out records, by the force."""
-    least = max(least_evidence(wider.definition(k)) for k in more)
-    if wider.evidence - fit.evidence <= least:
+    if wider.evidence - fit.evidence <= MARGIN:
         return False
     if evidence_beside_places(wider, more[-1]) <= MARGIN:
         return False

@@ -271,7 +271,8 @@ def explained_otherwise(
     ]
     worth = sorted(worth, key=lambda c: -c.gain)[:OF_A_FAMILY]
     likely = likely_values(worth, without.observations)
-    fits = refit_each(without, [c.key for c in worth], likely=likely)
+    least = max(group.evidence - MARGIN, WORTH_A_STAR)
+    fits = refit_each(without, [c.key for c in worth], likely=likely, least=least)
     found = any(
         evidence_gain(c, fits, without, screening) > group.evidence - MARGIN
         and held_out_gain(fits[c.key], without) > 0.0

@@ -70,8 +70,7 @@ def leaders(
     if not ranked:
         return []
     first = ranked[0]
-    least = 0.0 if first.key in expected else least_evidence(first.definition)
-    if evidence[first.key] <= least:
+    if evidence[first.key] <= (0.0 if first.key in expected else MARGIN):
         return []
     close = [c for c in ranked if evidence[first.key] - evidence[c.key] < MARGIN]
     # What the catalogue explains as well is no new effect, nor a pair what one column explains.
@@ -105,15 +104,6 @@ def verdict_of(named: Iterable[Definition]) -> tuple[str, tuple[str, ...]]:
     if not any(entry.names_cause for entry in named):
         return "unexplained", keys
     return "missing-effect" if len(named) == 1 else "ambiguous", keys
-
-
-def least_evidence(entry: Definition) -> float:
-    """Evidence (nats) that a candidate must have over the model without it to be named.
-
-    For the smooth of a column none is enough: it names no cause, and its many free bends have cost
-    it dear.
-    """
-    return MARGIN if entry.names_cause else 0.0
 
 
 def group_comes_first(base: Refit, rival: Refit, key: str) -> bool:

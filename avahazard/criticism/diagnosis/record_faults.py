@@ -13,7 +13,7 @@ from scipy.special import logsumexp
 from scipy.stats import pearsonr
 
 from avahazard.arrays import Floats
-from avahazard.criticism.diagnosis.naming import MARGIN, groups_earn_their_name, least_evidence
+from avahazard.criticism.diagnosis.naming import MARGIN, groups_earn_their_name
 from avahazard.criticism.diagnosis.refits import Question, Refit, refit_side_by_side, refit_with
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.covariate import VOLUME, number_column
@@ -162,14 +162,13 @@ def by_undetected_stops(question: Question, leader: str) -> str | None:
     key = limits[0].key
     if key in base.specification.effects:
         return None
-    needed = least_evidence(base.definition(leader))
     gained = fits[leader].evidence - base.evidence
-    if gained - max(limits[0].gain, 0.0) > needed + SURE:
+    if gained - max(limits[0].gain, 0.0) > MARGIN + SURE:
         return None
     asked = [(1, key)] if key in fits else [(1, key), (0, key)]
     both, *found = refit_side_by_side([base, fits[leader]], asked)
     (alone,) = found or [fits[key]]
-    return None if both.evidence - alone.evidence > needed else key
+    return None if both.evidence - alone.evidence > MARGIN else key
 
 
 def explained_by_record_faults(question: Question, key: str) -> tuple[str, ...]:

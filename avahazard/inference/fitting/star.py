@@ -10,7 +10,7 @@ So ascents also begin at the best of some plausible values of each effect's para
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import product
+from itertools import islice, product
 from typing import NamedTuple
 
 import numpy as np
@@ -30,16 +30,17 @@ from avahazard.inference.fitting.mode import (
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import Arms, arm_between, scatter_centre
 
-STEPS, SMALLEST_GAIN = 20, 0.01
+STEPS, SMALLEST_GAIN = 20, 0.1
 """Most Gauss-Newton steps, and the gain (nats) of the last."""
-SHARE_APART = 0.3
+SHARE_APART = 0.6
 """Differences for derivatives, in standard deviations of directions that are independent: the log
 likelihood is rough by a tenth of a nat, which the coordinates by themselves do not bear."""
 DAMPING, MOST_DAMPING, MOST_STRETCH = 1e-3, 1e4, 16.0
+MOST_LEFT = 1.0
+"""What a peak may promise still (nats) before an ascent from elsewhere is tried."""
 ITERATIONS = 30
-REACH, LONGER, MUCH_SHORTER = 4.0, 1.6, 0.4
-"""Standard deviations about the mode to which a star reaches, and by how many times its arms should
-be longer or shorter to be made anew: the first ones are by the information, which is rough."""
+REACH = 4.0
+"""Standard deviations, by the information, about the mode to which a star reaches."""
 POINTS, MOST_POINTS = 4, 16
 """Points of an arm besides the centre, and the most that it gets where it errs."""
 MOST_STARS, MOST_ERROR = 8, 2.0
@@ -59,11 +60,16 @@ EDGE, EDGE_SHARE = 0.02, 0.005
 
 
 class Peak(NamedTuple):
-    """A mode by tables made on the spot: its coordinates, and the covariance by the information."""
+    """A mode by tables made on the spot: its coordinates, and the covariance by the information.
+
+    `left` is what slopes and information promise still (nats): much where the ascent stopped since
+    the likelihood is rough.
+    """
 
     u: Floats
     covariance: Floats
     log_density: float
+    left: float
 
 
 def starred(posterior: Posterior, peak: Peak) -> tuple[Posterior, Mode]:
@@ -84,10 +90,8 @@ def starred(posterior: Posterior, peak: Peak) -> tuple[Posterior, Mode]:
             continue
         good = local, mode
         held = _held(local, mode.u[None], EDGE_NEAR) > 0.0
-        wanted, back = _size_wanted(local, mode.covariance, held), _turned_back(local)
-        longer = np.sqrt(np.diag(back @ wanted @ back.T) / np.diag(back @ size @ back.T))
-        if held.any() or np.any((longer < MUCH_SHORTER) | (longer > LONGER)):
-            u, size = mode.u, wanted
+        if held.any():
+            u, size = mode.u, _size_wanted(local, peak.covariance, held)
             continue
         errors = _errors(local, mode, u)
         wrong = (errors > TOLERANCE) & (points < MOST_POINTS)
@@ -238,7 +242,7 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
                 damping *= 10.0
         if gain < least:
             break
-    return Peak(u, covariance, -cost)
+    return Peak(u, covariance, -cost, float(0.5 * slope @ covariance @ slope))
 
 
 def _errors(posterior: Posterior, mode: Mode, centre: Floats) -> Floats:
@@ -313,16 +317,25 @@ def search_mode(
     if not posterior.nodes.varies:
         modes = [find_mode(posterior, at) for at in starts]
         return posterior, max(modes, key=lambda mode: mode.log_density)
-    at = max(starts, key=lambda start: posterior.pinned(start).log_density(start))
+    begin = [max(starts, key=lambda start: posterior.pinned(start).log_density(start))]
     for effect in posterior.effects:
         if likely is None or effect.key in likely:
-            tried = short_climbs(posterior, at, effect, (likely or {}).get(effect.key))
-            here = posterior.pinned(at).log_density(at)
-            at = max([(here, at), *tried], key=lambda climb: climb[0])[1]
-    peak = gauss_newton(posterior, at)
+            tried = short_climbs(posterior, begin[0], effect, (likely or {}).get(effect.key))
+            here = posterior.pinned(begin[0]).log_density(begin[0])
+            begin = _two_best([(here, begin[0]), *tried], layout.places.get(effect.key))
+    peak = gauss_newton(posterior, begin[0])
+    if peak.left > MOST_LEFT and len(begin) > 1:
+        peak = max(peak, gauss_newton(posterior, begin[1]), key=lambda found: found.log_density)
     if posterior.exact_log_likelihood(peak.u) < least:
         return posterior, Mode(peak.u, peak.log_density, peak.covariance)
     return starred(posterior, peak)
+
+
+def _two_best(climbs: Sequence[tuple[float, Floats]], place: slice | None) -> list[Floats]:
+    """The coordinates of the best climb, and of the best with other values of an effect."""
+    ranked = [at for _, at in sorted(climbs, key=lambda climb: -climb[0])]
+    others = (at for at in ranked if place and not np.array_equal(at[place], ranked[0][place]))
+    return [ranked[0], *islice(others, 1)]
 
 
 def mode_on_star(posterior: Posterior, u: Floats) -> Mode | None:

@@ -11,10 +11,8 @@ import pytest
 from avahazard.criticism.diagnosis import naming
 from avahazard.criticism.diagnosis.force_witness import ForceWitness
 from avahazard.criticism.diagnosis.naming import (
-    MARGIN,
     groups_earn_their_name,
     leaders,
-    least_evidence,
     name_effects,
     verdict_of,
 )
@@ -141,11 +139,6 @@ WIND, SNOW = definition("covariate:wind"), definition("covariate:snow_type")
 )
 def test_only_a_cause_is_a_missing_effect(named: tuple[Any, ...], verdict: str) -> None:
     assert verdict_of(named) == (verdict, tuple(entry.key for entry in named))
-
-
-def test_a_curve_over_a_column_needs_no_margin() -> None:
-    assert least_evidence(FOREST) == MARGIN
-    assert least_evidence(WIND) == 0.0
 
 
 def test_winters_need_evidence_for_a_name() -> None:

@@ -45,7 +45,7 @@ def _moved(model: Posterior, u: np.ndarray, axis: int, by: float) -> np.ndarray:
 
 def test_the_mode_of_exact_tables_is_a_top_of_the_exact_density() -> None:
     model = _model("turbulent-drag")
-    u, covariance, top = gauss_newton(model, search_mode(model)[1].u + 0.1)
+    u, covariance, top, _ = gauss_newton(model, search_mode(model)[1].u + 0.1)
     sd = np.sqrt(np.diag(covariance))
     for axis in range(len(u)):
         for side in (-0.3, 0.3):
@@ -74,7 +74,7 @@ def test_a_star_reaches_some_standard_deviations() -> None:
     sd = float(np.sqrt(mode.covariance[k, k]))
     for end, bound in zip(model.layout.arm_ends[:, k], whole.layout.ranges[:, k], strict=True):
         reach = abs(end - mode.u[k]) / sd
-        assert end == bound or 0.4 * REACH < reach < 2.5 * REACH
+        assert end == bound or 0.4 * REACH < reach < 4.0 * REACH
 
 
 def test_a_star_goes_on_where_draws_gather_at_an_end_of_it(
