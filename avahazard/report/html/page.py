@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
+from collections import defaultdict
 from collections.abc import Iterator
 from importlib.resources import files
 from operator import itemgetter
@@ -51,8 +52,7 @@ def _language() -> dict[str, Any]:
         "code": spoken().code,
         "decimal": spoken().decimal,
         "separators": spoken().decimal + spoken().group,
-        "shown": say("Shown: {model}. In-sample CRPS {crps}, root mean square error {rmse}."),
-        "shown_held_out": say(
+        "shown": say(
             "Shown: {model}. In-sample CRPS {crps}, root mean square error {rmse}; held-out "
             "{held_out}."
         ),
@@ -142,17 +142,12 @@ def kept_together(value: Any) -> Any:
 def _by_words(content: ReportContent) -> str:
     """Under the title: which model, on how much."""
     model = content.model
-    values = {
-        "model": model.model,
-        "date": spoken().date(content.created[:10]),
-        "events": events(len(content.events)),
-    }
-    if not content.paths:
-        return say("Model “{model}”, calibrated {date} on {events}.", **values)
     return say(
         "Model “{model}”, calibrated {date} on {events}; {paths}.",
+        model=model.model,
+        date=spoken().date(content.created[:10]),
+        events=events(len(content.events)),
         paths=paths(len(content.paths)),
-        **values,
     )
 
 
@@ -220,8 +215,7 @@ def _tables(content: ReportContent, names: dict[str, str]) -> dict[str, tables.T
         found["shape"] = model_tables.shape_table(diagnosis)
         found["laws"] = model_tables.laws_table(diagnosis)
         found["measure"] = model_tables.measure_table(diagnosis)
-    optional = ("scores", "failures", "budget", "misfit", "candidates", "shape", "laws", "measure")
-    return dict.fromkeys(optional) | found
+    return defaultdict(lambda: None, found)
 
 
 def made_table(content: ReportContent) -> tables.Table:

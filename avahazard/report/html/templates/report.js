@@ -65,9 +65,9 @@
     var state = shared.states[now];
     if (!state) { return; }
     var held = state.held_out_m;
-    var words = said(held === null ? tongue.shown : tongue.shown_held_out, {
+    var words = said(tongue.shown, {
       model: now, crps: metres(state.crps_m), rmse: metres(state.rmse_m),
-      held_out: held === null ? "" : metres(held)
+      held_out: held === null ? "–" : metres(held)
     });
     document.querySelectorAll("[data-switch]").forEach(function (box) {
       box.querySelector(".shown-error").textContent = words;
