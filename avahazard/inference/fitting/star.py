@@ -10,7 +10,7 @@ So ascents also begin at the best of some plausible values of each effect's para
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import islice, product
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -36,8 +36,9 @@ SHARE_APART = 0.6
 """Differences for derivatives, in standard deviations of directions that are independent: the log
 likelihood is rough by a tenth of a nat, which the coordinates by themselves do not bear."""
 DAMPING, MOST_DAMPING, MOST_STRETCH = 1e-3, 1e4, 16.0
-MOST_LEFT = 1.0
-"""What a peak may promise still (nats) before an ascent from elsewhere is tried."""
+MOST_LEFT, WIDER = 2.0, 3.0
+"""What slopes and information may promise (nats) where an ascent stops: if more, steps of the
+likelihood hide its shape, and differences are taken wider by that factor."""
 ITERATIONS = 30
 REACH = 4.0
 """Standard deviations, by the information, about the mode to which a star reaches."""
@@ -60,16 +61,11 @@ EDGE, EDGE_SHARE = 0.02, 0.005
 
 
 class Peak(NamedTuple):
-    """A mode by tables made on the spot: its coordinates, and the covariance by the information.
-
-    `left` is what slopes and information promise still (nats): much where the ascent stopped since
-    the likelihood is rough.
-    """
+    """A mode by tables made on the spot: its coordinates, and the covariance by the information."""
 
     u: Floats
     covariance: Floats
     log_density: float
-    left: float
 
 
 def starred(posterior: Posterior, peak: Peak) -> tuple[Posterior, Mode]:
@@ -209,7 +205,7 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
     u, cost = climb(posterior.pinned(u), u, others, ITERATIONS)
     prior = np.diag([slot.sd**-2.0 for slot in layout.slots])
     moves, covariance = np.diag(APART * units(posterior)), np.eye(len(u))
-    damping, stretch = DAMPING, 1.0
+    damping, stretch, wide = DAMPING, 1.0, 1.0
     rank = np.ones(len(u), np.int64)
     rank[others] = 2
     for _ in range(STEPS):
@@ -224,7 +220,7 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
         spread = LEANS * np.sqrt(np.diag(covariance))
         leans = (u - spread < layout.low) | (u + spread > layout.high)
         turn, along = _turned(covariance, np.where(leans, 0, rank))
-        moves = SHARE_APART * turn * along
+        moves = wide * SHARE_APART * turn * along
         gain = 0.0
         while damping <= MOST_DAMPING:
             moved = u.copy()
@@ -240,9 +236,13 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
                 stretch = 1.0
             else:
                 damping *= 10.0
-        if gain < least:
+        if gain >= least:
+            wide = 1.0
+        elif wide < WIDER and 0.5 * slope @ covariance @ slope > MOST_LEFT:
+            wide, damping, stretch = WIDER, DAMPING, 1.0
+        else:
             break
-    return Peak(u, covariance, -cost, float(0.5 * slope @ covariance @ slope))
+    return Peak(u, covariance, -cost)
 
 
 def _errors(posterior: Posterior, mode: Mode, centre: Floats) -> Floats:
@@ -317,25 +317,16 @@ def search_mode(
     if not posterior.nodes.varies:
         modes = [find_mode(posterior, at) for at in starts]
         return posterior, max(modes, key=lambda mode: mode.log_density)
-    begin = [max(starts, key=lambda start: posterior.pinned(start).log_density(start))]
+    at = max(starts, key=lambda start: posterior.pinned(start).log_density(start))
     for effect in posterior.effects:
         if likely is None or effect.key in likely:
-            tried = short_climbs(posterior, begin[0], effect, (likely or {}).get(effect.key))
-            here = posterior.pinned(begin[0]).log_density(begin[0])
-            begin = _two_best([(here, begin[0]), *tried], layout.places.get(effect.key))
-    peak = gauss_newton(posterior, begin[0])
-    if peak.left > MOST_LEFT and len(begin) > 1:
-        peak = max(peak, gauss_newton(posterior, begin[1]), key=lambda found: found.log_density)
+            tried = short_climbs(posterior, at, effect, (likely or {}).get(effect.key))
+            here = posterior.pinned(at).log_density(at)
+            at = max([(here, at), *tried], key=lambda climb: climb[0])[1]
+    peak = gauss_newton(posterior, at)
     if posterior.exact_log_likelihood(peak.u) < least:
         return posterior, Mode(peak.u, peak.log_density, peak.covariance)
     return starred(posterior, peak)
-
-
-def _two_best(climbs: Sequence[tuple[float, Floats]], place: slice | None) -> list[Floats]:
-    """The coordinates of the best climb, and of the best with other values of an effect."""
-    ranked = [at for _, at in sorted(climbs, key=lambda climb: -climb[0])]
-    others = (at for at in ranked if place and not np.array_equal(at[place], ranked[0][place]))
-    return [ranked[0], *islice(others, 1)]
 
 
 def mode_on_star(posterior: Posterior, u: Floats) -> Mode | None:

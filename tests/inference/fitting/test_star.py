@@ -45,7 +45,7 @@ def _moved(model: Posterior, u: np.ndarray, axis: int, by: float) -> np.ndarray:
 
 def test_the_mode_of_exact_tables_is_a_top_of_the_exact_density() -> None:
     model = _model("turbulent-drag")
-    u, covariance, top, _ = gauss_newton(model, search_mode(model)[1].u + 0.1)
+    u, covariance, top = gauss_newton(model, search_mode(model)[1].u + 0.1)
     sd = np.sqrt(np.diag(covariance))
     for axis in range(len(u)):
         for side in (-0.3, 0.3):
