@@ -256,15 +256,20 @@ def _errors(posterior: Posterior, mode: Mode, centre: Floats) -> Floats:
     Where the mode has moved from the `centre`, its own error counts along all that have moved by
     much.
     """
-    axes, back = _axes(posterior), _turned_back(posterior)
-    together = mode.covariance[:, axes] @ back.T
-    sd = np.sqrt(np.diag(back @ together[axes]))
-    away = np.abs(back @ (mode.u - centre)[axes]) / sd
+    axes, back, moves = _axes(posterior), _turned_back(posterior), _moves(posterior, mode)
+    away = np.abs(back @ (mode.u - centre)[axes]) / np.diag(back @ moves[:, axes].T)
     errors = np.where(away >= 0.5 * np.max(away), _error(posterior, mode.u), 0.0)
-    for j, move in enumerate((CHECKED * together / sd).T):
+    for j, move in enumerate(moves):
         sides = np.clip([mode.u - move, mode.u + move], *posterior.layout.ranges)
         errors[j] = max(errors[j], *(_error(posterior, side) for side in sides))
     return errors
+
+
+def _moves(posterior: Posterior, mode: Mode) -> Floats:
+    """`CHECKED` standard deviations along each arm, `[n_axes, n_slots]`, with what goes with it."""
+    axes, back = _axes(posterior), _turned_back(posterior)
+    together = mode.covariance[:, axes] @ back.T
+    return np.asarray(CHECKED * (together / np.sqrt(np.diag(back @ together[axes]))).T)
 
 
 def _error(posterior: Posterior, u: Floats) -> float:
@@ -342,16 +347,10 @@ def mode_on_star(posterior: Posterior, u: Floats) -> Mode | None:
     """
     modes = [find_mode(posterior, at) for at in starts_of_kinds(posterior, u)]
     mode = max(modes, key=lambda mode: mode.log_density)
-    layout, axes, back = posterior.layout, _axes(posterior), _turned_back(posterior)
-    away = CHECKED * np.sqrt(np.diag(back @ mode.covariance[np.ix_(axes, axes)] @ back.T))
-    (low, high), at = layout.arm_ends[:, axes], layout.on_arms(mode.u)[axes]
-    moves = np.concatenate([-layout.turn[:, axes].T, layout.turn[:, axes].T])
-    ends = np.append(at - away < low, at + away > high)
-    rooms = [_room(move, mode.u, *layout.ranges) for move in moves[ends]]
-    goes_on = any(
-        room > way for room, way in zip(rooms, np.append(at - low, high - at)[ends], strict=True)
-    )
-    return None if goes_on or _error(posterior, mode.u) > TOLERANCE else mode
+    moves = _moves(posterior, mode)
+    reached = mode.u + np.concatenate([np.zeros((1, len(mode.u))), -moves, moves])
+    ends = _held(posterior, reached, EDGE_NEAR) > 0.0
+    return None if ends.any() or _error(posterior, mode.u) > TOLERANCE else mode
 
 
 def mode_from(posterior: Posterior, u: Floats) -> tuple[Posterior, Mode]:
