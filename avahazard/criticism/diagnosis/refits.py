@@ -135,15 +135,14 @@ def refit(
         evidence = Evidence(-np.inf, 0.0, mode.u[None])
     else:
         evidence = log_evidence(posterior, mode)
-        rough = posterior.nodes.varies and evidence.error > ROUGH_EVIDENCE
+        rough = posterior.nodes.varies and ROUGH_EVIDENCE < evidence.error < np.inf
         if rough and (better := improved(posterior, evidence.sample)) is not None:
             at = find_mode(better, mode.u)
             if (more := log_evidence(better, at)).error < evidence.error:
                 posterior, mode, evidence = better, at, more
     posterior.nodes.forget_runs()
-    # None where no draw lies within the star: the model then has no evidence.
-    value = float(np.nan_to_num(evidence.value, nan=-np.inf, neginf=-np.inf))
-    return Refit(wider, facts, posterior, mode, log_likelihood, value, evidence.sample, own)
+    value, _, sample = evidence
+    return Refit(wider, facts, posterior, mode, log_likelihood, value, sample, own)
 
 
 def _near(

@@ -293,6 +293,8 @@ def log_evidence(posterior: Posterior, mode: Mode) -> Evidence:
     n = DRAWS // len(proposals)
     u = np.concatenate([_draws(p, n, rng) for p in proposals])
     density = posterior.log_densities(u)
+    if not np.isfinite(density).any():
+        return Evidence(-np.inf, np.inf, mode.u[None])  # no draw lies within the star
     for _ in range(MAX_ROUNDS - 1):
         weight = density - _log_mixture(u, proposals)
         if _effective(weight) >= ENOUGH:
