@@ -284,7 +284,7 @@ class Definition:
     - `member_of`: the key of a smooth of which it is one shape, and that shape as a function of its
       values and the states; where either stands out both are fitted, the smooth from that shape on.
     - `names_cause`: False for a smooth curve, which is no physics yet: a verdict that rests on
-      such alone is `unexplained`, and it needs no margin of evidence.
+      such alone is `unexplained`.
     - `column`: the column that the effect is about; a smooth of it would only repeat the effect.
     - `reads`: the column of numbers that it goes by where a smooth of that is another effect.
     - `settled(columns, sites)`: the data state already what it would estimate, so that it is no
