@@ -17,7 +17,7 @@ from scipy.stats import multivariate_t
 from avahazard.arrays import Bools, Floats, Ints
 from avahazard.criticism.scoring.scores import ExpectedRecords, crps, expected_records
 from avahazard.criticism.scoring.speed_misfit import MatchedSpeeds, matched_speeds
-from avahazard.effects.effect import Effect
+from avahazard.effects.effect import Effect, GroupEffect
 from avahazard.engine import spread_map
 from avahazard.inference.fitted_model import FittedModel, fitted_model
 from avahazard.inference.fitting.mode import Mode, find_mode, units
@@ -255,18 +255,25 @@ def choose_groups(observations: Observations, effects: Sequence[Effect] = ()) ->
     """Whole paths where there are three or more, else five folds of events drawn at random.
 
     Folds as well where some of the `effects` act on single paths: what happens at a place of one
-    path cannot be predicted by others.
+    path, or its offset, cannot be predicted by others.
     Of more than `MAX_FITS` paths several are left out together, in parts of like many events: each
     path is still predicted by a fit without any of its events, and with nearly all others.
     """
     path = observations.columns.path_index
     by_path = len(np.unique(path[path >= 0])) >= MIN_PATHS
-    if by_path and not any(effect.paths for effect in effects):
+    if by_path and not any(_acts_on_single_paths(effect, observations) for effect in effects):
         return HeldOut("path", path, gathered(path))
     order = generator(0, "folds").permutation(observations.n_events)
     groups = np.empty(observations.n_events, dtype=np.int64)
     groups[order] = np.arange(observations.n_events) % min(N_FOLDS, observations.n_events)
     return HeldOut("fold", groups, groups)
+
+
+def _acts_on_single_paths(effect: Effect, observations: Observations) -> bool:
+    """Whether each parameter acts on one path, or each path has an offset of its own that lasts."""
+    if isinstance(effect, GroupEffect):
+        return not effect.groups(observations.columns).alone
+    return bool(effect.paths)
 
 
 def gathered(groups: Ints, n_parts: int = MAX_FITS) -> Ints:

@@ -21,6 +21,7 @@ from avahazard.criticism.scoring.held_out import (
     left_out_log_density,
     offsets_by_group,
 )
+from avahazard.effects.catalogue import definition
 from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.model.observations import build_observations
 from avahazard.results.base import Rows
@@ -45,6 +46,15 @@ def test_whole_paths_or_five_folds() -> None:
         counts = np.bincount(folds.groups)
         assert len(counts) == 5
         assert np.ptp(counts) <= 1
+
+
+@pytest.mark.parametrize(
+    ("key", "by"), [("path-effect", "fold"), ("winter-effect", "path"), ("turbulent-drag", "path")]
+)
+def test_events_are_held_out_where_each_path_has_an_offset(key: str, by: str) -> None:
+    observations = build_observations(slopes(n_paths=6))
+    facts = {"winters": ["winter:2001"]}
+    assert choose_groups(observations, [definition(key).build(facts)]).by == by
 
 
 def test_many_paths_are_held_out_in_parts_of_like_size() -> None:
