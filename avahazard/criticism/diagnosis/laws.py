@@ -1,5 +1,9 @@
 """The shape of a smooth that was found, and the laws that it may be.
 
+A polynomial has no kink and no step, and where data are many its band is narrower than what it
+cannot follow. The band is that of a curve that may be rougher: the polynomial plus a Wiener process
+integrated once, averaged over its size by evidence (Wahba 1978).
+
 About the fitted smooth the likelihood of any curve in its place is a normal one, by the scores of
 its heights at some places: by that the forms are screened, on a grid of their shapes. Those that
 stand are fitted to the records as the effect files that they are, and the evidence of these fits
@@ -12,6 +16,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import logsumexp
@@ -33,6 +38,8 @@ PLACES, POINTS = 10, 25
 FITTED, NEAR, NEAR_SHARE = 4, 6.0, 0.03
 """Forms that are fitted at most, and how near to the best of the screening they must be: nats, or
 a share of what the smooth gains, where the second order is no more exact."""
+ROUGHNESS = (0.0, 0.3, 1.0, 3.0)
+"""Sizes of what a curve may have beyond its polynomial, in prior sd of its line."""
 RIVAL_SHARE = 0.65
 """Share of the best evidence that a state of the ground may lack before its laws are fitted."""
 
@@ -61,9 +68,61 @@ def found_shape(fit: Refit, entry: Definition) -> Shape | None:
     if curve is None:
         return None
     curves = fit.drawn(entry.key) @ curve.columns.T
+    if curve.form:
+        sd, _, known = likelihood_of_smooth(fit, entry.key, curve)
+        rng = generator(0, f"band of {entry.key}")
+        curves = curves + drawn_roughness(curve, sd, known, len(curves), rng)
     low, middle, high = (tuple(row) for row in np.quantile(curves, LEVELS, axis=0).tolist())
     x = tuple(curve.x.tolist())
     return Shape(curve.of, curve.unit, curve.value, x, low, middle, high, curve.path)
+
+
+def drawn_roughness(
+    curve: Curve, sd: Floats, known: CurvesLikelihood, n: int, rng: np.random.Generator
+) -> Floats:
+    """Draws `[n, n_x]` of what a curve has beyond its polynomial, given their likelihood.
+
+    `sd` `[n_parameters]` are the prior standard deviations of the polynomial's parameters.
+    """
+    fits = [rougher(curve, sd, known, size * float(sd[0])) for size in ROUGHNESS]
+    log_z = np.array([found.evidence for found in fits])
+    chosen = rng.choice(len(fits), n, p=np.exp(log_z - logsumexp(log_z)))
+    unit = rng.standard_normal((n, len(curve.x)))
+    drawn = np.empty_like(unit)
+    for k, found in enumerate(fits):
+        # What the polynomial leaves open already, its draws have.
+        value, vector = np.linalg.eigh(found.covariance - fits[0].covariance)
+        root = vector * np.sqrt(np.maximum(value, 0.0))
+        drawn[chosen == k] = found.mean - fits[0].mean + unit[chosen == k] @ root.T
+    return drawn
+
+
+class RougherCurve(NamedTuple):
+    """A curve given its likelihood: evidence (nats), mean `[n_x]`, covariance `[n_x, n_x]`."""
+
+    evidence: float
+    mean: Floats
+    covariance: Floats
+
+
+def rougher(curve: Curve, sd: Floats, known: CurvesLikelihood, size: float) -> RougherCurve:
+    """A polynomial plus an integrated Wiener process, which spreads by `size` up to the high end.
+
+    A normal prior of the heights; see (Rasmussen and Williams 2006, section 6.3).
+    """
+    at = np.searchsorted(curve.x, known.places)
+    columns, t = sd * curve.columns, (curve.x - curve.x[0]) / np.ptp(curve.x)
+    least, most = np.minimum.outer(t, t), np.maximum.outer(t, t)
+    prior = columns @ columns.T + size**2 * 0.5 * least**2 * (3.0 * most - least)
+    if not curve.rests:
+        prior -= prior.mean(axis=0)
+        prior -= prior.mean(axis=1)[:, None]
+    seen = prior[:, at]
+    both = np.eye(len(at)) + known.precision @ seen[at]
+    pull = np.linalg.solve(both, known.pull)
+    evidence = 0.5 * known.pull @ seen[at] @ pull - 0.5 * np.linalg.slogdet(both)[1]
+    covariance = prior - seen @ np.linalg.solve(both, known.precision @ seen.T)
+    return RougherCurve(float(evidence), seen @ pull, covariance)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,15 +186,21 @@ def curve_of(fit: Refit, key: str) -> Curve | None:
 
 def matched(fit: Refit, key: str, curve: Curve) -> tuple[list[Match], float]:
     """How the forms match the curve of smooth `key`, and the same evidence of the smooth itself."""
+    sd, spread, known = likelihood_of_smooth(fit, key, curve)
+    smooth = rougher(curve, sd, known, 0.0).evidence
+    return [match(form, *known) for form in forms_of(curve, spread)], smooth
+
+
+def likelihood_of_smooth(
+    fit: Refit, key: str, curve: Curve
+) -> tuple[Floats, float, CurvesLikelihood]:
+    """Of smooth `key` the prior sd of its parameters, of its ends, and its `curves_likelihood`."""
     effect = next(e for e in fit.posterior.effects if e.key == key)
     sd = np.array([p.prior_sd for p in effect.parameters])
-    spread = abs(float(np.ptp(curve.columns[[0, -1], 0]))) * sd[0]
-    places, precision, pull = curves_likelihood(fit, key, curve, spread)
-    columns = sd * np.array([np.interp(places, curve.x, column) for column in curve.columns.T]).T
-    bend = columns.T @ precision @ columns + np.eye(len(sd))
-    slope = columns.T @ pull
-    smooth = 0.5 * slope @ np.linalg.solve(bend, slope) - 0.5 * np.linalg.slogdet(bend)[1]
-    return [match(f, places, precision, pull) for f in forms_of(curve, spread)], float(smooth)
+    spread = abs(float(np.ptp(curve.columns[[0, -1], 0]))) * float(sd[0])
+    known = fit.kept.get(f"curves of {key}") or curves_likelihood(fit, key, curve, spread)
+    fit.kept[f"curves of {key}"] = known
+    return sd, spread, known
 
 
 def with_laws(
@@ -178,26 +243,34 @@ def _law_gain(fit: Refit, key: str) -> float:
     return max(0.0, max(m.evidence for m in matches) - smooth)
 
 
-def curves_likelihood(
-    fit: Refit, key: str, curve: Curve, spread: float
-) -> tuple[Floats, Floats, Floats]:
-    """The likelihood of curves in the place of smooth `key` of `fit`, to second order.
+class CurvesLikelihood(NamedTuple):
+    """The likelihood of curves to second order: normal in their heights at `places` `[n]`.
 
-    Places `[n]`; of the curve's heights there the precision `[n, n]`, and that times their middle
-    `[n]`. All else that the model has is projected out.
+    Its `precision` `[n, n]`, and `pull` `[n]`, that times its middle.
+    """
+
+    places: Floats
+    precision: Floats
+    pull: Floats
+
+
+def curves_likelihood(fit: Refit, key: str, curve: Curve, spread: float) -> CurvesLikelihood:
+    """That of curves in the place of smooth `key` of `fit`; all else that it has is projected out.
+
+    `spread` is the size of heights.
     """
     model = linear_model(fit.posterior, fit.mode.u)
     n = len(fit.drawn(key).T)
     assert fit.posterior.effects[-1].key == key
     model = replace(model, own=model.own[:, :-n], precision=model.precision[:-n])
-    places = np.linspace(curve.x[0], curve.x[-1], PLACES)
+    at = np.linspace(0, len(curve.x) - 1, PLACES).round().astype(np.int64)
+    places = curve.x[at]
     free = definition_from(free_curve(curve, places, spread), "curve").build({})
     columns = model.of_effect(free, free.neutral)
     weighed = model.projected(columns)
     bend = weighed.T @ columns
     at_mode = fit.posterior.layout.effect_values(fit.mode.u)[key] @ curve.columns.T
-    heights = np.interp(places, curve.x, at_mode)
-    return places, bend, weighed.T @ model.residual + bend @ heights
+    return CurvesLikelihood(places, bend, weighed.T @ model.residual + bend @ at_mode[at])
 
 
 def match(form: LawForm, places: Floats, precision: Floats, pull: Floats) -> Match:

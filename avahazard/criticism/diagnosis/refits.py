@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -55,7 +56,7 @@ class Refit:
 
     `evidence` is the log marginal likelihood (nats), in which needless parameters cost;
     `log_likelihood` is that of the mode. `sample` `[n, n_slots]` are draws of the posterior; `own`
-    are the user's definitions.
+    are the user's definitions. What was computed of it once is `kept`.
     """
 
     specification: Specification
@@ -66,7 +67,7 @@ class Refit:
     evidence: float
     sample: Floats
     own: Sequence[Definition] = ()
-    kept: dict[str, Floats] = field(default_factory=dict)
+    kept: dict[str, Any] = field(default_factory=dict)
 
     @property
     def observations(self) -> Observations:
@@ -83,7 +84,7 @@ class Refit:
             found = held_out_together(self.posterior, groups.fits, self.mode)
             self.kept[groups.by] = found
             self.posterior.nodes.forget_runs()
-        return self.kept[groups.by]
+        return np.asarray(self.kept[groups.by])
 
     def parameters(self, key: str) -> dict[str, float]:
         """Readable values of the parameters of one effect (or of all) at the mode."""

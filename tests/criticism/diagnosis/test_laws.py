@@ -13,16 +13,19 @@ from avahazard.criticism.diagnosis import laws
 from avahazard.criticism.diagnosis.diagnose import leading_smooth
 from avahazard.criticism.diagnosis.laws import (
     LEVELS,
+    CurvesLikelihood,
     curve_of,
     curves_likelihood,
+    drawn_roughness,
     found_laws,
     found_shape,
     match,
     matched,
+    rougher,
     with_laws,
 )
 from avahazard.criticism.diagnosis.refits import Refit, refit, refit_with
-from avahazard.effects.effect import FrictionEffect
+from avahazard.effects.effect import Curve, FrictionEffect
 from avahazard.effects.law_forms import forms_of
 from avahazard.effects.own_file import definition_from
 from avahazard.inference.likelihood.assemble import find_definition
@@ -44,7 +47,10 @@ def fits() -> tuple[Observations, Refit, Refit]:
     return observations, base, refit_with(base, KEY)
 
 
-def test_the_band_is_that_of_what_the_effect_does() -> None:
+def test_the_band_of_a_polynomial_is_that_of_what_the_effect_does(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(laws, "ROUGHNESS", (0.0,))
     _, _, fit = fits()
     found = found_shape(fit, find_definition(KEY))
     assert found is not None
@@ -63,6 +69,59 @@ def test_the_band_is_that_of_what_the_effect_does() -> None:
     low, middle, high = quantiles
     assert np.min(high) < 0.0 < np.max(low)
     assert np.argmin(middle) < np.argmax(middle)
+
+
+def some_curve(*, rests: bool, n: int = 61) -> Curve:
+    """A polynomial of degree 4 over 0 to 30, 0 on average or at 0."""
+    t = np.linspace(0.0, 1.0, n)
+    columns = np.column_stack([t**k for k in range(1, 5)])
+    columns = columns if rests else columns - np.mean(columns, axis=0)
+    return Curve("slope", "", "friction", 30.0 * t, columns, rests, "added_friction", "", ())
+
+
+@pytest.mark.parametrize("rests", [True, False])
+def test_a_rougher_curve_is_a_regression_on_many_small_bends(rests: bool) -> None:
+    """The integrated Wiener process as the sum of bends at 4,000 places, each normal by itself."""
+    rng = np.random.default_rng(3)
+    curve, sd, size = some_curve(rests=rests), np.array([0.1, 0.05, 0.05, 0.05]), 0.2
+    at = np.linspace(0, 60, 10).round().astype(int)
+    half = rng.standard_normal((10, 10))
+    precision = 50.0 * half @ half.T
+    pull = precision @ rng.normal(0.0, 0.1, 10)
+    found = rougher(curve, sd, CurvesLikelihood(curve.x[at], precision, pull), size)
+    t, n = curve.x / 30.0, 4000
+    bends = np.maximum(t[:, None] - (np.arange(n) + 0.5) / n, 0.0) * size * np.sqrt(3.0 / n)
+    columns = np.column_stack([sd * curve.columns, bends])
+    columns = columns if rests else columns - np.mean(columns, axis=0)
+    inner = np.eye(columns.shape[1]) + columns[at].T @ precision @ columns[at]
+    covariance = columns @ np.linalg.solve(inner, columns.T)
+    np.testing.assert_allclose(found.covariance, covariance, atol=2e-4 * np.max(covariance))
+    slope = columns[at].T @ pull
+    mean = columns @ np.linalg.solve(inner, slope)
+    np.testing.assert_allclose(found.mean, mean, atol=2e-4 * np.max(np.abs(mean)))
+    evidence = 0.5 * slope @ np.linalg.solve(inner, slope) - 0.5 * np.linalg.slogdet(inner)[1]
+    assert found.evidence == pytest.approx(float(evidence), abs=0.01)
+
+
+def test_the_band_holds_a_curve_with_a_kink_as_often_as_it_says() -> None:
+    rng = np.random.default_rng(8)
+    curve, sd = some_curve(rests=False), np.array([0.1, 0.05, 0.05, 0.05])
+    at = np.linspace(0, 60, 10).round().astype(int)
+    held = {"polynomial": [], "rougher": []}
+    for _ in range(60):
+        true = 0.2 * np.maximum(curve.x / 30.0 - rng.uniform(0.2, 0.6), 0.0)
+        true -= np.mean(true)
+        precision = np.diag(np.full(10, 0.004**-2.0))
+        pull = precision @ (true[at] + rng.normal(0.0, 0.004, 10))
+        known = CurvesLikelihood(curve.x[at], precision, pull)
+        plain = rougher(curve, sd, known, 0.0)
+        drawn = rng.multivariate_normal(plain.mean, plain.covariance, 500, method="eigh")
+        more = drawn_roughness(curve, sd, known, 500, rng)
+        for name, curves in (("polynomial", drawn), ("rougher", drawn + more)):
+            low, high = np.quantile(curves, [0.05, 0.95], axis=0)
+            held[name].append(np.mean((low <= true) & (true <= high)))
+    assert np.mean(held["polynomial"]) < 0.8
+    assert 0.86 < np.mean(held["rougher"]) < 0.98
 
 
 def test_draws_have_the_spread_of_the_curvature_at_the_mode() -> None:
