@@ -171,7 +171,7 @@ class Posterior:
         Beside groups of events they are there where these move log friction of each event alike.
         """
         groups = bool(self.plan)
-        if groups and (not self._in_log or self.plan.alone.any()):
+        if groups and not self._in_log:
             return np.empty(0, dtype=np.int64)
         slots = np.arange(len(self.layout.slots))
         others = [e for e in self.effects if isinstance(e, VolumeErrorEffect | KindsEffect)]
@@ -196,14 +196,14 @@ class Posterior:
             assert offsets is not None
             precision = tau[self.plan.of] ** -2.0
             pulls = pulls_of_groups(offsets, self.plan.index, precision, terms_at)
-            slopes = self.friction.pulled(u, volume, self.of_events, *pulls[:2])
+            slopes = self.friction.pulled(u, volume, self.of_events, scatter, *pulls[:2])
             spreads = list(self.layout.spreads.values())
             by_grouping = np.bincount(self.plan.of, pulls.by_log_spread, len(spreads))
-            slopes[spreads] = by_grouping / u[spreads]
+            slopes[spreads] += by_grouping / u[spreads]
         else:
             terms = event_terms(nodes, location, scatter, weight, student, keep)
             value = float(np.sum(terms.value[keep]))
-            slopes = self.friction.pulled(u, volume, self.of_events, *terms[1:3])
+            slopes = self.friction.pulled(u, volume, self.of_events, scatter, *terms[1:3])
             if self.layout.wrong_share is not None:
                 k = self.layout.wrong_share
                 by_share = by_wrong_share(nodes.log_wrong, terms.value, float(u[k]))

@@ -261,13 +261,19 @@ class FrictionModel:
         return location, scatter
 
     def pulled(
-        self, u: Floats, volume: Floats, events: EventFriction, pull: Floats, by_scatter: Floats
+        self,
+        u: Floats,
+        volume: Floats,
+        events: EventFriction,
+        scatter: Floats,
+        pull: Floats,
+        by_scatter: Floats,
     ) -> Floats:
         """Derivatives `[n_slots]` by the coordinates u `[n_slots]` that move location and scatter.
 
         Of a sum over events whose derivatives in m and in log σ are `pull` and `by_scatter`, each
-        `[n_events, n_volumes]`, of every kind (`by_kind`); 0 for other coordinates. The events have
-        no groups.
+        `[n_events, n_volumes]`, of every kind (`by_kind`), as is the `scatter` σ; 0 for other
+        coordinates. Where friction is normal no event has an offset for itself.
         """
         kinds = self.kinds(u)
         if kinds is not None:
@@ -277,6 +283,13 @@ class FrictionModel:
         layout = self.layout
         slopes = np.zeros(len(u))
         n = len(layout.law.coordinates)
+        own = layout.spread_values(u)[:, None] ** 2 * events.plan.alone
+        if own.any():
+            # σ² is a sum, of which spreads have a part.
+            by_variance = by_scatter / scatter[:, : volume.shape[1]] ** 2
+            spreads = list(layout.spreads.values())
+            slopes[spreads] = own @ np.sum(by_variance, axis=1) / u[spreads]
+            by_scatter = by_scatter - np.sum(own, axis=0)[:, None] * by_variance
         if not layout.log_scatter:
             # m is μ itself.
             own = np.zeros(len(volume))
