@@ -62,6 +62,9 @@ WORTH_A_FIT = float(-np.log(0.2))
 WORTH_A_STAR = 1.0
 """Gain (nats) at a rough mode from which on it is worth a star: evidence is never more than the
 gain, though a rough likelihood may stop the ascent some nats below the mode."""
+FAR_BEHIND = 30.0
+"""Lead (nats) of the best short ascent over a rough mode from which on this gets no star: what the
+leader pays for more parameters is less."""
 WORTH_BESIDE = 0.5
 """Share of the largest gain to first order that a candidate must have to be fitted beside it."""
 WORTH_INSTEAD = 0.7
@@ -110,7 +113,8 @@ def fitted_in_full(
     """
     observations = base.observations
     likely = likely_values(screening.candidates, observations)
-    strong = list(spread_map(_strong, (likely, base), screening.candidates))
+    climbed = list(spread_map(_strong, (likely, base), screening.candidates))
+    strong, reached = [c for c, _ in climbed], max((gain for _, gain in climbed), default=0.0)
     likely = dict(likely_values(strong, observations))
     screening = replace(screening, candidates=tuple(sorted(strong, key=lambda c: -c.surprise)))
     worth: list[str] = []
@@ -133,7 +137,8 @@ def fitted_in_full(
     keys = [*expected, *(d.key for d in alone), *worth, *by_path[:BY_PATH], *errors]
     keys = list(dict.fromkeys(keys))
     asked = [key for key in keys if key not in known]
-    fits = {**known, **refit_each(base, asked, progress, likely, WORTH_A_STAR)}
+    enough = max(WORTH_A_STAR, reached - FAR_BEHIND)
+    fits = {**known, **refit_each(base, asked, progress, likely, enough)}
     gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in fits.items()}
     tested = [_fitted(c, gains.get(c.key)) for c in screening.candidates]
     tested += [_alone(d, fits[d.key], gains[d.key]) for d in alone]
@@ -167,18 +172,18 @@ def _smooth_of(
     return key, curve.values_of(shape(candidate.likely, curve.x))
 
 
-def _strong(shared: tuple[Likely, Refit], candidate: Screened) -> Screened:
+def _strong(shared: tuple[Likely, Refit], candidate: Screened) -> tuple[Screened, float]:
     """The candidate with the gain of a short ascent and its values, where it shapes the tables.
 
-    What gains much is far from neutral, where the tables are no longer linear in it: with speeds
-    even the sign of its score may mislead there.
+    And that gain, 0 without an ascent. What gains much is far from neutral, where the tables are no
+    longer linear in it: with speeds even the sign of its score may mislead there.
     """
     likely, base = shared
     known = bool(base.observations.speeds) and not candidate.definition.beyond
     if (candidate.surprise <= WORTH_A_FIT and not known) or candidate.key not in likely:
-        return candidate
+        return candidate, 0.0
     gain, values = short_climb(base, candidate.key, likely[candidate.key])
-    return _fitted(replace(candidate, likely=values), gain)
+    return _fitted(replace(candidate, likely=values), gain), gain
 
 
 def _by_path(entry: Definition, observations: Observations) -> bool:
