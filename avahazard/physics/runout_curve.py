@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Bools, Floats, Ints
 from avahazard.kernels import kernel
-from avahazard.physics.block import LEFT_PROFILE, STOPPED, Asked, every_stop, run_near
+from avahazard.physics.block import LEFT_PROFILE, STOPPED, Asked, every_stop, run, run_near
 from avahazard.physics.cells import Cells
 
 MU_STEP = 0.0025
@@ -259,8 +259,27 @@ def near_stops(cells: Cells, starts: NDArray[np.int64], asked: Asked) -> NearSto
     begun = asked._replace(middle=asked.middle // COARSE)
     found = run_near(cells, starts, COARSE_MU, *begun, SLOW_WIDTH, SLOW_MARGIN)
     x, y, status, _, first, end = found
-    curve = RunoutCurve(*filled(x, y, status, broken_cells(x, status)))
+    broken = broken_cells(x, status)
+    curve = RunoutCurve(*filled(x, y, status, broken))
+    for row in np.flatnonzero(np.any(broken, axis=1)):
+        _run_jumps(cells, starts[row : row + 1], broken[row], curve[row])
     return NearStops(curve, COARSE * first, COARSE * (end - 1) + 1)
+
+
+def _run_jumps(cells: Cells, start: NDArray[np.int64], broken: Bools, curve: RunoutCurve) -> None:
+    """Run all frictions within broken coarse cells of one curve, and within those beside.
+
+    Cells over which nothing changes, such as where the block leaves, are not among them.
+    """
+    x, status = curve.x[::COARSE], curve.status[::COARSE]
+    changes = (status[1:] != status[:-1]) | ((status[1:] == STOPPED) & (x[1:] != x[:-1]))
+    jumps = np.flatnonzero(broken & changes)
+    near = np.unique(np.clip(jumps[:, None] + [-1, 0, 1], 0, len(broken) - 1))
+    inner = (COARSE * near[changes[near], None] + np.arange(1, COARSE)).ravel()
+    if len(inner):
+        found = run(cells, start, MU[inner])
+        curve.x[inner], curve.y[inner] = found.x[0], found.y[0]
+        curve.status[inner] = found.status[0]
 
 
 @kernel(inner=True)

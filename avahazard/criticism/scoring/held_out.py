@@ -180,6 +180,8 @@ def _bounded_covariance(posterior: Posterior, mode: Mode) -> Floats:
         inside = u.copy()
         inside[k] += EDGE if u[k] < layout.low[k] + EDGE else -EDGE
         slope = (mode.log_density - posterior.log_density(inside)) / EDGE
+        if not np.isfinite(slope):
+            continue  # nothing is known inside
         # The standard deviation of an exponential fall-off is one over its rate.
         precision[k, k] += max(slope, 0.0) ** 2
     return np.linalg.inv(precision)

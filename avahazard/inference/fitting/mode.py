@@ -203,7 +203,9 @@ def covariance_at(posterior: Posterior, u: Floats) -> Floats:
 def scores_at(posterior: Posterior, u: Floats, moves: Floats) -> Floats:
     """Derivatives of each event's log likelihood by every coordinate, `[n_events, n_slots]`.
 
-    Differences over the columns of `moves` `[n_slots, n_slots]`, of tables made on the spot.
+    Differences over the columns of `moves` `[n_slots, n_slots]`, of tables made on the spot. Where
+    F jumps an event's likelihood has steps, which are no slopes: along a move none counts for more
+    than all other events together.
     """
     layout = posterior.layout
     pinned = posterior.pinned(u)
@@ -225,6 +227,10 @@ def scores_at(posterior: Posterior, u: Floats, moves: Floats) -> Floats:
         # A neutral effect is left out, and with it the small errors of runs that have it.
         beside = moved(1e-6 * by) if np.any(by[neutral]) else here
         changes[:, k] = moved(by) - beside
+    if len(here) > 1:
+        squares = changes**2
+        most = np.sqrt(np.sum(squares, axis=0) - squares)
+        changes = np.clip(changes, -most, most)
     return changes @ np.linalg.inv(signs * moves)
 
 
