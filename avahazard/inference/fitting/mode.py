@@ -54,6 +54,8 @@ APART = 0.01
 """Differences for scores, in coordinates of order one."""
 FALL = 0.5
 """Fall of the log density (nats) over which curvature is taken along the arms of a star."""
+MOST_BENT = 4.0
+"""Times the information that the curvature along an arm may be."""
 STEEPEST = 1e100
 """Slope (nats a unit) whose square an ascent tolerates: volumes off any scale have steeper ones."""
 ITERATIONS = 200
@@ -184,13 +186,19 @@ def covariance_at(posterior: Posterior, u: Floats) -> Floats:
     # Both steps forwards and both back, less the steps by themselves.
     hessian[i, j] = hessian[j, i] = 0.5 * (forth + back - alone[i] - alone[j]) + middle
     hessian /= np.outer(step, step)
+    arms = np.array([bool(slot.arm) for slot in posterior.layout.slots])
+    if arms.any():
+        # Bends of the blend hide the curvature, or pass for it: the information stands for it.
+        scores = scores_at(posterior, u, np.diag(APART * unit)) * unit
+        priors = np.array([slot.sd for slot in posterior.layout.slots]) / unit
+        information = scores.T @ scores + np.diag(priors**-2.0)
+        if np.linalg.eigvalsh(hessian)[0] < LEAST_CURVATURE:
+            hessian = information
+        share = MOST_BENT * np.diag(information) / np.diag(hessian)
+        less = np.where(arms, np.minimum(1.0, share), 1.0) ** 0.5
+        hessian *= np.outer(less, less)
     values, vectors = np.linalg.eigh(hessian)
     if values[0] < LEAST_CURVATURE:
-        if any(slot.arm for slot in posterior.layout.slots):
-            # Bends of the blend hide the curvature: the information stands for it.
-            scores = scores_at(posterior, u, np.diag(APART * unit)) * unit
-            priors = np.array([slot.sd for slot in posterior.layout.slots]) / unit
-            hessian = scores.T @ scores + np.diag(priors**-2.0)
         # Against a bound the density need not bend down, but falls as an exponential, whose
         # standard deviation is one over its rate.
         against = (u < low + 2 * STEP * unit) | (u > high - 2 * STEP * unit)

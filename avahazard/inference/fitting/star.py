@@ -40,9 +40,10 @@ MOST_LEFT, WIDER = 2.0, 3.0
 """What slopes and information may promise (nats) where an ascent stops: if more, steps of the
 likelihood hide its shape, and differences are taken wider by that factor."""
 ITERATIONS = 30
-REACH = 4.0
-"""Standard deviations about the mode, by the information, to which a star reaches: the curvature of
-what is blended between its points has a bend at each."""
+REACH, SHORTER, LONGER = 4.0, 0.2, 1.6
+"""Standard deviations about the mode to which a star reaches, at first by the information; and how
+much shorter or longer by the curvature on it its arms may be before it is made anew, once: on a
+rough likelihood neither is exact."""
 POINTS, MOST_POINTS = 4, 16
 """Points of an arm besides the centre, and the most that it gets where it errs."""
 MOST_STARS, MOST_ERROR = 8, 2.0
@@ -78,7 +79,7 @@ def starred(posterior: Posterior, peak: Peak) -> tuple[Posterior, Mode]:
     """
     axes = _axes(posterior)
     u, size = peak.u, REACH**2 * peak.covariance[np.ix_(axes, axes)]
-    points, before, good = np.full(len(axes), POINTS), np.inf, None
+    points, before, good, sized = np.full(len(axes), POINTS), np.inf, None, False
     for _ in range(MOST_STARS):
         local = posterior.on_star(arms_about(posterior, u, size, points))
         mode = find_mode(local, u)
@@ -87,8 +88,12 @@ def starred(posterior: Posterior, peak: Peak) -> tuple[Posterior, Mode]:
             continue
         good = local, mode
         held = _held(local, mode.u[None], EDGE_NEAR) > 0.0
-        if held.any():
-            u, size = mode.u, _size_wanted(local, peak.covariance, held)
+        wanted = _size_wanted(local, (peak if sized else mode).covariance, held)
+        back = _turned_back(local)
+        longer = np.sqrt(np.diag(back @ wanted @ back.T) / np.diag(back @ size @ back.T))
+        if held.any() or not (sized or np.all((longer > SHORTER) & (longer < LONGER))):
+            # A mode of the blend alone is no middle of a star.
+            u, size, sized = mode.u if held.any() else u, wanted, True
             continue
         errors = _errors(local, mode, u)
         wrong = (errors > TOLERANCE) & (points < MOST_POINTS)
