@@ -26,7 +26,7 @@ from avahazard.hazard.passing_kernel import (
     share_curves,
 )
 from avahazard.inference.likelihood.predicted import Values
-from avahazard.inference.model.friction_scatter import below
+from avahazard.inference.model.friction_model import below
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.cells import Resistance
 from avahazard.physics.runout_curve import MU, RunoutCurve, inverse

@@ -18,7 +18,7 @@ from scipy.ndimage import gaussian_filter
 from scipy.special import expm1, gamma, log1p, logsumexp
 
 from avahazard.arrays import Floats
-from avahazard.inference.likelihood.density_sums import exp_memory, exponentials, logarithms
+from avahazard.inference.likelihood.terms import exp_memory, exponentials, logarithms
 from avahazard.kernels import kernel
 
 

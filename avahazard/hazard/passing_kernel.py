@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.inference.model.friction_scatter import (
+from avahazard.inference.model.friction_model import (
     normal_below,
     normal_density,
     student_below,

@@ -25,8 +25,7 @@ from avahazard.hazard.exceedance import (
 from avahazard.hazard.extremes import ANY_VOLUME_M3
 from avahazard.hazard.frequency import VolumeFrequency
 from avahazard.hazard.path_hazard import WORTH_A_NOTE, PathHazard
-from avahazard.inference.model.friction_model import FrictionKinds
-from avahazard.inference.model.friction_scatter import shifted, widening
+from avahazard.inference.model.friction_model import FrictionKinds, shifted, widening
 from avahazard.inference.seeds import generator
 from avahazard.kernels import kernel
 from avahazard.notes import Note

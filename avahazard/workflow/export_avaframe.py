@@ -15,8 +15,9 @@ from avahazard.engines.com1dfa import settings_of
 from avahazard.hazard.exceedance import Avalanches
 from avahazard.hazard.frequency import volume_frequencies
 from avahazard.hazard.path_hazard import path_hazard
-from avahazard.inference.model import friction_scatter
 from avahazard.inference.model.choices import BLOCK
+from avahazard.inference.model.friction_model import draws as scatter_draws
+from avahazard.inference.model.friction_model import friction as drawn_friction
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
@@ -133,8 +134,8 @@ def _drawn(avalanches: Avalanches, drag: Floats, n: int, rng: np.random.Generato
     total = np.cumsum(avalanches.share[draw], axis=1)
     node = np.sum(total < level[:, None] * total[:, -1:], axis=1)
     at = draw, rng.choice(avalanches.n_classes, n, p=avalanches.class_share), node
-    deviation = avalanches.scatter[at] * friction_scatter.draws(rng, n, avalanches.student)
-    friction = friction_scatter.friction(avalanches.location[at], deviation, avalanches.in_log)
+    deviation = avalanches.scatter[at] * scatter_draws(rng, n, avalanches.student)
+    friction = drawn_friction(avalanches.location[at], deviation, avalanches.in_log)
     volumes = avalanches.volumes
     volume = np.exp(volumes.log_volume[node % len(volumes.log_volume)])
     columns = volume, np.maximum(friction, LEAST_FRICTION), drag[draw], volumes.rate[draw] / n

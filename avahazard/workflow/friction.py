@@ -15,8 +15,7 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
-from avahazard.inference.model.friction_model import FrictionModel
-from avahazard.inference.model.friction_scatter import log_density
+from avahazard.inference.model.friction_model import FrictionModel, log_density
 from avahazard.inference.model.laws import law
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.paper import apparent

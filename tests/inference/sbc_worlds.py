@@ -12,7 +12,7 @@ from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.track_nodes import drawn_speeds
-from avahazard.inference.model.friction_scatter import volume_share
+from avahazard.inference.model.friction_model import volume_share
 from avahazard.inference.model.observations import (
     ELEVATION,
     LEFT,

@@ -18,9 +18,9 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.criticism.scoring.scores import mean_record_sigma, with_profile
 from avahazard.inference.fitted_model import FittedModel, table_groups
-from avahazard.inference.model.friction_scatter import draws as scatter_draws
-from avahazard.inference.model.friction_scatter import friction as drawn
-from avahazard.inference.model.friction_scatter import shifted
+from avahazard.inference.model.friction_model import draws as scatter_draws
+from avahazard.inference.model.friction_model import friction as drawn
+from avahazard.inference.model.friction_model import shifted
 from avahazard.inference.model.observations import LEFT, Observations
 from avahazard.inference.model.volumes import drawn_log_volumes
 from avahazard.inference.prediction import DRAWS_AT_ONCE, group_shift, look_up

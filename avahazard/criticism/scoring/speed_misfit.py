@@ -16,7 +16,7 @@ from avahazard.inference.likelihood.nodes import Nodes, build_nodes
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.track_nodes import drawn_speeds
-from avahazard.inference.model.friction_scatter import below, log_density
+from avahazard.inference.model.friction_model import below, log_density
 from avahazard.inference.model.observations import LEFT, Observations, SpeedRecord
 from avahazard.notes import Note
 from avahazard.physics.cells import GRAVITY

@@ -38,7 +38,7 @@ from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.terms import event_terms
 from avahazard.inference.likelihood.track_nodes import squared
-from avahazard.inference.model.friction_scatter import DEGREES, STUDENT_INFORMATION, volume_share
+from avahazard.inference.model.friction_model import DEGREES, STUDENT_INFORMATION, volume_share
 from avahazard.inference.model.observations import SpeedRecord
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.cells import Cells

@@ -25,7 +25,7 @@ from avahazard.effects.catalogue import catalogue
 from avahazard.effects.covariate import ALL, VOLUME, change, covariate, interaction, scatter_by
 from avahazard.effects.effect import Definition, Effect, FrictionEffect
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.friction_scatter import volume_share
+from avahazard.inference.model.friction_model import volume_share
 from avahazard.inference.model.laws import LAWS, Law
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification

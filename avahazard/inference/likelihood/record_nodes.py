@@ -18,7 +18,7 @@ import numpy as np
 from avahazard.arrays import Bools, Floats
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.quadrature import A_PANEL, gauss_nodes, panel_nodes
-from avahazard.inference.model.friction_scatter import HALF_LOG_2PI, normal_below
+from avahazard.inference.model.friction_model import HALF_LOG_2PI, normal_below
 from avahazard.inference.model.observations import Observations
 from avahazard.kernels import kernel
 from avahazard.physics.block import LEFT_PROFILE

@@ -13,7 +13,7 @@ from scipy.special import log_ndtr, log_softmax, logsumexp, ndtri_exp
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.record import MIN_SPREAD, variance_within
-from avahazard.inference.model.friction_scatter import HALF_LOG_2PI
+from avahazard.inference.model.friction_model import HALF_LOG_2PI
 from avahazard.records.collection import Event
 
 TRIED = np.linspace(0.8, 1.0, 9)

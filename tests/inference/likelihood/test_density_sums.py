@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from avahazard.inference.likelihood.density_sums import (
+from avahazard.inference.likelihood.terms import (
     LOWEST,
     density_sums,
     exp_memory,

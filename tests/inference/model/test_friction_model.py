@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from avahazard.inference.model.friction_model import MOST_LOG_SCATTER
-from avahazard.inference.model.friction_scatter import below
+from avahazard.inference.model.friction_model import MOST_LOG_SCATTER, below
 from avahazard.inference.model.laws import LAWS
 from avahazard.inference.seeds import generator
 from tests.inference.studies import near, observations, posterior

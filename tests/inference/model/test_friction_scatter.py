@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from avahazard.inference.model import friction_scatter as scatter
+from avahazard.inference.model import friction_model as scatter
 
 Z = np.linspace(-7.0, 7.0, 29)
 STUDENT = stats.t(4)
