@@ -83,10 +83,10 @@ def held(locked: Sequence[str], database: str, borne: Mapping[str, str]) -> dict
     commit, day = _git(database, "log", "-1", "--format=%H %cs").split()
     names = {pin.partition("==")[0] for pin in locked}
     files = _git(database, "ls-tree", "-r", "--name-only", "HEAD", "vulns/").splitlines()
-    mine = [f for f in files if canonicalize_name(f.split("/")[1]) in names]
+    selected = [f for f in files if canonicalize_name(f.split("/")[1]) in names]
     if not files:
         raise SystemExit(f"{database} holds no vulns/: it is no clone of {DATABASE}.")
-    advisories = [yaml.safe_load(_git(database, "show", f"HEAD:{file}")) for file in mine]
+    advisories = [yaml.safe_load(_git(database, "show", f"HEAD:{file}")) for file in selected]
     found = [
         {
             "pin": pin,
@@ -104,7 +104,7 @@ def held(locked: Sequence[str], database: str, borne: Mapping[str, str]) -> dict
         "commit": commit,
         "date": day,
         "advisories": len(advisories),
-        "of_packages": len({canonicalize_name(f.split("/")[1]) for f in mine}),
+        "of_packages": len({canonicalize_name(f.split("/")[1]) for f in selected}),
         "affected": found,
         "borne": {one["id"]: borne[one["id"]] for one in found if one["id"] in borne},
         "held": list(locked),

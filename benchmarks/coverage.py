@@ -169,12 +169,12 @@ def tables(lines: Sequence[Line]) -> dict[str, str]:
             width = np.median([i[2] - i[0] if np.isfinite(i[0]) else np.inf for i, _ in found])
             cells = _shares(plain, partial(_runout, family=family, way=way))
             intervals.append((words, name, *cells, f"{error:+.0f} m", f"{width:.0f} m"))
-    for arm, mine in of_arm.items():
-        if mine:
-            paths = [p for world in kept(mine) for p in world]
-            cells = _shares(kept(mine), partial(_runout, family="gev", way="b"))
+    for arm, selected in of_arm.items():
+        if selected:
+            paths = [p for world in kept(selected) for p in world]
+            cells = _shares(kept(selected), partial(_runout, family="gev", way="b"))
             rising = f"{sum(p['gev']['rising'] for p in paths)} of {len(paths)}"
-            harder.append((ARM_WORDS[arm], len(mine), len(paths), *cells, rising))
+            harder.append((ARM_WORDS[arm], len(selected), len(paths), *cells, rising))
     for words, (low, high) in RECORDS.items():
         part = [[p for p in paths if low <= p["n_events"] < high] for paths in plain]
         if n := sum(map(len, part)):

@@ -187,8 +187,8 @@ def true_runouts(world: TrueWorld, k: int, runs: Runs, volume_m3: Floats | None 
     which = rng.integers(N_RELEASES, size=len(log_mu))
     runouts = np.empty(len(log_mu))
     for j, (stop, held) in enumerate(zip(runs.stop, runs.held, strict=True)):
-        mine = which == j
-        at = np.interp(log_mu[mine], np.log(MU), np.arange(len(MU)))
+        selected = which == j
+        at = np.interp(log_mu[selected], np.log(MU), np.arange(len(MU)))
         low = np.minimum(at.astype(int), len(MU) - 2)
         part = at - low
         with np.errstate(invalid="ignore"):
@@ -196,7 +196,7 @@ def true_runouts(world: TrueWorld, k: int, runs: Runs, volume_m3: Floats | None 
         near = stop[np.rint(at).astype(int)]
         found = np.where(np.isfinite(between), between, near)
         # What does not move is no avalanche: it is not in the rate either.
-        runouts[mine] = np.where(held[np.rint(at).astype(int)], np.nan, found)
+        runouts[selected] = np.where(held[np.rint(at).astype(int)], np.nan, found)
     return np.sort(runouts[~np.isnan(runouts)])
 
 
@@ -244,9 +244,9 @@ def with_a_third_left(seed: int) -> TrueWorld:
 
 def _cut(records: Records, profile: Profile) -> Profile:
     """The profile up to where two thirds of its records lie."""
-    mine = [e for e in records.events if e.path_id == profile.path_id]
+    selected = [e for e in records.events if e.path_id == profile.path_id]
     places = []
-    for event in mine:
+    for event in selected:
         x = event.runout_x_m
         if event.runout_elevation_m is not None:
             x = float(np.interp(-event.runout_elevation_m, -profile.y_m, profile.x_m))

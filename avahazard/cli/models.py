@@ -20,11 +20,11 @@ from avahazard.notes import Note, counted
 from avahazard.report import model_tables
 from avahazard.report.model_tables import kinds_table, parameters_table
 from avahazard.report.sentences import (
-    before_and_after_words,
-    error_words,
-    failure_words,
-    kinds_words,
-    verdict_words,
+    before_and_after_text,
+    error_text,
+    failure_text,
+    kinds_text,
+    verdict_text,
 )
 from avahazard.report.tables import cell
 from avahazard.results.base import Rows, plain
@@ -45,7 +45,7 @@ def show_calibration(console: Console, model: Calibration) -> None:
     """Print what a calibration found."""
     console.print(f"{model.model}: {_parts(model)}", soft_wrap=True)
     show(console, parameters_table(model))
-    for words in [] if model.kinds is None else kinds_words(model.kinds):
+    for words in [] if model.kinds is None else kinds_text(model.kinds):
         console.print(words, soft_wrap=True)
     show(console, kinds_table(model))
     checks = model.diagnostics
@@ -202,7 +202,7 @@ def rerun(name: StoredModel, effect_files: EffectFiles = None) -> None:
 def _child(console: Console, found: Calibration) -> None:
     show_calibration(console, found)
     assert found.comparison is not None
-    console.print(before_and_after_words(found.comparison), soft_wrap=True)
+    console.print(before_and_after_text(found.comparison), soft_wrap=True)
 
 
 @answers("calibrate.add", _child)
@@ -301,14 +301,14 @@ def show_comparison(console: Console, found: Comparison) -> None:
     """Print scores, the budget of errors, and where the model fails."""
     scores = found.scores
     show(console, model_tables.scores_table(found.coordinate, model_tables.compared_parts(found)))
-    for words in error_words(found):
+    for words in error_text(found):
         console.print(words)
     if scores.elpd_loo is not None:
         se = "" if scores.elpd_loo_se is None else f" ± {scores.elpd_loo_se:.1f}"
         console.print(f"elpd, each record left out in turn: {scores.elpd_loo:.1f}{se} nats.")
     for made in (model_tables.budget_table, model_tables.misfit_table, model_tables.failures_table):
         show(console, made(found))
-    console.print(failure_words(found))
+    console.print(failure_text(found))
 
 
 def _notes(found: Comparison) -> Iterator[str]:
@@ -340,7 +340,7 @@ CANDIDATES_SHOWN = 8
 
 def show_diagnosis(console: Console, found: Diagnosis) -> None:
     """Print the verdict, the candidates, and what else was found."""
-    console.print(verdict_words(found, found.model), soft_wrap=True)
+    console.print(verdict_text(found, found.model), soft_wrap=True)
     if found.declared is not None:
         words = ", ".join(found.declared.effects)
         console.print(f"Declared beforehand ({found.declared.at}), tested first: {words}.")

@@ -226,8 +226,8 @@ class HyphenatedText(Text):
 
     def wrap(self, console: Console, width: int, **options: Any) -> Lines:
         """Return the lines of the cell, at most `width` wide."""
-        broken = wrap(self.plain, max(width, 1), break_long_words=False)
-        return Text("\n".join(broken)).wrap(console, width, **options)
+        discontinuous = wrap(self.plain, max(width, 1), break_long_words=False)
+        return Text("\n".join(discontinuous)).wrap(console, width, **options)
 
 
 def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Table:

@@ -15,8 +15,8 @@ from avahazard.cli.hazard import show_bounds
 from avahazard.cli.models import show_calibration
 from avahazard.cli.options import answers
 from avahazard.cli.output import table
-from avahazard.report.sentences import before_and_after_words, verdict_words
-from avahazard.report.words import coordinate_words
+from avahazard.report.sentences import before_and_after_text, verdict_text
+from avahazard.report.words import coordinate_text
 from avahazard.results.files import Demo, HiddenEffect, ProjectRun
 from avahazard.workflow.requests import RunRequest
 
@@ -116,17 +116,17 @@ def _story(found: HiddenEffect) -> Iterator[str]:
     model, by = found.model.model, "paths" if found.held_out.by == "path" else "folds"
     yield (
         f"“{model}” is calibrated without it. Its error, on held-out {by}: "
-        f"{found.held_out.runout.crps_m:.1f} m (CRPS of {coordinate_words(found.coordinate)})."
+        f"{found.held_out.runout.crps_m:.1f} m (CRPS of {coordinate_text(found.coordinate)})."
     )
     told = replace(found.diagnosis, where=())
-    yield verdict_words(told, f"“{model}”")
+    yield verdict_text(told, f"“{model}”")
     yield from found.diagnosis.where
     child = found.child
     if child is None or child.comparison is None:
         yield "No single effect is named, so none is added."
     else:
         added = ", ".join(key for key in child.effects if key not in found.model.effects)
-        words = before_and_after_words(child.comparison)
+        words = before_and_after_text(child.comparison)
         yield f"“{child.model}” is “{model}” with {added}. {words}"
     hidden = ", ".join(found.hidden)
     named = set(found.diagnosis.missing)

@@ -224,7 +224,7 @@ def _prior_sd(columns: EventColumns) -> float:
     return round(max(LEAST_SD, SCATTERS * float(np.std(np.log(known)))), 3)
 
 
-def level_words(name: str, columns: EventColumns, _sites: Sites = ()) -> Note | None:
+def level_text(name: str, columns: EventColumns, _sites: Sites = ()) -> Note | None:
     """How many events, or for what a path has which paths, have each level; None without a column.
 
     The most common level stands first.
@@ -264,7 +264,7 @@ def _by_level(key: str, column: str, meaning: str, order: int, *, of_event: bool
         build=partial(level_effect, key, column),
         lacking=partial(level_lacking, column),
         facts=partial(level_facts, column),
-        seen_in=partial(level_words, column),
+        seen_in=partial(level_text, column),
         event_columns=of_event,
         column=column if of_event else None,
         order=order,

@@ -314,7 +314,7 @@ class Definition:
     names_cause: bool = True
     column: str | None = None
     reads: str | None = None
-    settled: Callable[[EventColumns, Sites], bool] = lambda _columns, _sites: False
+    already_stated: Callable[[EventColumns, Sites], bool] = lambda _columns, _sites: False
     seen_in: Answer = lambda _columns, _sites: None
     order: int = 1000
 

@@ -89,7 +89,7 @@ def _few_winters(columns: EventColumns, sites: Sites) -> str | None:
     return f"fewer than {MIN_SHARED} winters have two events or more"
 
 
-def _passing(
+def _temporary(
     key: str, tau: str, names: Sequence[str], labels: Callable[[EventColumns], list[str]]
 ) -> GroupEffect:
     """The effect of groups that do not come again; `labels` gives each event its name, or none."""
@@ -108,7 +108,7 @@ WINTER_EFFECT = Definition(
     "records, such as its weather or its observer. The spread between winters is τ, on log "
     "friction.",
     needs="date",
-    build=lambda facts: _passing("winter-effect", "tau_winter", facts["winters"], _winter_labels),
+    build=lambda facts: _temporary("winter-effect", "tau_winter", facts["winters"], _winter_labels),
     lacking=_few_winters,
     facts=_winters,
     nuisance=_few_winters,
@@ -150,7 +150,7 @@ def _storm_effect(facts: Facts) -> GroupEffect:
         return [known.get((str(place), int(day)), "") for place, day in places]
 
     names = [_storm_name(*storm) for storm in storms]
-    return _passing("storm-effect", "tau_storm", names, labels)
+    return _temporary("storm-effect", "tau_storm", names, labels)
 
 
 STORM_EFFECT = Definition(

@@ -150,7 +150,7 @@ OBSERVATION_LIMIT = Definition(
     build=_limit,
     lacking=_few_stops,
     facts=_highest_stops,
-    settled=lambda columns, sites: all(_declared(columns, sites)),
+    already_stated=lambda columns, sites: all(_declared(columns, sites)),
     level_alone=DETECTION_LEVEL,
     says_what_is_seen=True,
     order=140,
@@ -203,7 +203,7 @@ def largest_factor(columns: EventColumns) -> float:
     if stated2 == 0.0:
         return np.inf
     members = [known & (columns.path_index == k) for k in range(-1, len(columns.paths))]
-    total2 = variance_within([columns.log_volume[mine] for mine in members])
+    total2 = variance_within([columns.log_volume[selected] for selected in members])
     return float(np.sqrt(max(total2 - MIN_SPREAD**2, 0.0) / stated2))
 
 

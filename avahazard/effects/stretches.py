@@ -145,9 +145,9 @@ def _bins(columns: EventColumns, n: int = 1) -> dict[str, Floats]:
     """Ends of the parts `[n * N_PARTS + 1]` (m) of each path that has tracks enough."""
     found = {}
     for name in dict.fromkeys(_path_of(columns, t) for t in columns.tracks):
-        mine = [t for t in columns.tracks if _path_of(columns, t) == name]
-        start, end = min(t.release_x for t in mine), max(float(t.x[-1]) for t in mine)
-        if len(mine) >= LEAST_TRACKS and end > start:
+        selected = [t for t in columns.tracks if _path_of(columns, t) == name]
+        start, end = min(t.release_x for t in selected), max(float(t.x[-1]) for t in selected)
+        if len(selected) >= LEAST_TRACKS and end > start:
             found[name] = np.linspace(start, end, n * N_PARTS + 1)
     return found
 

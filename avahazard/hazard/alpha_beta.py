@@ -22,7 +22,7 @@ SHORTEST_RUNOUT_ZONE_M = 100.0
 """A bench shorter than this is no runout zone: real tracks have many of 30 to 50 m."""
 
 
-def lasting_flats(x: Floats, steepness: Floats) -> Floats:
+def persistent_flats(x: Floats, steepness: Floats) -> Floats:
     """Places (m) where the path flattens to 10° for a runout zone's length, from the top down."""
     excess = steepness - FLAT_SLOPE
     flat = excess <= 0.0
@@ -84,7 +84,7 @@ def alpha_beta(
     n = max(int(np.ceil((smooth.x_max - release_x) / STEP_M - 1e-9)), 1)
     x = np.linspace(release_x, smooth.x_max, n + 1)
     y, gradient, _ = smooth.derivatives(x)
-    places = lasting_flats(x, -gradient).tolist()
+    places = persistent_flats(x, -gradient).tolist()
     beta_x = beta = alpha = runout = low = high = None
     notes: tuple[Note, ...] = (Note("no_beta_point", path_id),)
     if places:

@@ -104,12 +104,12 @@ def annual_chance(avalanches: Avalanches, field: FrictionField) -> Floats:
     result = np.zeros((3, field.friction.shape[1]))
     cells = np.flatnonzero(field.friction.max(axis=0) > 0.0)
     for first in range(0, len(cells), CELLS_AT_ONCE):
-        mine = cells[first : first + CELLS_AT_ONCE]
-        chance = friction_below(part, at_nodes[mine][:, None, None, :])
+        selected = cells[first : first + CELLS_AT_ONCE]
+        chance = friction_below(part, at_nodes[selected][:, None, None, :])
         rate = np.einsum("xpcv,pv,c->xp", chance, part.share, part.class_share)
         yearly = -np.expm1(-part.volumes.rate * rate)
-        result[0, mine] = yearly.mean(axis=1)
-        result[1:, mine] = np.quantile(yearly, LEVELS, axis=1)
+        result[0, selected] = yearly.mean(axis=1)
+        result[1:, selected] = np.quantile(yearly, LEVELS, axis=1)
     return result
 
 

@@ -17,14 +17,14 @@ from scipy.special import ndtr
 
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.site import Site, release_place
-from avahazard.hazard.extremes import EventVolumes, annual_rate
-from avahazard.hazard.passing_kernel import (
+from avahazard.hazard.exceedance_kernel import (
     Descent,
     ShareCurves,
     exceeded_places,
     rates_at,
     share_curves,
 )
+from avahazard.hazard.extremes import EventVolumes, annual_rate
 from avahazard.inference.likelihood.predicted import Values
 from avahazard.inference.model.friction_model import below
 from avahazard.physics.block import LEFT_PROFILE
@@ -84,11 +84,11 @@ class Avalanches:
     @cached_property
     def descent(self) -> Descent:
         """The same as the kernels take it."""
-        falling, broken, ends = stops(self.curves)
+        falling, discontinuous, ends = stops(self.curves)
         shares, kind = friction_shares(self, ends)
         return Descent(
             falling=falling,
-            broken=broken,
+            discontinuous=discontinuous,
             group=self.group,
             class_share=self.class_share,
             rate=self.volumes.rate,
@@ -215,7 +215,7 @@ def friction_shares(
 def stops(
     curves: tuple[RunoutCurve, ...],
 ) -> tuple[Floats, NDArray[np.bool_], tuple[float, float]]:
-    """`falling` and `broken` of `Descent`, and the ends of the frictions that are asked for.
+    """`falling` and `discontinuous` of `Descent`, and the ends of the frictions that are asked for.
 
     Of the last curves they are kept: every row of a path takes the same.
     """
@@ -223,7 +223,7 @@ def stops(
     falling = np.array(
         [np.minimum.accumulate(np.where(c.left, np.inf, c.x), axis=1) for c in curves]
     )
-    return falling, np.array([c.broken for c in curves]), _thresholds_between(falling)
+    return falling, np.array([c.discontinuous for c in curves]), _thresholds_between(falling)
 
 
 def _thresholds_between(falling: Floats) -> tuple[float, float]:
@@ -250,11 +250,11 @@ def _kinds(avalanches: Avalanches) -> tuple[NDArray[np.int64], NDArray[np.int64]
 
 def _rate_in_metres(avalanches: Avalanches) -> Callable[[Floats], Floats]:
     """Yearly rates past x `[n_parameters]` where stops scatter by metres of elevation."""
-    chance = passing_in_metres(avalanches)
+    chance = exceedance_in_metres(avalanches)
     return lambda x: yearly_rate(avalanches, chance(x))
 
 
-def passing_in_metres(avalanches: Avalanches) -> Callable[[Floats], Floats]:
+def exceedance_in_metres(avalanches: Avalanches) -> Callable[[Floats], Floats]:
     """Chances `[n_parameters, n_classes, n_nodes]` to stop beyond x `[n_parameters]`.
 
     Stops are at the block's elevation + sigma z, at the first place so low (`scattered_stops`).
@@ -285,11 +285,11 @@ def _stop_elevation(avalanches: Avalanches) -> Floats:
     mu = np.exp(avalanches.location) if avalanches.in_log else avalanches.location
     result = np.empty_like(mu)
     for g, curve in enumerate(avalanches.curves):
-        mine = np.flatnonzero(avalanches.group == g)
+        selected = np.flatnonzero(avalanches.group == g)
         for c in range(avalanches.n_classes):
-            _, height, status = curve[c].at(mu[mine, c].ravel())
+            _, height, status = curve[c].at(mu[selected, c].ravel())
             found = np.where(status == LEFT_PROFILE, -np.inf, height)
-            result[mine, c] = found.reshape(len(mine), -1)
+            result[selected, c] = found.reshape(len(selected), -1)
     return result
 
 
@@ -412,13 +412,13 @@ def chance_seen(avalanches: Avalanches, limit: Floats) -> Floats:
     smooth = avalanches.site.smooth
     place = np.array([smooth.x_min if np.isnan(z) else release_place(smooth, z) for z in limit])
     if avalanches.sigma_m is not None:
-        chance = passing_in_metres(avalanches)(place[avalanches.group])
+        chance = exceedance_in_metres(avalanches)(place[avalanches.group])
     else:
-        falling, broken, _ = stops(avalanches.curves)
+        falling, discontinuous, _ = stops(avalanches.curves)
         mu = np.array(
             [
                 [np.inf if np.isnan(z) else inverse(curve, gap, x) for curve, gap in rows]
-                for z, x, rows in zip(limit, place, map(zip, falling, broken), strict=True)
+                for z, x, rows in zip(limit, place, map(zip, falling, discontinuous), strict=True)
             ]
         )
         chance = friction_below(avalanches, mu[avalanches.group][:, :, None])

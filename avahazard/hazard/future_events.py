@@ -104,10 +104,10 @@ def path_release_zone(records: Records, path_id: str) -> ReleaseZone | None:
     Recorded releases are freed of their errors. Where too few are recorded it is what the path
     states of its zone, the error of its own release.
     """
-    mine = of_path(records, path_id)
-    ((path,), (profile,)) = mine.paths, mine.profiles
+    selected = of_path(records, path_id)
+    ((path,), (profile,)) = selected.paths, selected.profiles
     top = float(np.max(profile.y_m))
-    recorded = [e for e in mine.events if e.release_elevation_m is not None]
+    recorded = [e for e in selected.events if e.release_elevation_m is not None]
     if len(recorded) < ENOUGH_RELEASES:
         stated = path.covariates.get(RELEASE_SIGMA)
         own = top if path.release_elevation_m is None else path.release_elevation_m
@@ -180,9 +180,9 @@ def future_events(
     records: Records, path_id: str, volume_m3: float, *, event_columns: bool
 ) -> FutureEvents:
     """The classes of future avalanches on a path, of this volume (`classes_to_come`)."""
-    mine = of_path(records, path_id)
+    selected = of_path(records, path_id)
     events = classes_to_come(records, path_id, volume_m3, event_columns=event_columns)
-    return classes_of(replace(mine, events=events))
+    return classes_of(replace(selected, events=events))
 
 
 def classes_of(there: Records) -> FutureEvents:

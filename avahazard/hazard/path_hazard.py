@@ -70,12 +70,12 @@ class RecordedStops:
 
 def recorded_stops_of(records: Records, path_id: str, smooth: SmoothProfile) -> RecordedStops:
     """What is recorded on a path whose regularised profile is `smooth`."""
-    mine = of_path(records, path_id)
-    places = stop_places(smooth, mine.events)
-    (profile,) = mine.profiles
+    selected = of_path(records, path_id)
+    places = stop_places(smooth, selected.events)
+    (profile,) = selected.profiles
     return RecordedStops(
         np.array([np.inf if x is None else x for x in places], np.float64),
-        tuple(event.date for event in mine.events),
+        tuple(event.date for event in selected.events),
         profile,
     )
 
@@ -249,18 +249,18 @@ def path_draws(
     """At most `n_parameters` of the draws of a model, thinned, for a path."""
     order = np.concatenate(groups.members)
     group = np.repeat(np.arange(len(groups.members)), [len(m) for m in groups.members])
-    taken = np.isin(order, model.evenly(min(len(order), n_parameters)))
+    taken = np.isin(order, model.thinned(min(len(order), n_parameters)))
     chosen = order[taken]
     u = model.draws[chosen]
     # The paths', if any: winters and storms do not last.
-    lasting = [g for g, stays in enumerate(model.friction.lasting) if stays]
-    tau = model.layout.spread_values(u)[:, lasting]
+    persistent = [g for g, stays in enumerate(model.friction.persistent) if stays]
+    tau = model.layout.spread_values(u)[:, persistent]
     offset = model.offsets.get(path_id)
     return PathDraws(
         u=u,
         group=group[taken],
         offset=None if offset is None else offset[chosen],
-        tau=np.sqrt(np.sum(tau**2, axis=1)) if lasting else None,
+        tau=np.sqrt(np.sum(tau**2, axis=1)) if persistent else None,
         sigma_m=None if model.sigma_m is None else model.sigma_m[chosen],
         kinds=model.friction.kinds(u),
     )

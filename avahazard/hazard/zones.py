@@ -19,8 +19,8 @@ from avahazard.hazard.exceedance import (
     friction_shares,
     reach,
 )
+from avahazard.hazard.exceedance_kernel import share_under
 from avahazard.hazard.extremes import annual_rate
-from avahazard.hazard.passing_kernel import share_under
 from avahazard.hazard.path_hazard import PathHazard
 from avahazard.hazard.rows import design_of, spread
 from avahazard.inference.seeds import generator
@@ -199,10 +199,10 @@ def exceeded_speeds(avalanches: Avalanches, x: Floats, return_periods: Sequence[
     of_classes = shares, kind, avalanches.class_share
     nu = np.log(MU) if avalanches.in_log else MU
     for g in range(len(avalanches.resistances)):
-        mine = np.flatnonzero(avalanches.group == g)
-        if len(mine):
+        selected = np.flatnonzero(avalanches.group == g)
+        if len(selected):
             squares = _squares(avalanches, g, x)
-            _exceeded_speeds(squares, *of_classes, mine, wanted, nu, result)
+            _exceeded_speeds(squares, *of_classes, selected, wanted, nu, result)
     return result
 
 

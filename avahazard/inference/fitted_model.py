@@ -202,7 +202,7 @@ class FittedModel:
         """The resistance on a site with the model's effects at these values."""
         return resistance_of(site, self.effects, values, float(self.specification.centrifugal))
 
-    def evenly(self, n: int) -> NDArray[np.int64]:
+    def thinned(self, n: int) -> NDArray[np.int64]:
         """Indices `[n]` of draws, thinned over all of them."""
         return np.linspace(0, len(self.draws) - 1, n).round().astype(np.int64)
 

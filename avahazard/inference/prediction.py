@@ -61,7 +61,7 @@ def predict_stops(
     """
     posterior, coordinates = model.posterior, model.draws
     n = posterior.observations.n_events
-    chosen = model.evenly(n_draws)
+    chosen = model.thinned(n_draws)
     tables_at = coordinates[chosen][:, list(posterior.layout.tables)]
     groups = table_groups(tables_at, min(MAX_TABLES, n_draws))
     friction, record, x, elevation = (np.empty((n, n_draws)) for _ in range(4))
@@ -149,7 +149,7 @@ def look_up(
     for first in range(0, len(friction), n_rows):
         some = slice(first, first + n_rows)
         curve = tables.curve[some]
-        cell, share = located(steps_of(friction[some]), curve.broken)
+        cell, share = located(steps_of(friction[some]), curve.discontinuous)
         record[some] = between(tables.record[some], cell, share)
         x[some], elevation[some] = between(curve.x, cell, share), between(curve.y, cell, share)
         left[some] = (nearest(curve.status, cell, share) == LEFT_PROFILE) | (friction[some] <= 0.0)
@@ -183,12 +183,14 @@ def stops_over_releases(
     values, left = np.empty((len(events), n_draws)), np.empty((len(events), n_draws), np.bool_)
     known = on(events).observations
     for first in range(0, len(events), AT_ONCE):
-        mine = range(first, min(first + AT_ONCE, len(events)))
-        copies = [copy for i in mine for copy in from_each_release(events[i], sigma[i], known, i)]
+        selected = range(first, min(first + AT_ONCE, len(events)))
+        copies = [
+            copy for i in selected for copy in from_each_release(events[i], sigma[i], known, i)
+        ]
         model = on(copies)
         stops = predict_stops(model, n_draws, rng)
         there = told(model.observations, stops.record, stops.elevation)
-        for k, i in enumerate(mine):
+        for k, i in enumerate(selected):
             # Draws run through the posterior in order; their releases must not.
             start = k * N_RELEASES + rng.permutation(np.arange(n_draws) % N_RELEASES)
             values[i] = there[start, np.arange(n_draws)]
@@ -263,12 +265,12 @@ def _errors(observations: Observations, stop: Floats) -> tuple[Floats, Floats, F
     n = observations.n_events
     released, start, end = np.zeros(n), np.zeros(n), np.zeros(n)
     for k, site in enumerate(observations.sites):
-        mine = np.flatnonzero(observations.columns.path_index == k)
-        released[mine] = site.release_x[observations.release[mine]]
-        if site.smooth.posterior is None or not len(mine):
+        selected = np.flatnonzero(observations.columns.path_index == k)
+        released[selected] = site.release_x[observations.release[selected]]
+        if site.smooth.posterior is None or not len(selected):
             continue
-        places = np.concatenate([released[mine], stop[mine]])
-        start[mine], end[mine] = np.split(site.smooth.posterior.sd(places), 2)
+        places = np.concatenate([released[selected], stop[selected]])
+        start[selected], end[selected] = np.split(site.smooth.posterior.sd(places), 2)
     return released, start, end
 
 
@@ -295,10 +297,10 @@ def extrapolation(
     """
     columns = model.columns
     recorded = np.exp(columns.log_volume)
-    mine = np.zeros(len(recorded), dtype=np.bool_)
+    selected = np.zeros(len(recorded), dtype=np.bool_)
     if path_id in columns.paths:
-        mine = columns.path_index == columns.paths.index(path_id)
-    largest_of_path, largest = _largest(recorded[mine]), _largest(recorded)
+        selected = columns.path_index == columns.paths.index(path_id)
+    largest_of_path, largest = _largest(recorded[selected]), _largest(recorded)
     past_path, past_all = (volume_m3 > BEYOND * v for v in (largest_of_path, largest))
     values = {
         "volume": _rounded(volume_m3, 3),
@@ -334,8 +336,8 @@ def drawn_frictions(model: FittedModel, path_id: str | None, volume_m3: float) -
     rng = generator(0, "extrapolation")
     tau = model.layout.spread_values(u)
     shift = np.zeros(len(u))
-    for g, lasting in enumerate(friction.lasting):
-        known = model.offsets.get(path_id or "") if lasting else None
+    for g, persistent in enumerate(friction.persistent):
+        known = model.offsets.get(path_id or "") if persistent else None
         shift = shift + (tau[:, g] * rng.standard_normal(len(u)) if known is None else known)
     middle = friction.shifted(location[:, 0, 0], shift)
     if model.sigma_m is not None:

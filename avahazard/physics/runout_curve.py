@@ -1,9 +1,9 @@
 """F(μ): where the block stops as a function of friction, tabulated, looked up and turned round.
 
 **Jumps.** On stepped terrain F jumps: no friction stops the block between two places. One rule for
-all that looks up a stop: a cell of the grid of frictions is *broken* where its ends differ in
-status, or where x, the place of the stop, moves more than `JUMP_FACTOR` times as far as over the
-wider of the cells beside it (at all, where it rests over these). In a broken cell the nearer end
+all that looks up a stop: a cell of the grid of frictions is *discontinuous* where its ends differ
+in status, or where x, the place of the stop, moves more than `JUMP_FACTOR` times as far as over the
+wider of the cells beside it (at all, where it rests over these). In such a cell the nearer end
 counts: nothing stops where no run of the block does, and no stop is mixed with a run beyond the
 profile or was held at its release. Everywhere else F is straight between the ends. The steps of a
 smooth F, however steep, change by less than that factor from one cell to the next; a jump stands
@@ -76,25 +76,25 @@ class RunoutCurve:
         return np.asarray(self.status == LEFT_PROFILE)
 
     @property
-    def broken(self) -> Bools:
+    def discontinuous(self) -> Bools:
         """Cells that are not straight (the rule above), `[…, n_friction - 1]`."""
-        return broken_cells(self.x, self.status)
+        return discontinuous_cells(self.x, self.status)
 
-    def is_broken(self, cell: int) -> bool:
-        """Whether one cell of one curve is `broken`, which the cells beside it decide."""
+    def is_discontinuous(self, cell: int) -> bool:
+        """Whether one cell of one curve is `discontinuous`, which the cells beside it decide."""
         first = max(cell - 1, 0)
         some = slice(first, cell + 3)
-        return bool(broken_cells(self.x[some], self.status[some])[cell - first])
+        return bool(discontinuous_cells(self.x[some], self.status[some])[cell - first])
 
     @property
     def jumps(self) -> Bools:
         """Cells from one stop to the next over which F jumps, `[…, n_friction - 1]`."""
         stopped = self.status == STOPPED
-        return np.asarray(self.broken & stopped[..., 1:] & stopped[..., :-1])
+        return np.asarray(self.discontinuous & stopped[..., 1:] & stopped[..., :-1])
 
     def at(self, mu: Floats) -> tuple[Floats, Floats, NDArray[np.int8]]:
         """x, y and status at frictions `mu` `[(n_rows,) n]`; beyond the grid its end counts."""
-        cell, share = located(steps_of(mu), self.broken)
+        cell, share = located(steps_of(mu), self.discontinuous)
         x, y = between(self.x, cell, share), between(self.y, cell, share)
         return x, y, nearest(self.status, cell, share)
 
@@ -105,7 +105,7 @@ class RunoutCurve:
         """
 
         def slope(values: Floats) -> Floats:
-            of_cell = np.where(self.broken, np.nan, np.diff(values) / np.diff(MU))
+            of_cell = np.where(self.discontinuous, np.nan, np.diff(values) / np.diff(MU))
             none = np.full((*of_cell.shape[:-1], 1), np.nan)
             below = np.concatenate([none, of_cell], axis=-1)
             above = np.concatenate([of_cell, none], axis=-1)
@@ -120,7 +120,7 @@ def steps_of(mu: Floats) -> Floats:
     return np.asarray(np.interp(mu, MU, np.arange(len(MU))))
 
 
-def broken_cells(x: Floats, status: NDArray[np.int8]) -> Bools:
+def discontinuous_cells(x: Floats, status: NDArray[np.int8]) -> Bools:
     """Cells `[…, n_friction - 1]` that must not be interpolated (the rule above)."""
     moving = (status[..., 1:] == STOPPED) & (status[..., :-1] == STOPPED)
     gap = np.where(moving, np.abs(np.diff(np.where(np.isfinite(x), x, 0.0), axis=-1)), -1.0)
@@ -133,12 +133,12 @@ def broken_cells(x: Floats, status: NDArray[np.int8]) -> Bools:
     return np.asarray(~moving | jump)
 
 
-def located(steps: Floats, broken: Bools) -> tuple[NDArray[np.int64], Floats]:
-    """Cell of each place `[…, n]` on the grid, and the share of its upper end: 0 or 1 if broken."""
-    n_cells = broken.shape[-1]
+def located(steps: Floats, discontinuous: Bools) -> tuple[NDArray[np.int64], Floats]:
+    """Cell of each place `[…, n]` on the grid, and the share of its upper end: 0 or 1 at a jump."""
+    n_cells = discontinuous.shape[-1]
     cell = np.minimum(steps.astype(np.int64), n_cells - 1)
     share = steps - cell
-    flat = np.take_along_axis(broken, cell, axis=-1)
+    flat = np.take_along_axis(discontinuous, cell, axis=-1)
     return cell, np.where(flat, share >= 0.5, share)
 
 
@@ -157,11 +157,11 @@ def nearest(status: NDArray[np.int8], cell: NDArray[np.int64], share: Floats) ->
 
 
 @kernel(forceinline=True)
-def inverse(values, broken, level):  # type: ignore[no-untyped-def]
+def inverse(values, discontinuous, level):  # type: ignore[no-untyped-def]
     """Friction under which `values` `[n_friction]` over `MU` exceed a level.
 
     `values` fall, as stops do; they are inf where the profile was left. The friction is 0 where
-    none exceeds the level, inf where all do, and the middle of a cell that is broken.
+    none exceeds the level, inf where all do, and the middle of a cell with a jump.
     """
     n, most = 0, len(values)
     while n < most:
@@ -176,7 +176,7 @@ def inverse(values, broken, level):  # type: ignore[no-untyped-def]
         return np.inf
     above, under = values[n - 1], values[n]
     part = (above - level) / (above - under)
-    if broken[n - 1] or not np.isfinite(part):
+    if discontinuous[n - 1] or not np.isfinite(part):
         part = 0.5
     return MU[n - 1] + part * (MU[n] - MU[n - 1])
 
@@ -189,7 +189,7 @@ def pieces(curve: RunoutCurve) -> tuple[Floats, NDArray[np.int8]]:
     value of the end node. A row is (x at t = 0, dx/dt, y at t = 0, dy/dt). Left of profile is
     x = +inf, y = -inf.
     """
-    flat, cell = ~curve.broken, np.arange(curve.status.shape[-1] - 1)
+    flat, cell = ~curve.discontinuous, np.arange(curve.status.shape[-1] - 1)
     # Each node owns the half cells on both its sides.
     status = np.repeat(curve.status, 2, axis=-1)
     rows = np.zeros((*status.shape, 4))
@@ -259,22 +259,24 @@ def near_stops(cells: Cells, starts: NDArray[np.int64], asked: Asked) -> NearSto
     begun = asked._replace(middle=asked.middle // COARSE)
     found = run_near(cells, starts, COARSE_MU, *begun, SLOW_WIDTH, SLOW_MARGIN)
     x, y, status, _, first, end = found
-    broken = broken_cells(x, status)
-    curve = RunoutCurve(*filled(x, y, status, broken))
-    for row in np.flatnonzero(np.any(broken, axis=1)):
-        _run_jumps(cells, starts[row : row + 1], broken[row], curve[row])
+    discontinuous = discontinuous_cells(x, status)
+    curve = RunoutCurve(*filled(x, y, status, discontinuous))
+    for row in np.flatnonzero(np.any(discontinuous, axis=1)):
+        _run_jumps(cells, starts[row : row + 1], discontinuous[row], curve[row])
     return NearStops(curve, COARSE * first, COARSE * (end - 1) + 1)
 
 
-def _run_jumps(cells: Cells, start: NDArray[np.int64], broken: Bools, curve: RunoutCurve) -> None:
-    """Run all frictions within broken coarse cells of one curve, and within those beside.
+def _run_jumps(
+    cells: Cells, start: NDArray[np.int64], discontinuous: Bools, curve: RunoutCurve
+) -> None:
+    """Run all frictions within discontinuous coarse cells of one curve, and within those beside.
 
     Cells over which nothing changes, such as where the block leaves, are not among them.
     """
     x, status = curve.x[::COARSE], curve.status[::COARSE]
     changes = (status[1:] != status[:-1]) | ((status[1:] == STOPPED) & (x[1:] != x[:-1]))
-    jumps = np.flatnonzero(broken & changes)
-    near = np.unique(np.clip(jumps[:, None] + [-1, 0, 1], 0, len(broken) - 1))
+    jumps = np.flatnonzero(discontinuous & changes)
+    near = np.unique(np.clip(jumps[:, None] + [-1, 0, 1], 0, len(discontinuous) - 1))
     inner = (COARSE * near[changes[near], None] + np.arange(1, COARSE)).ravel()
     if len(inner):
         found = run(cells, start, MU[inner])
@@ -299,24 +301,24 @@ def cubic_between(values, c, share, smooth):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def filled(x, y, status, broken):  # type: ignore[no-untyped-def]
+def filled(x, y, status, discontinuous):  # type: ignore[no-untyped-def]
     """Stops over `MU` from those at every `COARSE`-th friction: cubics between these.
 
-    Straight beside a broken cell, in which the nearer end counts. All are `[n_rows, n_friction]`.
+    Straight beside a jump, within which the nearer end counts. All are `[n_rows, n_friction]`.
     """
     n_rows, n = x.shape
     shape = n_rows, COARSE * (n - 1) + 1
     fine_x, fine_y, fine_status = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.int8)
     for r in range(n_rows):
         for c in range(n):
-            here = broken[r, max(c - 1, 0) : c + 2]
+            here = discontinuous[r, max(c - 1, 0) : c + 2]
             smooth = 0 < c < n - 2 and not np.any(here)
             for k in range(COARSE if c < n - 1 else 1):
                 share, i = k / COARSE, COARSE * c + k
                 near = c + 1 if share >= 0.5 else c
                 fine_x[r, i], fine_y[r, i] = x[r, near], y[r, near]
                 fine_status[r, i] = status[r, near]
-                if k > 0 and not broken[r, c]:
+                if k > 0 and not discontinuous[r, c]:
                     fine_x[r, i] = cubic_between(x[r], c, share, smooth)
                     fine_y[r, i] = cubic_between(y[r], c, share, smooth)
     return fine_x, fine_y, fine_status

@@ -375,13 +375,13 @@ def gather_profiles(tables: Sequence[FileTable], known: Records, intake: Intake)
         ids = (path_id for block in table.blocks("path_id") for path_id in block)
         for k, path_id in enumerate(ids):
             points.setdefault(path_id, array("q")).append(k)
-        for path_id, mine in points.items():
-            rows = list(check_rows(ProfileRow, table.file, table.at(mine), intake.problems))
+        for path_id, selected in points.items():
+            rows = list(check_rows(ProfileRow, table.file, table.at(selected), intake.problems))
             if not path_id or not rows:
                 continue
             if not intake.claim(("profile", path_id), (table.file, rows[0][0]), "path_id", path_id):
                 continue
-            whole = len(rows) == len(mine)
+            whole = len(rows) == len(selected)
             profile = build_profile(table.file, rows, intake.problems) if whole else None
             if profile is None:
                 continue

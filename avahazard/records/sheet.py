@@ -130,14 +130,14 @@ def _split(
         return None
     words = (encoding, SEPARATORS[separator])
     empty = FileTable(file, name=PurePath(file).stem, words=words, separator=separator)
-    broken: list[RowProblem] = []
+    discontinuous: list[RowProblem] = []
     wrong: list[RowProblem] = []
-    rows = islice(_filled(file, text, separator, broken), 1 if start else 0, None)
+    rows = islice(_filled(file, text, separator, discontinuous), 1 if start else 0, None)
     table = filled(empty, rows, wrong, layout)
     if table is None and not wrong:
         wrong.append(RowProblem(file, 1, "", "", HEADER_ACCEPTED))
-    problems += broken or wrong
-    return None if broken else table
+    problems += discontinuous or wrong
+    return None if discontinuous else table
 
 
 def _filled(file: str, text: str, separator: str, problems: list[RowProblem]) -> Iterator[Line]:

@@ -20,7 +20,7 @@ from avahazard.report.html.score_figures import (
     ladder_figure,
 )
 from avahazard.report.picture import figure
-from avahazard.report.sentences import verdict_words
+from avahazard.report.sentences import verdict_text
 from avahazard.results.comparison import Comparison, Ladder
 from avahazard.results.diagnosis import Diagnosis
 
@@ -47,7 +47,7 @@ def draw_comparison(file: Path, comparison: Comparison) -> None:
 
 def draw_diagnosis(file: Path, diagnosis: Diagnosis) -> None:
     """Draw a diagnosis to `file`: the gain of every candidate beside that of chance."""
-    title = verdict_words(diagnosis, diagnosis.model).split(". ")[0]
+    title = verdict_text(diagnosis, diagnosis.model).split(". ")[0]
     draw_figures(file, title, [effects_figure(diagnosis)])
 
 

@@ -14,19 +14,19 @@ from avahazard.report.words import (
     SIGNIFICANT,
     amount,
     as_sure_as,
-    axis_words,
+    axis_text,
     chance,
-    coordinate_words,
+    coordinate_text,
     digits,
     events,
     in_unit,
-    level_words,
-    part_words,
-    shape_words,
+    level_text,
+    part_text,
+    shape_text,
     share,
     some,
     unit_of,
-    unit_words,
+    unit_text,
 )
 from avahazard.results.base import RATIO
 from avahazard.results.calibration import Calibration
@@ -56,7 +56,7 @@ def parameters_table(model: Calibration, *, offsets: bool = True) -> Table:
         (">5 %", of("q05")),
         (">95 %", of("q95")),
         (">" + say("mode"), of("mode")),
-        (say("unit"), lambda p: unit_words(p[1].unit) or None),
+        (say("unit"), lambda p: unit_text(p[1].unit) or None),
     )
     rows = [p for p in model.parameters.items() if offsets or not p[0].startswith(OFFSET)]
     return made("parameters", say("Parameters"), columns, rows)
@@ -83,10 +83,10 @@ def scores_table(coordinate: str, parts: Sequence[tuple[str, PredictedRecords]])
     rows: list[tuple[str, str, str, str | None, Any]] = []
     for name, scores in parts:
         unit = unit_of(coordinate)
-        of = coordinate_words(coordinate)
+        of = coordinate_text(coordinate)
         rows.append((name, f"{of}, {unit}" if unit == "m" else of, "m", coordinate, scores.runout))
         if coordinate != "x" and scores.runout_x is not None:
-            rows.append((name, f"{coordinate_words('x')}, m", "m", "x", scores.runout_x))
+            rows.append((name, f"{coordinate_text('x')}, m", "m", "x", scores.runout_x))
         if scores.speed is not None:
             rows.append((name, say("speed") + ", m/s", "m_s", None, scores.speed))
 
@@ -132,8 +132,8 @@ def failures_table(comparison: Comparison, names: Names = NO_NAMES) -> Table:
     rows = sorted(comparison.where_it_fails, key=lambda row: row.p_value >= SIGNIFICANT)
 
     columns: tuple[Column, ...] = (
-        (say("by"), lambda r: axis_words(r.axis)),
-        (say("level"), lambda r: names.get(r.level) or level_words(r.level)),
+        (say("by"), lambda r: axis_text(r.axis)),
+        (say("level"), lambda r: names.get(r.level) or level_text(r.level)),
         (">" + say("events"), attrgetter("n")),
         (
             ">" + say("bias, {unit}", unit=unit_of(coordinate)),
@@ -156,8 +156,8 @@ def failures_table(comparison: Comparison, names: Names = NO_NAMES) -> Table:
 def misfit_table(comparison: Comparison) -> Table | None:
     """Misfit of speeds, friction fitted to each stop; None without measured speeds."""
     columns: tuple[Column, ...] = (
-        (say("by"), lambda r: axis_words(r.axis)),
-        (say("level"), lambda r: level_words(r.level)),
+        (say("by"), lambda r: axis_text(r.axis)),
+        (say("level"), lambda r: level_text(r.level)),
         (">n", attrgetter("n")),
         (">" + say("bias, {unit}", unit="m/s"), lambda r: digits(r.bias_m_s, "+.1f")),
         (">RMSE, m/s", lambda r: digits(r.rmse_m_s, ".1f")),
@@ -172,7 +172,7 @@ def budget_table(found: Comparison) -> Table | None:
     """The error budget: root mean squares, and shares of the squared error; None without one."""
     whole = sum(part.rms_m**2 for part in found.budget) or 1.0
     columns = (
-        (say("source of error"), lambda p: part_words(p.source)),
+        (say("source of error"), lambda p: part_text(p.source)),
         (f">rms, {unit_of(found.coordinate)}", lambda p: in_unit(p.rms_m, found.coordinate)),
         (">" + say("share of squares"), lambda p: share(p.rms_m**2 / whole)),
     )  # fmt: skip
@@ -283,7 +283,7 @@ def shape_table(diagnosis: Diagnosis) -> Table | None:
     if shape.path is not None:
         # It is the same along each of some stretches.
         places = [k for k in range(n) if k == 0 or shape.q50[k] != shape.q50[k - 1]]
-    state, value = shape_words(shape)
+    state, value = shape_text(shape)
 
     def of(values: Sequence[float], form: str = "+.3f") -> Any:
         return lambda k: digits(values[k], form)
@@ -365,7 +365,7 @@ def fits_table(fits: Fits) -> Table:
 def predicted_table(rows: Sequence[PredictedEvent]) -> Table:
     """Predicted stops of events; the title has what is predicted where it is the same of all."""
     units = {r.coordinate: "H/L" if r.coordinate == RATIO
-        else coordinate_words(r.coordinate) + ", m" for r in rows}  # fmt: skip
+        else coordinate_text(r.coordinate) + ", m" for r in rows}  # fmt: skip
 
     def of(key: str) -> Any:
         return lambda r: in_unit(getattr(r, key), r.coordinate, 0)

@@ -11,13 +11,13 @@ from avahazard.report.language import plural, say, spoken
 from avahazard.report.model_tables import failing
 from avahazard.report.words import (
     amount,
-    axis_words,
+    axis_text,
     chance,
-    coordinate_words,
+    coordinate_text,
     digits,
     events,
     in_unit,
-    level_words,
+    level_text,
     paths,
     share,
     some,
@@ -27,7 +27,7 @@ from avahazard.results.comparison import BeforeAndAfter, Comparison, ErrorFall, 
 from avahazard.results.diagnosis import Diagnosis
 
 
-def model_words(model: Calibration, n_paths: int) -> list[str]:
+def model_text(model: Calibration, n_paths: int) -> list[str]:
     """What the model is, in two or three sentences."""
     values = {"events": events(model.n_events), "method": say(METHODS[model.method].words)}
     families = {
@@ -61,13 +61,13 @@ def model_words(model: Calibration, n_paths: int) -> list[str]:
         else say("The model was calibrated on {events}, without profiles, by {method}.", **values),
         scatter,
         named and say("Further effects: {effects}.", effects=named),
-        *([] if model.kinds is None else kinds_words(model.kinds)),
+        *([] if model.kinds is None else kinds_text(model.kinds)),
         not model.centrifugal and say("The load of the path's curvature on the bed is left out."),
         model.parent and say("It extends the model “{model}”.", model=model.parent),
     )
 
 
-def kinds_words(kinds: Kinds) -> list[str]:
+def kinds_text(kinds: Kinds) -> list[str]:
     """How many avalanches are of a second kind, how it differs, and what goes with it."""
     words = [
         say(
@@ -81,8 +81,8 @@ def kinds_words(kinds: Kinds) -> list[str]:
     ]
     if kinds.in_common:
         columns = [
-            f"{axis_words(row.column)}"
-            f"{f' = {level_words(row.level)}' if row.level else ''} "
+            f"{axis_text(row.column)}"
+            f"{f' = {level_text(row.level)}' if row.level else ''} "
             f"({digits(row.correlation, '+.2f')})"
             for row in kinds.in_common
         ]
@@ -91,7 +91,7 @@ def kinds_words(kinds: Kinds) -> list[str]:
     return words
 
 
-def why_words(name: str, ladder: list[LadderEntry]) -> list[str]:
+def why_text(name: str, ladder: list[LadderEntry]) -> list[str]:
     """Why this model and not another of the ladder: its held-out error."""
     known = {row.model: row.held_out_crps_m for row in ladder if row.held_out_crps_m is not None}
     if len(known) < 2 or name not in known:
@@ -117,7 +117,7 @@ def _held_out_error(by: str, crps_m: float, coordinate: str, along: float | None
     values = {
         "by": say("held-out paths") if by == "path" else say("held-out events"),
         "crps": amount(crps_m, coordinate, 1),
-        "coordinate": coordinate_words(coordinate),
+        "coordinate": coordinate_text(coordinate),
     }
     if along is None or coordinate == "x":
         return say("Held-out CRPS ({by}): {crps} of {coordinate}.", **values)
@@ -128,7 +128,7 @@ def _held_out_error(by: str, crps_m: float, coordinate: str, along: float | None
     )
 
 
-def error_words(found: Comparison) -> list[str]:
+def error_text(found: Comparison) -> list[str]:
     """The held-out error of a model, and the measurement-error floor."""
     coordinate, held = found.coordinate, found.held_out
     along = None if held.runout_x is None else held.runout_x.crps_m
@@ -156,7 +156,7 @@ def error_words(found: Comparison) -> list[str]:
 MOST_LEVELS = 3
 
 
-def failure_words(found: Comparison) -> str:
+def failure_text(found: Comparison) -> str:
     """Where the model fails beyond chance, the worst levels first."""
     rows = failing(found)
     if not rows:
@@ -166,8 +166,8 @@ def failure_words(found: Comparison) -> str:
             "{axis} “{level}” ({n} event, {bias})",
             "{axis} “{level}” ({n} events, {bias})",
             row.n,
-            axis=axis_words(row.axis),
-            level=level_words(row.level),
+            axis=axis_text(row.axis),
+            level=level_text(row.level),
             bias=("" if row.bias_m < 0.0 else "+") + amount(row.bias_m, found.coordinate, 0),
         )
         for row in rows
@@ -176,7 +176,7 @@ def failure_words(found: Comparison) -> str:
     return say("It fails beyond chance by {levels}; predicted minus recorded.", levels=few)
 
 
-def change_words(before: float, after: float, coordinate: str, fall: ErrorFall | None) -> str:
+def change_text(before: float, after: float, coordinate: str, fall: ErrorFall | None) -> str:
     """How a held-out error changes from a parent to its child."""
     values = {"before": amount(before, coordinate, 1), "after": amount(after, coordinate, 1)}
     if after > before:
@@ -201,7 +201,7 @@ def change_words(before: float, after: float, coordinate: str, fall: ErrorFall |
     )
 
 
-def before_and_after_words(found: BeforeAndAfter) -> str:
+def before_and_after_text(found: BeforeAndAfter) -> str:
     """The error of a child beside its parent's, and the floor of both."""
     coordinate, after = found.coordinate, found.after.held_out_crps_m
     floor = say(
@@ -211,11 +211,11 @@ def before_and_after_words(found: BeforeAndAfter) -> str:
     if found.before is None:
         words = _held_out_error(found.held_out_by, after, coordinate)
     else:
-        words = change_words(found.before.held_out_crps_m, after, coordinate, found.fall)
+        words = change_text(found.before.held_out_crps_m, after, coordinate, found.fall)
     return f"{words} {floor}"
 
 
-def verdict_words(diagnosis: Diagnosis, who: str | None = None) -> str:
+def verdict_text(diagnosis: Diagnosis, who: str | None = None) -> str:
     """What a diagnosis says of the model, and where the records have what is missing."""
     whose = say("The model") if who is None else who
     where = [spoken().note(note) for note in diagnosis.where]
@@ -223,7 +223,7 @@ def verdict_words(diagnosis: Diagnosis, who: str | None = None) -> str:
         words
         for c in diagnosis.candidates
         if c.kinds is not None and c.effect in diagnosis.missing
-        for words in kinds_words(c.kinds)
+        for words in kinds_text(c.kinds)
     ]
     verdict = _verdict(diagnosis, whose)
     return " ".join([verdict, *_together(diagnosis), *kinds, *where])

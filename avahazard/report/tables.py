@@ -100,7 +100,7 @@ def _period(row: Any) -> str | None:
     return spoken().number(f"{row.return_period_years:g}") + ("*" if row.extrapolated else "")
 
 
-def far_words() -> str:
+def far_text() -> str:
     """What the mark of an extrapolation says."""
     return say("*: an extrapolation, past twice the observed years or the table of volumes.")
 
@@ -123,7 +123,7 @@ def _answers(rows: HazardRows | Sequence[ZonedPath]) -> Iterator[tuple[Any, Any]
             yield row, row
 
 
-def farthest_words(design: Design, written: Callable[[float | None], str] = place) -> str | None:
+def farthest_text(design: Design, written: Callable[[float | None], str] = place) -> str | None:
     """Where the farthest record stopped, as `written`, and its date."""
     found = design.farthest_record
     if found is None:
@@ -134,7 +134,7 @@ def farthest_words(design: Design, written: Callable[[float | None], str] = plac
     return f"{at} ({date[:4] if spoken().plain else spoken().date(date)})"
 
 
-def past_words(design: Design) -> str | None:
+def past_text(design: Design) -> str | None:
     """How many of the records lie past the median."""
     n, total = design.records_beyond, design.n_records
     return None if n is None or not total else say("{n} of {total}", n=n, total=total)
@@ -162,8 +162,8 @@ def design_table(rows: HazardRows | Sequence[ZonedPath], names: Names = NO_NAMES
         (">z, m", of(lambda d: place(d.runout_elevation_m.q50))),
         (">5–95 %", of(lambda d: span(d.runout_elevation_m))),
         (">" + say("beyond"), of(lambda d: _some(d.p_beyond))),
-        (">" + say("records past it"), of(past_words)),
-        (say("farthest record, m"), of(farthest_words)),
+        (">" + say("records past it"), of(past_text)),
+        (say("farthest record, m"), of(farthest_text)),
     )
     legend = some(
         designs
@@ -175,7 +175,7 @@ def design_table(rows: HazardRows | Sequence[ZonedPath], names: Names = NO_NAMES
         *_intervals(designs),
         any(design.p_beyond for design in designs)
         and say("beyond: probability that it lies past the end of the profile."),
-        any(one.extrapolated for _, one in found) and far_words(),
+        any(one.extrapolated for _, one in found) and far_text(),
     )
     title = say("Design runout: exceeded once in T years by avalanches of all volumes")
     return made("design", title, columns, found, legend, cards=True)
@@ -244,7 +244,7 @@ def volume_runout_table(rows: HazardRows, names: Names = NO_NAMES) -> Table:
         *_intervals(rows),
         any(row.p_left_profile for row in rows)
         and say("beyond: share of them that run past the end of the profile."),
-        any(row.extrapolated for row in rows) and far_words(),
+        any(row.extrapolated for row in rows) and far_text(),
     )
     title = say("Runout of avalanches of one volume")
     return made("volume", title, columns, rows, legend, cards=True)
@@ -312,7 +312,7 @@ def volumes_table(entries: Sequence[PathVolumes]) -> Table:
     )
     legend = some(
         *(f"{entry.path_id}: {entry.method}." for entry in entries),
-        any(level.extrapolated for _, level in rows) and far_words(),
+        any(level.extrapolated for _, level in rows) and far_text(),
     )
     title = "Volumes of the return periods, with the 90 % credible interval"
     return made("volumes", title, columns, rows, legend)
@@ -350,7 +350,7 @@ def zones_table(entries: Sequence[ZonedPath], names: Names = NO_NAMES) -> Table 
             sd=f"{density.sd:.0f}",
             interval=spoken().note(entries[0].interval),
         ),
-        any(zone.extrapolated for _, zone in rows) and far_words(),
+        any(zone.extrapolated for _, zone in rows) and far_text(),
     )
     return made("zones", say("Zones"), columns, rows, legend)
 

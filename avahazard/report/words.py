@@ -23,7 +23,7 @@ def some(*sentences: object) -> list[str]:
     return [words for words in sentences if isinstance(words, str) and words]
 
 
-def coordinate_words(coordinate: str) -> str:
+def coordinate_text(coordinate: str) -> str:
     """What was recorded of a stop, in words."""
     return {
         "elevation": say("elevation"),
@@ -136,7 +136,7 @@ def interval(spread: Spread | PlaceQuantiles) -> str:
     return say("{low} to {high}", low=place(low), high=metres(high))
 
 
-def unit_words(unit: str) -> str:
+def unit_text(unit: str) -> str:
     """A unit as people write it."""
     if spoken().plain:
         return unit.replace("log friction", "log μ").replace("m3", "m³").replace(")2", ")²")
@@ -155,7 +155,7 @@ def unit_words(unit: str) -> str:
     return known.get(unit, unit.replace("m3", "m³"))
 
 
-def axis_words(axis: str) -> str:
+def axis_text(axis: str) -> str:
     """What a comparison is split by: its column's name without marks."""
     known = {
         "path": say("path"),
@@ -181,7 +181,7 @@ def axis_words(axis: str) -> str:
     return known.get(axis, axis.removesuffix("_m").replace("_", " "))
 
 
-def shape_words(shape: Shape) -> tuple[str, str]:
+def shape_text(shape: Shape) -> tuple[str, str]:
     """What a smooth is over, with its path and unit, and of what it is."""
     unit = shape.unit.replace("degrees", "°")
     value = {
@@ -189,11 +189,11 @@ def shape_words(shape: Shape) -> tuple[str, str]:
         "log friction": say("log friction that is added"),
         "drag, 1/m": say("drag that is added, 1/m"),
     }.get(shape.value, say("force per mass, m/s²"))
-    state = ", ".join(filter(None, [axis_words(shape.of), shape.path]))
+    state = ", ".join(filter(None, [axis_text(shape.of), shape.path]))
     return state + (f" ({unit})" if unit else ""), value
 
 
-def level_words(level: str) -> str:
+def level_text(level: str) -> str:
     """A level of an axis: a third of its numbers by the edges, a month, or a name as it is."""
     known = {"channelled": say("channelled"), "open": say("open"), "forest": say("forest")}
     return known.get(level) or spoken().note(level)
@@ -220,7 +220,7 @@ def case(row: HazardRow) -> str:
     return volume(row.volume_m3) if period is None else years(period)
 
 
-def volume_words(row: HazardRow) -> str:
+def volume_text(row: HazardRow) -> str:
     """The volume of a row: given, or that of its return period."""
     known = volume(row.volume_m3)
     if row.return_period_years is None:
@@ -229,7 +229,7 @@ def volume_words(row: HazardRow) -> str:
     return say("the {period}-year volume ({volume})", period=period, volume=known)
 
 
-def event_words(event: Event, names: Mapping[str, str]) -> str:
+def event_text(event: Event, names: Mapping[str, str]) -> str:
     """The event's name, path, date and volume."""
     path = [] if event.path_id is None else [names.get(event.path_id, event.path_id)]
     date = spoken().date(event.date) if event.date else say("undated")
@@ -237,7 +237,7 @@ def event_words(event: Event, names: Mapping[str, str]) -> str:
     return " · ".join((event.event_id, *path, date, known))
 
 
-def part_words(source: str) -> str:
+def part_text(source: str) -> str:
     """A source of error as people call it."""
     known = {
         "record": say("errors of the recorded runouts"),

@@ -344,13 +344,13 @@ def _draw_volumes(
     uniform = rng.uniform(size=len(path))
     volume = np.empty(len(path))
     for k, s in enumerate(sites):
-        mine = path == k
+        selected = path == k
         ends = np.log([s.volume_low_m3, s.volume_high_m3])
         low, high = ndtr((ends - np.log(s.volume_median_m3)) / s.volume_log_sd)
-        z = ndtri(low + (high - low) * uniform[mine])
-        volume[mine] = s.volume_median_m3 * np.exp(s.volume_log_sd * z)
+        z = ndtri(low + (high - low) * uniform[selected])
+        volume[selected] = s.volume_median_m3 * np.exp(s.volume_log_sd * z)
         if s.pin_range:
-            volume[np.flatnonzero(mine)[:2]] = s.volume_low_m3, s.volume_high_m3
+            volume[np.flatnonzero(selected)[:2]] = s.volume_low_m3, s.volume_high_m3
     return volume
 
 
@@ -371,8 +371,8 @@ def _draw_releases(
         if not len(steep):
             upper = np.flatnonzero(y >= y.max() - 0.5 * drop)
             steep = upper[slope[upper] >= np.quantile(slope[upper], 0.8)]
-        mine = path == k
-        release[mine] = y[steep[(uniform[mine] * len(steep)).astype(int)]]
+        selected = path == k
+        release[selected] = y[steep[(uniform[selected] * len(steep)).astype(int)]]
     return release
 
 

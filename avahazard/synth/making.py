@@ -164,13 +164,13 @@ def run_dataset(dataset: Dataset) -> Runs:
     limit = np.array([np.inf if t is None else t for t in told])
     speeds = []
     for k, track in enumerate(dataset.tracks):
-        mine = dataset.path == k
-        release = track.place(dataset.release_elevation_m[mine])
-        status[mine], stop[mine], u = run_track(track, release, mu[mine])
+        selected = dataset.path == k
+        release = track.place(dataset.release_elevation_m[selected])
+        status[selected], stop[selected], u = run_track(track, release, mu[selected])
         speeds.append(u)
-        front[mine] = ahead(track, stop[mine], dataset.lead_m[mine])
-        elevation[mine] = track.elevation(front[mine])
-        moved = mine & (status != NOT_RELEASED)
+        front[selected] = ahead(track, stop[selected], dataset.lead_m[selected])
+        elevation[selected] = track.elevation(front[selected])
+        moved = selected & (status != NOT_RELEASED)
         if dataset.unseen_share > 0.0 and moved.any():
             limit[k] = np.round(np.quantile(elevation[moved], 1.0 - dataset.unseen_share))
     end = np.array([t.knots_m[-1] for t in dataset.tracks])[dataset.path]
@@ -257,14 +257,14 @@ def _recorded_places(
     rng = dataset.generator("record errors")
     error = rng.normal(size=n)
     for k, (site, track) in enumerate(zip(dataset.sites, dataset.tracks, strict=True)):
-        mine = dataset.path == k
-        x = uphill(track, runs.front_x_m[mine], dataset.raised_m[mine])
-        in_x[mine] = bool(np.any(np.diff(site.profile.y_m) >= 0.0))
-        if in_x[mine].any():
-            place[mine], low[mine], high[mine] = x, track.knots_m[0], track.knots_m[-1]
+        selected = dataset.path == k
+        x = uphill(track, runs.front_x_m[selected], dataset.raised_m[selected])
+        in_x[selected] = bool(np.any(np.diff(site.profile.y_m) >= 0.0))
+        if in_x[selected].any():
+            place[selected], low[selected], high[selected] = x, track.knots_m[0], track.knots_m[-1]
         else:
             y = site.profile.y_m
-            place[mine], low[mine], high[mine] = track.elevation(x), y.min(), y.max()
+            place[selected], low[selected], high[selected] = track.elevation(x), y.min(), y.max()
     place = np.where(wrong, low + (high - low) * unit, place)
     written = place + sigma * error
     # Nobody writes down a place far off the path: such an error is drawn again.

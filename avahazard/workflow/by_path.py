@@ -58,9 +58,9 @@ def survey(session: Session) -> Survey:
     with_profile: set[str] = set()
     for piece in load_by_pieces(session):
         for path in piece.paths:
-            mine = of_path(piece, path.path_id)
-            digests[path.path_id] = whole.add(mine)
-            volumes.append(dated_volumes(path, mine.events))
+            selected = of_path(piece, path.path_id)
+            digests[path.path_id] = whole.add(selected)
+            volumes.append(dated_volumes(path, selected.events))
         with_profile.update(profile.path_id for profile in piece.profiles)
         pathless = tuple(event for event in piece.events if event.path_id is None)
         whole.add(Records(events=pathless, speeds=piece.speeds))

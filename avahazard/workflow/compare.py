@@ -401,7 +401,7 @@ def _scores(model: FittedModel) -> results.PredictionScores:
         model.posterior.event_log_likelihood(
             model.draws[k], None if offsets is None else offsets[k]
         )
-        for k in model.evenly(DENSITY_DRAWS)
+        for k in model.thinned(DENSITY_DRAWS)
     ]
     elpd, se = _summed(logsumexp(given, axis=0) - np.log(len(given)))
     return results.PredictionScores(

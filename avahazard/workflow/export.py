@@ -137,10 +137,10 @@ def drawn_path(records: Records, path: Path) -> MappedPath | str:
     """A path on the map with its recorded stops, or what it lacks for that."""
     from avahazard.gis.hazard_map import MappedPath, path_line  # noqa: PLC0415
 
-    mine = of_path(records, path.path_id)
-    if not mine.profiles:
+    selected = of_path(records, path.path_id)
+    if not selected.profiles:
         return "no profile"
-    (profile,), events = mine.profiles, mine.events
+    (profile,), events = selected.profiles, selected.events
     if isinstance(line := path_line(profile), str):
         return line
     smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)

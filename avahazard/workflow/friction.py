@@ -129,7 +129,7 @@ def friction_view(model: FittedModel) -> FrictionView | None:
     if not len(recorded):
         return None
     volume = np.geomspace(np.exp(recorded.min()) / ROOM, np.exp(recorded.max()) * ROOM, N_VOLUMES)
-    u = model.draws[model.evenly(min(len(model.draws), N_PARAMETERS))]
+    u = model.draws[model.thinned(min(len(model.draws), N_PARAMETERS))]
     law = model.layout.law
     middle = law.log_friction(u[:, : len(law.coordinates)], volume)
     return FrictionView(
@@ -245,12 +245,12 @@ def show_frictions(
 
 def _events_of(records: Records, path_id: str) -> tuple[Event, ...]:
     find_path(records, path_id)
-    mine = tuple(event for event in records.events if event.path_id == path_id)
-    if not mine:
+    selected = tuple(event for event in records.events if event.path_id == path_id)
+    if not selected:
         raise AvahazardError(
             f"Path {path_id} has no events.", "Import some: avahazard import FOLDER."
         )
-    return mine
+    return selected
 
 
 def _events(

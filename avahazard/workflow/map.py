@@ -172,10 +172,10 @@ def _part(
     if isinstance(one, str):
         return None
     digest = ground_of(path, find_profile(records, path), crop)
-    mine = [run for run in runs if run.path_id == path.path_id and run.ground == digest]
-    drags = {run.drag_per_m for run in mine}
+    selected = [run for run in runs if run.path_id == path.path_id and run.ground == digest]
+    drags = {run.drag_per_m for run in selected}
     least = min(drags, default=0.0)
-    return MapPart(one, crop, [run for run in mine if run.drag_per_m == least])
+    return MapPart(one, crop, [run for run in selected if run.drag_per_m == least])
 
 
 def _fill(part: MapPart, avalanches: Avalanches, limits: ZoneSystem) -> None:
@@ -218,13 +218,13 @@ def _write_chances(file: FilePath, grid: MapGrid, parts: Sequence[MapPart]) -> t
     for part in parts:
         for name in [name for name in names if name in part.bands]:
             if part.runs:
-                mine = on_grid(grid, part.crop, part.bands[name])
+                selected = on_grid(grid, part.crop, part.bands[name])
             else:
                 width = part.one.width_m or DEFAULT_WIDTH_M
-                mine = strip_on_grid(grid, part.one, part.x, part.bands[name], width)
-            bands[name] = _either(bands[name], mine)
+                selected = strip_on_grid(grid, part.one, part.x, part.bands[name], width)
+            bands[name] = _either(bands[name], selected)
             if name == "chance":
-                by = np.where(np.isfinite(mine), BY_FLOW if part.runs else BY_BLOCK, np.nan)
+                by = np.where(np.isfinite(selected), BY_FLOW if part.runs else BY_BLOCK, np.nan)
                 bands["engine"] = np.fmax(bands["engine"], by.astype(np.float32))
     replace_file(file, is_own_raster, lambda new: write_raster(new, grid, bands))
     return tuple(bands)

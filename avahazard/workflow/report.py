@@ -264,8 +264,8 @@ def path_views(
             alpha_beta=_of(path, alpha_beta),
             zones=next(iter(_of(path, zones)), None),
         )
-        if mine := tuple(e for e in events if e.path_id == path_id):
-            view = replace(view, events=mine)
+        if selected := tuple(e for e in events if e.path_id == path_id):
+            view = replace(view, events=selected)
         own = of_path(records, path_id)
         for profile in own.profiles:
             assert view.smooth is not None
@@ -288,14 +288,14 @@ def _speeds(
     """By path, for each of its rows: the row, x and speed of the block of median friction."""
     values = model.layout.effect_values(model.draws.mean(axis=0))
     for path_id in dict.fromkeys(row.path_id for row in rows):
-        mine = [row for row in rows if row.path_id == path_id]
-        volumes = np.array([row.volume_m3 or ANY_VOLUME_M3 for row in mine])
+        selected = [row for row in rows if row.path_id == path_id]
+        volumes = np.array([row.volume_m3 or ANY_VOLUME_M3 for row in selected])
         events = tuple(Event("", path_id=path_id, volume_m3=size) for size in volumes.tolist())
         future = classes_of(replace(of_path(records, path_id), events=events))
         friction = model.median_friction(volumes, future.columns)
         resistance = model.resistance(future.site, values)
         lines = []
-        for row, mu in zip(mine, friction, strict=True):
+        for row, mu in zip(selected, friction, strict=True):
             if row.p_not_released > 0.5:
                 continue
             found = run_site(future.site, float(mu), resistance).speeds
@@ -383,7 +383,7 @@ def _predicted(model: FittedModel) -> Floats:
     if model.sigma_m is None:
         return expected_records(model, RECORD_DRAWS, rng).draws
     # Its scatter is in metres of elevation, about the stop of the median friction.
-    sigma = model.sigma_m[model.evenly(RECORD_DRAWS)]
+    sigma = model.sigma_m[model.thinned(RECORD_DRAWS)]
     flat = model.draws.copy()
     flat[:, model.layout.scatter] = LEAST_LOG_SCATTER
     stops = predict_stops(replace(model, draws=flat), RECORD_DRAWS, rng)

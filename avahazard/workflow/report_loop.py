@@ -122,7 +122,7 @@ def force_view(
 
     `mu` `[n_events]` is the apparent friction of the events under the model.
     """
-    draws = _draws_of(model, effect)[model.evenly(RECORD_DRAWS)]
+    draws = _draws_of(model, effect)[model.thinned(RECORD_DRAWS)]
     curve = entry.curve(model.facts.get(entry.key, {}))
     if curve is not None:
         of, unit, value, x, on = curve.of, curve.unit, curve.value, curve.x, curve.path

@@ -161,10 +161,12 @@ def volumes_of(records: Records, path_id: str) -> list[float]:
     Those of the path, or of all paths where it has none. Raises `AvahazardError` for none at all.
     """
     known = [(e.path_id, e.volume_m3) for e in records.events if e.volume_m3]
-    mine = [v for path, v in known if path == path_id] or [v for _, v in known]
-    if not mine:
+    selected = [v for path, v in known if path == path_id] or [v for _, v in known]
+    if not selected:
         raise AvahazardError("No volume is recorded.", "Name volumes: --volume 10000.")
-    ends = np.geomspace(min(mine), max(mine), N_VOLUMES if max(mine) > min(mine) else 1)
+    ends = np.geomspace(
+        min(selected), max(selected), N_VOLUMES if max(selected) > min(selected) else 1
+    )
     return [float(f"{v:.3g}") for v in ends]
 
 

@@ -363,7 +363,7 @@ def _all_draws(found: FittedModel) -> Iterator[tuple[str, Floats, str]]:
     plan = found.posterior.plan
     for name, told, g in zip(plan.names, plan.told, plan.of, strict=True):
         # Winters and storms are past: their spread is what matters.
-        if plan.lasting[g] and name in found.offsets:
+        if plan.persistent[g] and name in found.offsets:
             yield told, found.offsets[name], "log friction"
 
 
@@ -411,8 +411,8 @@ def notes_of(model: store.StoredModel, records: Records) -> tuple[Note, ...]:
     """The notes on a stored model, without loading its draws; `records` are those of today."""
     changed = True
     if {path.path_id for path in records.paths}.issuperset(model.paths):
-        mine = only_paths(records, model.paths)
-        changed = data_fingerprint(mine) != model.result["data_fingerprint"]
+        selected = only_paths(records, model.paths)
+        changed = data_fingerprint(selected) != model.result["data_fingerprint"]
     return model_notes(results.Calibration.from_dict(model.result), changed, model.version)
 
 

@@ -56,8 +56,8 @@ def chain(
 
 def faults_of(ran: Ran) -> Iterator[str]:
     """What is wrong with how a command with `--json` ended."""
-    if ran.broken:
-        yield ran.broken[:300]
+    if ran.discontinuous:
+        yield ran.discontinuous[:300]
     elif ran.status not in (0, 1):
         yield f"status {ran.status}: {ran.errors[:300]}"
     elif ran.status == 1:

@@ -126,13 +126,13 @@ def migrate(database: str, way, revision: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Ran:
-    """How a command ended; `broken` where it ended in a traceback."""
+    """How a command ended; `discontinuous` where it ended in a traceback."""
 
     words: Words
     status: int
     output: str
     errors: str
-    broken: str
+    discontinuous: str
 
     def check(self) -> Ran:
         """Return it, or stop where it did not succeed."""
@@ -146,8 +146,8 @@ def run(database: str, words: Words, folder: Path) -> Ran:
     with contextlib.chdir(folder):
         found = CliRunner().invoke(app, ["--db", database, *words], prog_name="avahazard")
     fault = found.exception
-    broken = "" if fault is None or isinstance(fault, SystemExit) else repr(fault)
-    return Ran(words, found.exit_code, found.stdout, found.stderr, broken)
+    discontinuous = "" if fault is None or isinstance(fault, SystemExit) else repr(fault)
+    return Ran(words, found.exit_code, found.stdout, found.stderr, discontinuous)
 
 
 def start(database: str, words: Words, folder: Path, **given: object) -> subprocess.Popen[str]:
@@ -162,8 +162,8 @@ def start(database: str, words: Words, folder: Path, **given: object) -> subproc
 def ended(process: subprocess.Popen[str], words: Words) -> Ran:
     """Wait for a process that was started."""
     output, errors = process.communicate()
-    broken = errors if "Traceback" in errors else ""
-    return Ran(words, process.returncode, output, errors, broken)
+    discontinuous = errors if "Traceback" in errors else ""
+    return Ran(words, process.returncode, output, errors, discontinuous)
 
 
 @dataclass(slots=True)

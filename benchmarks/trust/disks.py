@@ -194,7 +194,7 @@ def _judged(
     fault: str, job: Job, alone: Undisturbed, given: Path, ran: Ran, *, confirmed: bool = True
 ) -> Disturbed:
     found = Disturbed(fault, job.name, ran.status != 0)
-    if ran.status not in (0, 1) or ran.broken:
+    if ran.status not in (0, 1) or ran.discontinuous:
         found.faults.append(f"status {ran.status}: {ran.errors[-400:]}")
     elif ran.status == 1 and not ("Error:" in ran.errors and "Hint:" in ran.errors):
         found.faults.append(f"no message with a hint: {ran.errors[-400:]}")

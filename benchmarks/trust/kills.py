@@ -59,12 +59,12 @@ def kills(given: Any, folder: Path) -> Line:
     """kill -9 over all writing commands, shared among the databases."""
     write_records(folder)
     jobs = [job for job in JOBS if given.only in ("", job.name)]
-    mine = [place for place in places() if isinstance(place, Files) or jobs[0].on_server]
+    selected = [place for place in places() if isinstance(place, Files) or jobs[0].on_server]
     found = []
-    for place in mine:
+    for place in selected:
         rng = np.random.default_rng([given.seed, len(place.name)])
         inside = link_records(folder, folder / place.name)
-        for one in kill_jobs(jobs, place, given.kills // len(mine), rng, inside):
+        for one in kill_jobs(jobs, place, given.kills // len(selected), rng, inside):
             print(f"{place.name}: {one.job} after {one.moment:.1f} s, {one.stood} {one.faults}")
             found.append(one)
     rows = []
@@ -99,10 +99,10 @@ def kill_jobs(
     """Kill the jobs in turn, `n_kills` times in all; `folder` holds their records."""
     states: dict[str, str] = {}
     alone: dict[str, Undisturbed] = {}
-    mine = [job for job in jobs if job.on_server or isinstance(place, Files)]
+    selected = [job for job in jobs if job.on_server or isinstance(place, Files)]
     try:
         for k in range(n_kills):
-            job = mine[k % len(mine)]
+            job = selected[k % len(selected)]
             if job.state not in states:
                 inside = folder / f"state-{job.state}"
                 inside.mkdir()
@@ -178,7 +178,7 @@ def judge(
             found.append(f"{job.file} is written in part")
         file.unlink()  # backups are never written over
     again = run(database, job.words, folder)
-    stored_already = whole and again.status == 1 and not again.broken
+    stored_already = whole and again.status == 1 and not again.discontinuous
     if again.status != 0 and not stored_already:
         found.append(f"the same command again: {again.errors or again.broken}")
     if not same_rows(contents(database), alone.after):

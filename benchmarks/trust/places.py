@@ -164,7 +164,7 @@ def faults(now: Contents, before: Contents, after: Contents) -> list[str]:
         if there - (a | b):
             found.append(f"{name}: {(there - (a | b)).total()} rows are none of the command's")
     for names, what in ((RECORDS, "records"), ({"models", "draw_chunks", "calibrations"}, "model")):
-        mine = [{n: rows[n] for n in names if n in rows} for rows in (now, before, after)]
-        if mine[0] not in mine[1:]:
+        selected = [{n: rows[n] for n in names if n in rows} for rows in (now, before, after)]
+        if selected[0] not in selected[1:]:
             found.append(f"the {what} are stored in part")
     return found

@@ -67,8 +67,13 @@ def page(found: Line) -> str:
     for row in found["rows"]:
         by_revision.setdefault(row["revision"], []).append(row)
     rows = [
-        (revision, mine[0]["n_rows"], len(mine), sum(bool(row["faults"]) for row in mine))
-        for revision, mine in by_revision.items()
+        (
+            revision,
+            selected[0]["n_rows"],
+            len(selected),
+            sum(bool(row["faults"]) for row in selected),
+        )
+        for revision, selected in by_revision.items()
     ]
     wrong = [f"{r['place']}, {r['revision']}: {f}" for r in found["rows"] for f in r["faults"]]
     return (
@@ -123,7 +128,7 @@ def _upgrade(place: Place, revision: str, at_once: int, database: str, folder: P
     else:
         both = [start(database, UPGRADE, folder) for _ in range(at_once)]
         ran = [ended(process, UPGRADE) for process in both]
-    found.faults += [one.errors or one.broken for one in ran if one.status != 0]
+    found.faults += [one.errors or one.discontinuous for one in ran if one.status != 0]
     found.faults += differences(before, dump(database))
     found.faults += check(database, full=False).problems
     return found

@@ -138,15 +138,15 @@ def _at_once(
 
 def _work(role: str, user: int, database: str, folder: Path, seconds: float) -> Used:
     used = Used(role, user)
-    mine = folder / f"user{user}"
-    mine.mkdir()
+    selected = folder / f"user{user}"
+    selected.mkdir()
     until, seen = time.monotonic() + seconds, 0
     while time.monotonic() < until:
         try:
             if role == "read":
                 seen = _read(database, seen, used)
             else:
-                _turn(role, user, used.turns, database, mine)
+                _turn(role, user, used.turns, database, selected)
             used.turns += 1
         except AvahazardError as error:
             used.faults.append(f"{role}: {error.message}")

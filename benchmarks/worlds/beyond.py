@@ -488,13 +488,13 @@ def run_all(world: World, rows: Ints, mu: Floats) -> tuple[Floats, list[Floats]]
     """Stops `[n]` of the events `rows`, and u² by path."""
     stop, speeds = np.empty(len(rows)), []
     for k, terrain in enumerate(world.terrains):
-        mine = world.path[rows] == k
-        if not mine.any():
+        selected = world.path[rows] == k
+        if not selected.any():
             speeds.append(np.zeros((1, 0)))
             continue
-        release = world.release[rows[mine]]
+        release = world.release[rows[selected]]
         length = float(world.lengths_m[k])
-        stop[mine], w = run(terrain, release, mu[mine], world.force, k, length)
+        stop[selected], w = run(terrain, release, mu[selected], world.force, k, length)
         speeds.append(w)
     return stop, speeds
 
@@ -559,8 +559,8 @@ def held_out_winters(rng: np.random.Generator, winter: Ints) -> NDArray[np.bool_
 def _elevation(world: World, x: Floats) -> Floats:
     out = np.empty(len(x))
     for k, t in enumerate(world.terrains):
-        mine = world.path == k
-        out[mine] = np.interp(x[mine], t.x, t.y)
+        selected = world.path == k
+        out[selected] = np.interp(x[selected], t.x, t.y)
     return out
 
 

@@ -111,14 +111,14 @@ def tabulate(world: World, records: Records) -> Tables:
             return by * force(state)
 
         for k, terrain in enumerate(world.terrains):
-            mine = np.flatnonzero(world.path == k)
+            selected = np.flatnonzero(world.path == k)
             x, w = beyond.run(
-                terrain, np.repeat(world.release[mine], m), np.tile(MU, len(mine)),
+                terrain, np.repeat(world.release[selected], m), np.tile(MU, len(selected)),
                 scaled if amplitude else None, k, float(world.lengths_m[k]),
             )  # fmt: skip
-            start = np.repeat(terrain.x[world.release[mine]], m)
+            start = np.repeat(terrain.x[world.release[selected]], m)
             x = np.where(np.isnan(x), start, np.minimum(x, terrain.x[-1] + 1e3))
-            for i, j in enumerate(mine):
+            for i, j in enumerate(selected):
                 part = slice(i * m, (i + 1) * m)
                 stop[a, j] = np.interp(LOG_MU, np.log(MU), x[part])
                 for q in np.flatnonzero(records.event == j):

@@ -150,13 +150,13 @@ def effects(lines: Sequence[Line]) -> str:
     )  # fmt: skip
     rows = []
     for of in sorted({arm(x) for x in lines}):
-        mine = [x for x in lines if arm(x) == of]
-        known = [x for x in mine if x.get("knows") is not None]
-        counts = (share(mine, so, False) for so in (in_set, alone, wrong_alone, false_later))
+        selected = [x for x in lines if arm(x) == of]
+        known = [x for x in selected if x.get("knows") is not None]
+        counts = (share(selected, so, False) for so in (in_set, alone, wrong_alone, false_later))
         errors = [[x["crps"][0], x["crps"][-1], x["knows"]] for x in known]
         medians = [f"{median(column):.1f}" for column in zip(*errors, strict=True)] or ["–"] * 3
-        gain = f"{median(x['gain'] for x in mine):.0f}"
-        rows.append((of, len(mine), gain, *counts, *medians, _median(closed(mine))))
+        gain = f"{median(x['gain'] for x in selected):.0f}"
+        rows.append((of, len(selected), gain, *counts, *medians, _median(closed(selected))))
     return table(head, rows)
 
 
@@ -164,8 +164,15 @@ def nulls(lines: Sequence[Line]) -> str:
     """A row for each arm in which nothing is missing."""
     rows = []
     for of in sorted({arm(x) for x in lines}):
-        mine = [x for x in lines if arm(x) == of]
-        rows.append((of, len(mine), share(mine, lambda x: false(x, 0)), share(mine, false_at_all)))
+        selected = [x for x in lines if arm(x) == of]
+        rows.append(
+            (
+                of,
+                len(selected),
+                share(selected, lambda x: false(x, 0)),
+                share(selected, false_at_all),
+            )
+        )
     return table(("arm", "datasets", "false name in the first round", "in any round"), rows)
 
 

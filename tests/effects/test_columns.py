@@ -116,8 +116,8 @@ def test_what_the_records_count_is_what_one_counts_by_hand() -> None:
                 continue
             its = date.fromisoformat(other.date)
             location = paths[other.path_id].location if other.path_id else ""
-            mine = paths[event.path_id].location if event.path_id else ""
-            nearby += location == mine and abs((its - day).days) <= NEARBY_DAYS
+            selected = paths[event.path_id].location if event.path_id else ""
+            nearby += location == selected and abs((its - day).days) <= NEARBY_DAYS
             same = event.path_id is not None and other.path_id == event.path_id
             if same and winter_of(its) == winter_of(day) and its < day:
                 order += 1

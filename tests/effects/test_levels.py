@@ -15,7 +15,7 @@ from avahazard.effects.covariate import (
     level_effect,
     level_facts,
     level_lacking,
-    level_words,
+    level_text,
 )
 from avahazard.effects.effect import Definition, FrictionEffect
 from avahazard.inference.fitting.mode import find_mode, log_evidence
@@ -67,9 +67,9 @@ def test_one_level_tells_nothing(rock: list[str]) -> None:
 
 
 def test_where_a_column_has_its_levels_is_said() -> None:
-    words = level_words("rock", event_table(rock=ROCK))
+    words = level_text("rock", event_table(rock=ROCK))
     assert words == "rock of the 16 events: 7 gneiss, 5 lime, 4 slate."
-    assert level_words("rock", event_table()) is None
+    assert level_text("rock", event_table()) is None
 
 
 CONSTANT = Specification(law="constant")

@@ -68,9 +68,9 @@ def test_a_declared_limit_holds_and_others_lie_above_the_highest_stop() -> None:
     assert isinstance(effect, LimitEffect)
     limit = effect.limit(table, np.array([20.0]))
     for k in range(N_PATHS):
-        mine = table.path_index == k
+        selected = table.path_index == k
         highest = 250.0 + 4.0 * (k + 30)
-        assert limit[mine] == pytest.approx(400.0 if k == 0 else highest + 20.0)
+        assert limit[selected] == pytest.approx(400.0 if k == 0 else highest + 20.0)
 
 
 def test_far_above_every_stop_there_is_no_limit() -> None:

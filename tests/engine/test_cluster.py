@@ -29,7 +29,7 @@ def test_an_own_cluster_gives_the_same_bits() -> None:
     assert told[0].startswith("dask: 2 workers, dashboard http://127.0.0.1:")
     assert {n for _, n in spread_map(work.inside, None, range(4))} == {1}
     with pytest.raises(ZeroDivisionError):
-        list(spread_map(work.broken, None, range(8)))
+        list(spread_map(work.discontinuous, None, range(8)))
 
 
 @pytest.fixture

@@ -54,7 +54,7 @@ def test_functions_made_inside_functions_reach_a_process() -> None:
 def test_an_error_reaches_the_caller(engine: str) -> None:
     set_engine(engine, workers=2)  # type: ignore[arg-type]
     with pytest.raises(ZeroDivisionError):
-        list(spread_map(work.broken, None, range(8)))
+        list(spread_map(work.discontinuous, None, range(8)))
 
 
 @pytest.mark.slow

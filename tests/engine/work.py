@@ -41,7 +41,7 @@ def inside(_shared: None, _item: int) -> tuple[int, int]:
     return os.getpid(), n_workers()
 
 
-def broken(_shared: None, item: int) -> float:
+def discontinuous(_shared: None, item: int) -> float:
     return 1.0 / (item - 3)
 
 

@@ -34,7 +34,7 @@ def naive_inverse(curve: RunoutCurve, level: float) -> float:
         return np.inf
     k = len(over) - 1
     part = 0.5
-    if not curve.broken[k] and np.isfinite(x[k]) and x[k] != x[k + 1]:
+    if not curve.discontinuous[k] and np.isfinite(x[k]) and x[k] != x[k + 1]:
         part = (x[k] - level) / (x[k] - x[k + 1])
     return float(MU[k] + (MU[k + 1] - MU[k]) * part)
 
@@ -44,7 +44,7 @@ def rate_below(avalanches: Avalanches, mu: np.ndarray) -> np.ndarray:
     return yearly_rate(avalanches, friction_below(avalanches, mu[:, :, None]))
 
 
-def naive_passing_rate(avalanches: Avalanches) -> Callable[[np.ndarray], np.ndarray]:
+def naive_exceedance_rate(avalanches: Avalanches) -> Callable[[np.ndarray], np.ndarray]:
     """A function of x (m) `[n_parameters]`: the yearly rate of avalanches that stop beyond."""
 
     def rate(x: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ from avahazard.hazard.alpha_beta import (
     REGRESSIONS,
     Regression,
     alpha_beta,
-    lasting_flats,
+    persistent_flats,
 )
 from avahazard.physics.smooth_profile import SmoothProfile, legendre_profile, smooth_profile
 from avahazard.records.reading import read_records
@@ -131,8 +131,8 @@ def test_a_flattening_lies_between_places_by_its_steepness() -> None:
     ten = np.tan(np.radians(10.0))
     # Over 10° by three parts, then under it by one: three quarters of the 20 m.
     steepness = ten + np.array([0.5, 0.3, -0.1, -0.2])
-    np.testing.assert_allclose(lasting_flats(x, steepness), [40.0 + 0.75 * 20.0])
-    assert not len(lasting_flats(x[:3], steepness[:3] + 0.2))
+    np.testing.assert_allclose(persistent_flats(x, steepness), [40.0 + 0.75 * 20.0])
+    assert not len(persistent_flats(x[:3], steepness[:3] + 0.2))
 
 
 def test_runout_by_a_plain_search_on_a_stepped_path() -> None:

@@ -26,6 +26,7 @@ from avahazard.hazard.exceedance import (
     reach,
     with_unseen,
 )
+from avahazard.hazard.exceedance_kernel import MAX_NODES, share_under, summed_share
 from avahazard.hazard.extremes import (
     EventVolumes,
     annual_rate,
@@ -33,11 +34,10 @@ from avahazard.hazard.extremes import (
     one_volume,
     with_volumes,
 )
-from avahazard.hazard.passing_kernel import MAX_NODES, share_under, summed_share
 from avahazard.hazard.rows import runout_interval, spread
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.runout_curve import MU
-from tests.hazard.naive import naive_passing_rate, rate_below
+from tests.hazard.naive import naive_exceedance_rate, rate_below
 from tests.hazard.parabola import (
     LAW,
     TOP_M,
@@ -225,7 +225,7 @@ def mixed(case: str, sigma: float = 0.15) -> Avalanches:
 def test_rates_past_places_are_the_sums_over_volumes(case: str) -> None:
     avalanches = mixed(case)
     x = np.linspace(*path_ends(avalanches), 40)
-    naive = naive_passing_rate(avalanches)
+    naive = naive_exceedance_rate(avalanches)
     expected = np.array([naive(np.full(N, place)) for place in x])
     found = rates_past(avalanches, x)
     np.testing.assert_allclose(found, expected, atol=2e-8 * avalanches.volumes.rate.max())
@@ -245,7 +245,7 @@ def test_classes_that_differ_in_friction_have_rates_of_their_own(
     own[first:, 1] += 0.1
     differ = replace(avalanches, **{what: own})
     x = np.linspace(*path_ends(differ), 40)
-    naive = naive_passing_rate(differ)
+    naive = naive_exceedance_rate(differ)
     expected = np.array([naive(np.full(N, place)) for place in x])
     found = rates_past(differ, x)
     np.testing.assert_allclose(found, expected, atol=2e-8 * differ.volumes.rate.max())
@@ -259,7 +259,7 @@ def test_the_place_of_a_rate_is_that_of_the_halvings(case: str) -> None:
     for period in (3.0, 10.0, 30.0):
         rate = annual_rate(period)
         found = places_passed(avalanches, rate)
-        expected = exceeded(naive_passing_rate(avalanches), rate, *path_ends(avalanches), N)
+        expected = exceeded(naive_exceedance_rate(avalanches), rate, *path_ends(avalanches), N)
         np.testing.assert_array_equal(np.isinf(found), np.isinf(expected))
         np.testing.assert_allclose(found, expected, atol=1e-3)
         places += [x for x in found if np.isfinite(x)]
@@ -299,7 +299,7 @@ def test_hardly_any_scatter_needs_no_curve() -> None:
     shares = avalanches.descent.shares
     assert shares.nodes.size == 0 < MAX_NODES
     x = np.linspace(*path_ends(avalanches), 10)
-    naive = naive_passing_rate(avalanches)
+    naive = naive_exceedance_rate(avalanches)
     expected = np.array([naive(np.full(N, place)) for place in x])
     np.testing.assert_allclose(rates_past(avalanches, x), expected, atol=1e-8)
 
@@ -330,8 +330,8 @@ def drawn() -> tuple[np.ndarray, np.ndarray]:
     )
     x = np.empty(N_SEEN)
     for j, release in enumerate(RELEASES):
-        mine = np.arange(N_SEEN) % 2 == j
-        x[mine] = stops(np.exp(log_mu[mine]), release)
+        selected = np.arange(N_SEEN) % 2 == j
+        x[selected] = stops(np.exp(log_mu[selected]), release)
     return k, x
 
 

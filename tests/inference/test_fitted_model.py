@@ -104,7 +104,7 @@ def test_only_the_scatter_of_metropolis_is_in_metres(method: MethodName) -> None
 @pytest.mark.parametrize("n", [1, 2, 7, 50, 120])
 def test_draws_are_taken_evenly(n: int) -> None:
     given = posterior(observations())
-    chosen = fitted_model(given, _draws(given), {}).evenly(n)
+    chosen = fitted_model(given, _draws(given), {}).thinned(n)
     assert len(chosen) == n
     assert chosen[0] == 0
     assert np.all(np.diff(chosen) >= 0)

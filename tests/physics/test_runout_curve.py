@@ -17,7 +17,7 @@ from avahazard.physics.runout_curve import (
     Asked,
     NearStops,
     RunoutCurve,
-    broken_cells,
+    discontinuous_cells,
     filled,
     inverse,
     near_stops,
@@ -101,18 +101,18 @@ def test_the_table_is_the_runs() -> None:
 
 def test_cells_are_broken_as_the_twin_says() -> None:
     curves = random_curves(20)
-    broken = curves.broken
+    discontinuous = curves.discontinuous
     found = [
         [naive_broken(x, s, c) for c in range(N - 1)]
         for x, s in zip(curves.x, curves.status, strict=True)
     ]
-    np.testing.assert_array_equal(broken, found)
-    one_by_one = [[curves[k].is_broken(c) for c in range(N - 1)] for k in range(20)]
-    np.testing.assert_array_equal(broken, one_by_one)
+    np.testing.assert_array_equal(discontinuous, found)
+    one_by_one = [[curves[k].is_discontinuous(c) for c in range(N - 1)] for k in range(20)]
+    np.testing.assert_array_equal(discontinuous, one_by_one)
     stopped = curves.status == STOPPED
     inside = stopped[:, 1:] & stopped[:, :-1]
-    assert 0 < np.sum(broken & inside) < np.sum(inside)
-    np.testing.assert_array_equal(curves.jumps, broken & inside)
+    assert 0 < np.sum(discontinuous & inside) < np.sum(inside)
+    np.testing.assert_array_equal(curves.jumps, discontinuous & inside)
 
 
 def test_what_is_looked_up_is_the_twins() -> None:
@@ -149,7 +149,7 @@ def test_nothing_stops_within_a_jump() -> None:
 
 def test_a_curve_that_steepens_smoothly_has_no_jump() -> None:
     x = 3000.0 * np.exp(-4.0 * (0.1 + 0.01 * np.arange(40)))
-    assert not broken_cells(x, np.zeros(40, dtype=np.int8)).any()
+    assert not discontinuous_cells(x, np.zeros(40, dtype=np.int8)).any()
 
 
 def test_coarse_runs_are_filled_straight_but_for_jumps() -> None:
@@ -157,8 +157,8 @@ def test_coarse_runs_are_filled_straight_but_for_jumps() -> None:
     x[50:] -= 300.0
     status = np.zeros((1, len(x)), dtype=np.int8)
     status[0, :9] = LEFT_PROFILE
-    broken = broken_cells(x[None], status)
-    fine = RunoutCurve(*filled(x[None], -x[None], status, broken))
+    discontinuous = discontinuous_cells(x[None], status)
+    fine = RunoutCurve(*filled(x[None], -x[None], status, discontinuous))
     np.testing.assert_allclose(fine.x[:, : len(MU) : 4], x[None, : len(MU[::4])])
     np.testing.assert_allclose(fine.x[0, 36:197], 2000.0 - 1000.0 * MU[36:197])
     np.testing.assert_array_equal(fine.x[0, 196:201], x[[49, 49, 50, 50, 50]])
@@ -172,25 +172,25 @@ def test_the_inverse_gives_back_the_friction() -> None:
     values = np.where(curve.left, np.inf, curve.x)
     mu = np.linspace(0.4, 0.6, 50)
     x = curve.at(mu)[0]
-    found = [inverse(values, curve.broken, place) for place in x]
+    found = [inverse(values, curve.discontinuous, place) for place in x]
     np.testing.assert_allclose(found, mu, atol=1e-9)
     lowest, highest = np.min(values) - 1.0, 1e6
-    assert inverse(values, curve.broken, lowest) == np.inf
+    assert inverse(values, curve.discontinuous, lowest) == np.inf
     # Only what leaves goes so far: the edge is midway to the first that stops.
     last_left = np.flatnonzero(curve.left)[-1]
-    found = inverse(values, curve.broken, highest)
+    found = inverse(values, curve.discontinuous, highest)
     assert found == pytest.approx(0.5 * (MU[last_left] + MU[last_left + 1]))
-    assert inverse(-MU, curve.broken, 0.0) == 0.0
+    assert inverse(-MU, curve.discontinuous, 0.0) == 0.0
 
 
 def test_within_a_jump_the_inverse_is_its_middle() -> None:
     x = 2000.0 - 1000.0 * MU
     x[100:] -= 300.0
     level = np.array([x[100] + 1.0, x[99] - 1.0])
-    broken = broken_cells(x, np.zeros(len(MU), dtype=np.int8))
+    discontinuous = discontinuous_cells(x, np.zeros(len(MU), dtype=np.int8))
     for place in level:
-        assert inverse(x, broken, place) == pytest.approx(MU[99] + 0.5 * MU_STEP)
-    straight = [inverse(x, np.zeros_like(broken), place) for place in level]
+        assert inverse(x, discontinuous, place) == pytest.approx(MU[99] + 0.5 * MU_STEP)
+    straight = [inverse(x, np.zeros_like(discontinuous), place) for place in level]
     assert np.ptp(straight) > 0.4 * MU_STEP
 
 

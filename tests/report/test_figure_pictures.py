@@ -12,7 +12,7 @@ from avahazard.criticism.scoring.error_budget import SOURCES, UNEXPLAINED
 from avahazard.report.figure_pictures import draw_comparison, draw_diagnosis, draw_ladder
 from avahazard.report.html.score_figures import SOURCE_COLORS, budget_bars, parts_in_order
 from avahazard.report.language import LANGUAGES, language_of, speaking
-from avahazard.report.words import part_words
+from avahazard.report.words import part_text
 from avahazard.results.base import Rows
 from avahazard.results.comparison import BudgetPart, Ladder, LadderEntry
 from avahazard.results.diagnosis import Candidate
@@ -86,9 +86,9 @@ def test_every_source_is_told_everywhere() -> None:
     assert set(SOURCE_COLORS) == set(ALL)
     for code in LANGUAGES:
         with speaking(language_of(code)):
-            assert len({part_words(source) for source in ALL}) == len(ALL), code
+            assert len({part_text(source) for source in ALL}) == len(ALL), code
     with speaking(language_of("de")):
-        assert part_words("release") == "Fehler der aufgezeichneten Anrisse"
+        assert part_text("release") == "Fehler der aufgezeichneten Anrisse"
 
 
 @pytest.mark.parametrize("with_release", [True, False])

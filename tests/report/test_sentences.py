@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from avahazard.report.model_tables import kinds_table
-from avahazard.report.sentences import model_words, verdict_words
+from avahazard.report.sentences import model_text, verdict_text
 from avahazard.results.base import Rows
 from avahazard.results.calibration import InCommon, Kinds
 from tests.results.samples import CALIBRATION, CANDIDATE, DIAGNOSIS
@@ -31,7 +31,7 @@ KINDS = Kinds(
 )
 def test_the_verdict_in_words(verdict: str, words: str) -> None:
     found = replace(DIAGNOSIS, verdict=verdict, missing=("season",))
-    sentence = verdict_words(found, "base")
+    sentence = verdict_text(found, "base")
     assert sentence.startswith("base ")
     assert words in sentence
 
@@ -43,19 +43,19 @@ def test_the_verdict_says_where_the_physics_is() -> None:
         missing=("forest-drag",),
         where=("It fails beyond chance on P01 (+40 m).", "P01 and P06 have forest."),
     )
-    assert verdict_words(found).endswith("(+40 m). P01 and P06 have forest.")
+    assert verdict_text(found).endswith("(+40 m). P01 and P06 have forest.")
 
 
 @pytest.mark.parametrize(("share", "words"), [(0.6, "insufficient"), (0.4, "adequate")])
 def test_few_data_are_not_called_a_good_model(share: float, words: str) -> None:
     found = replace(DIAGNOSIS, verdict="adequate", missing=(), detectable_share=share)
-    assert words in verdict_words(found, "base")
+    assert words in verdict_text(found, "base")
     assert found.cannot_tell == (share > 0.5)
 
 
 def test_what_is_missing_is_named_however_few_the_data() -> None:
     found = replace(DIAGNOSIS, verdict="missing-effect", missing=("season",), detectable_share=0.9)
-    assert "lacks an effect: season" in verdict_words(found, "base")
+    assert "lacks an effect: season" in verdict_text(found, "base")
 
 
 def test_a_second_kind_is_told_of_the_model_and_where_it_is_missing() -> None:
@@ -64,11 +64,11 @@ def test_a_second_kind_is_told_of_the_model_and_where_it_is_missing() -> None:
         "0.76 times that of the others. 1 of 3 events are more likely of it than not. "
         "Columns that go with it (rank correlation): weather = storm (\u22120.31)."
     )
-    assert words in " ".join(model_words(replace(CALIBRATION, kinds=KINDS), 3))
+    assert words in " ".join(model_text(replace(CALIBRATION, kinds=KINDS), 3))
     candidate = replace(CANDIDATE, effect="two-kinds", kinds=KINDS)
     found = replace(DIAGNOSIS, candidates=Rows([candidate]), verdict="missing-effect")
-    assert words in verdict_words(replace(found, missing=("two-kinds",)))
-    assert words not in verdict_words(replace(found, missing=("season",)))
+    assert words in verdict_text(replace(found, missing=("two-kinds",)))
+    assert words not in verdict_text(replace(found, missing=("season",)))
     table = kinds_table(replace(CALIBRATION, kinds=KINDS))
     assert table is not None
     assert table.rows == [["e2", "95 %"], ["e1", "20 %"], ["e3", "under 0.1 %"]]

@@ -71,7 +71,7 @@ def test_a_terminal_has_the_numbers_of_programs() -> None:
 
 def test_an_event_is_named_with_what_is_known() -> None:
     event = EventView("e1", "P", "1950", stop_x_m=800.0)
-    assert words.event_words(event, {"P": "Path"}) == "e1 · Path · 1950 · volume unknown"
+    assert words.event_text(event, {"P": "Path"}) == "e1 · Path · 1950 · volume unknown"
 
 
 @speaking(language_of("de"))
@@ -79,9 +79,9 @@ def test_levels_have_the_words_and_signs_of_the_language() -> None:
     volume = Note("up_to", edge=4.2e4, form=",.0f", unit=" m3")
     column = Note("from_to", low=-7.13, high=-4.5, form=".4g", unit="")
     share = Note("above", edge=0.37, form=".0%", unit="")
-    assert words.level_words(volume) == "bis 42.000 m³"
-    assert words.level_words(column) == "−7,13 bis −4,5"
-    assert words.level_words(share) == "über 37\u00a0%"
-    assert words.level_words("March") == "März"
-    assert words.level_words("channelled") == "kanalisiert"
-    assert words.level_words("P01") == "P01"
+    assert words.level_text(volume) == "bis 42.000 m³"
+    assert words.level_text(column) == "−7,13 bis −4,5"
+    assert words.level_text(share) == "über 37\u00a0%"
+    assert words.level_text("March") == "März"
+    assert words.level_text("channelled") == "kanalisiert"
+    assert words.level_text("P01") == "P01"

@@ -48,10 +48,10 @@ def test_equal_seeds_give_equal_mutants(forms: list[Source]) -> None:
 
 
 def test_a_reader_that_breaks_is_at_fault(forms: list[Source], tmp_path: Path) -> None:
-    def broken(_database: str, _file: Path) -> None:
+    def discontinuous(_database: str, _file: Path) -> None:
         raise KeyError("path_id")
 
-    source = Source("x", "x.csv", b"a,b\n1,2\n3,4\n", forms[0].mutate, broken)
+    source = Source("x", "x.csv", b"a,b\n1,2\n3,4\n", forms[0].mutate, discontinuous)
     assert len(read_mutants(source, 5, 0, "", tmp_path).faults) == 5
 
 

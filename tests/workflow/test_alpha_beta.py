@@ -24,7 +24,7 @@ def height(x: np.ndarray) -> np.ndarray:
 
 
 @pytest.fixture
-def mine(database: str, write: Write) -> str:
+def selected(database: str, write: Write) -> str:
     """A bowl, its upper part as a path that never flattens, and a path without a profile."""
     write("paths.csv", "path_id,release_elevation_m\nbowl,1900\nsteep,\nbare,\n")
     rows = [("bowl", x) for x in X] + [("steep", x) for x in X[:45]]
@@ -34,8 +34,8 @@ def mine(database: str, write: Write) -> str:
     return database
 
 
-def test_a_row_for_each_path_and_regression(mine: str) -> None:
-    rows = alpha_beta_paths(mine)
+def test_a_row_for_each_path_and_regression(selected: str) -> None:
+    rows = alpha_beta_paths(selected)
     assert [(row.path_id, row.coefficients) for row in rows] == [
         *(("bowl", "norway"), ("bowl", "austria")),
         *(("steep", "norway"), ("steep", "austria")),
@@ -53,11 +53,11 @@ def test_a_row_for_each_path_and_regression(mine: str) -> None:
     assert "never flattens to 10°" in rows[2].notes[0]
 
 
-def test_what_is_not_there(mine: str, empty_database: Path, tmp_path: Path) -> None:
+def test_what_is_not_there(selected: str, empty_database: Path, tmp_path: Path) -> None:
     with pytest.raises(AvahazardError, match="no path 'everest'"):
-        alpha_beta_paths(mine, "everest")
+        alpha_beta_paths(selected, "everest")
     with pytest.raises(AvahazardError, match="path bare"):
-        alpha_beta_paths(mine, "bare")
+        alpha_beta_paths(selected, "bare")
     none = str(shutil.copy(empty_database, tmp_path / "none.db"))
     with pytest.raises(AvahazardError, match="no paths with a profile"):
         alpha_beta_paths(none)

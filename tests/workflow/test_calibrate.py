@@ -189,11 +189,11 @@ def test_the_right_effect_lowers_the_held_out_error_and_a_wrong_one_does_not(
 def test_a_child_whose_comparison_cannot_be_stored_is_not_stored_either(
     snow_database: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(*_: object) -> None:
+    def discontinuous(*_: object) -> None:
         raise OSError("killed")
 
     with monkeypatch.context() as patched:
-        patched.setattr("avahazard.store.results.save_result", broken)
+        patched.setattr("avahazard.store.results.save_result", discontinuous)
         with pytest.raises(OSError, match="killed"):
             add(snow_database, "base", ["season"], "season")
     with reading(snow_database) as session:

@@ -121,11 +121,11 @@ def test_the_real_avaframe_runs_a_project_as_simulate_does(
     assert run("simulate", "-V", volume, "--friction", friction).exit_code == 0
     with reading(str(flow_slope / "avahazard.db")) as session:
         stored = load_simulations(session, peaks=True)
-    (mine,) = (one for one in stored if one.volume_m3 == first["volume_m3"])
+    (selected,) = (one for one in stored if one.volume_m3 == first["volume_m3"])
     (file,) = peaks.glob("draw001_*_ppr.tif")
     with rasterio.open(file) as raster:
         peak = raster.read(1, masked=True).filled(0.0)
-    assert mine.peak_kpa is not None
+    assert selected.peak_kpa is not None
     # Thickness is rounded in the sixth digit, which moves particles a little.
-    over = (peak > 1.0) == (mine.peak_kpa > 1.0)
+    over = (peak > 1.0) == (selected.peak_kpa > 1.0)
     assert over.mean() > 0.99

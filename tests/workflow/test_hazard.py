@@ -49,7 +49,7 @@ def models(twin_database: str, tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 @pytest.fixture
-def mine(models: str, tmp_path: Path) -> str:
+def selected(models: str, tmp_path: Path) -> str:
     return str(shutil.copy(models, tmp_path / "mine.db"))
 
 
@@ -57,8 +57,8 @@ def rows_of(database: str, name: str, **more: Any) -> Rows[HazardRow]:
     return hazard(database, name, HazardRequest(**more)).rows
 
 
-def test_hundred_years_for_every_path_by_default(mine: str) -> None:
-    rows = rows_of(mine, "gibbs")
+def test_hundred_years_for_every_path_by_default(selected: str) -> None:
+    rows = rows_of(selected, "gibbs")
     assert [row.path_id for row in rows] == sorted(p.path_id for p in twin_records().paths)
     assert {row.return_period_years for row in rows} == {100.0}
     for row in rows:
@@ -75,7 +75,7 @@ def test_hundred_years_for_every_path_by_default(mine: str) -> None:
         middle = row.design.runout_x_m.q50
         if middle is not None:
             assert crossing == pytest.approx(middle, abs=60.0)
-    with reading(mine) as session:
+    with reading(selected) as session:
         assert latest_documents(session, BOUNDS, "gibbs") == plain(rows, keyed=True)
 
 
@@ -92,8 +92,8 @@ def check_apart(row: HazardRow) -> None:
     assert "error of the rate" in row.design.interval
 
 
-def test_periods_and_volumes_give_rows_for_both(mine: str) -> None:
-    rows = rows_of(mine, "gibbs", return_periods=[30.0], volumes=[1e4, 1e4], paths=["scey"])
+def test_periods_and_volumes_give_rows_for_both(selected: str) -> None:
+    rows = rows_of(selected, "gibbs", return_periods=[30.0], volumes=[1e4, 1e4], paths=["scey"])
     assert [(row.return_period_years, row.volume_m3) for row in rows][1:] == [(None, 1e4)]
     assert rows[0].return_period_years == 30.0
     assert "fixed: the volume of the return period" in rows[0].interval
@@ -101,7 +101,7 @@ def test_periods_and_volumes_give_rows_for_both(mine: str) -> None:
 
 
 def test_tables_and_profiles_are_made_once_for_a_path(
-    mine: str, monkeypatch: pytest.MonkeyPatch
+    selected: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     counted: Counter[str] = Counter()
     table, smooth = Site.table, future_events.smooth_profile
@@ -118,7 +118,9 @@ def test_tables_and_profiles_are_made_once_for_a_path(
     monkeypatch.setattr(future_events, "smooth_profile", count_profile)
     paths = ["nants", "scey"]
     hazard(
-        mine, "gibbs", HazardRequest(return_periods=[30.0, 100.0], volumes=[1e4, 1e5], paths=paths)
+        selected,
+        "gibbs",
+        HazardRequest(return_periods=[30.0, 100.0], volumes=[1e4, 1e5], paths=paths),
     )
     tables = {f"table of {path_id}" for path_id in paths}
     # The model stands on all paths; it needs the ground of those that it is applied to.
@@ -126,36 +128,38 @@ def test_tables_and_profiles_are_made_once_for_a_path(
     assert len(counted) == 2 * len(paths)
     assert set(counted.values()) == {1}
     counted.clear()
-    zones(mine, "gibbs", ZonesRequest(no_drag=True, return_periods=[10.0], paths=paths))
+    zones(selected, "gibbs", ZonesRequest(no_drag=True, return_periods=[10.0], paths=paths))
     assert len(counted) == 2 * len(paths)
     assert set(counted.values()) == {1}
 
 
-def test_larger_volumes_and_longer_periods_go_further(mine: str) -> None:
-    volumes = rows_of(mine, "gibbs", volumes=[1e4, 1e6], paths=["saint-clement"])
+def test_larger_volumes_and_longer_periods_go_further(selected: str) -> None:
+    volumes = rows_of(selected, "gibbs", volumes=[1e4, 1e6], paths=["saint-clement"])
     assert volumes[1].runout_x_m.q50 > volumes[0].runout_x_m.q50 + 100.0
-    periods = rows_of(mine, "gibbs", return_periods=[10.0, 100.0], paths=["saint-clement"])
+    periods = rows_of(selected, "gibbs", return_periods=[10.0, 100.0], paths=["saint-clement"])
     assert periods[1].volume_m3 > periods[0].volume_m3
 
 
-def test_a_row_does_not_hang_on_the_others(mine: str) -> None:
-    alone = rows_of(mine, "gibbs", volumes=[2e4], paths=["nants"])[0]
-    among = rows_of(mine, "gibbs", volumes=[1e4, 2e4])
+def test_a_row_does_not_hang_on_the_others(selected: str) -> None:
+    alone = rows_of(selected, "gibbs", volumes=[2e4], paths=["nants"])[0]
+    among = rows_of(selected, "gibbs", volumes=[1e4, 2e4])
     assert alone in among
-    assert alone not in rows_of(mine, "gibbs", volumes=[2e4], paths=["nants"], seed=1)
+    assert alone not in rows_of(selected, "gibbs", volumes=[2e4], paths=["nants"], seed=1)
 
 
-def test_the_metropolis_model_scatters_in_metres(mine: str) -> None:
-    (row,) = rows_of(mine, "metropolis", volumes=[3e4], paths=["saugy"])
+def test_the_metropolis_model_scatters_in_metres(selected: str) -> None:
+    (row,) = rows_of(selected, "metropolis", volumes=[3e4], paths=["saugy"])
     assert "sigma metres of elevation" in row.interval
     z = row.runout_elevation_m
-    sigma = load_stored(mine, "metropolis")[0].calibration.parameters["sigma"].mean
+    sigma = load_stored(selected, "metropolis")[0].calibration.parameters["sigma"].mean
     assert z.q95 - z.q05 == pytest.approx(2 * 1.645 * sigma, rel=0.1)
 
 
-def test_a_model_without_volume_says_so_and_needs_none(mine: str) -> None:
+def test_a_model_without_volume_says_so_and_needs_none(selected: str) -> None:
     found = hazard(
-        mine, "constant", HazardRequest(return_periods=[100.0], volumes=[1e3, 1e6], paths=["scey"])
+        selected,
+        "constant",
+        HazardRequest(return_periods=[100.0], volumes=[1e3, 1e6], paths=["scey"]),
     )
     rows, notes = found.rows, found.notes
     medians = [row.runout_x_m.q50 for row in rows]
@@ -164,8 +168,8 @@ def test_a_model_without_volume_says_so_and_needs_none(mine: str) -> None:
     assert "does not matter" in rows[0].interval
 
 
-def test_a_volume_beyond_the_records_is_told_with_its_rows(mine: str) -> None:
-    found = hazard(mine, "gibbs", HazardRequest(volumes=[1e4, 1e8], paths=["scey", "saugy"]))
+def test_a_volume_beyond_the_records_is_told_with_its_rows(selected: str) -> None:
+    found = hazard(selected, "gibbs", HazardRequest(volumes=[1e4, 1e8], paths=["scey", "saugy"]))
     for row in found.rows:
         told = " ".join(row.notes)
         assert ("times the largest recorded on this path" in told) == (row.volume_m3 == 1e8)
@@ -175,39 +179,41 @@ def test_a_volume_beyond_the_records_is_told_with_its_rows(mine: str) -> None:
     assert beyond.removeprefix("scey: ") in {n for row in found.rows for n in row.notes}
 
 
-def test_paths_without_volumes_are_left_out_or_refused(mine: str, write: Write) -> None:
+def test_paths_without_volumes_are_left_out_or_refused(selected: str, write: Write) -> None:
     write("paths.csv", "path_id\nbare\n")
     rows = "\n".join(f"bare,{x},{800 + 1200 * exp(-x / 1000):.2f}" for x in range(0, 6001, 30))
     write("events.csv", "event_id,path_id,runout_x_m,date\nb1,bare,1500,1950\nb2,bare,1600,1960\n")
-    import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{rows}\n").parent])
+    import_files(selected, [write("profiles.csv", f"path_id,x_m,y_m\n{rows}\n").parent])
     with pytest.raises(AvahazardError, match="path bare"):
-        hazard(mine, "gibbs", HazardRequest(paths=["bare"]))
-    found = hazard(mine, "gibbs", HazardRequest())
+        hazard(selected, "gibbs", HazardRequest(paths=["bare"]))
+    found = hazard(selected, "gibbs", HazardRequest())
     assert "bare" not in {row.path_id for row in found.rows}
     assert any("left out: No dated event of path bare" in note for note in found.notes)
     assert any("records have changed" in note for note in found.notes)
-    assert rows_of(mine, "gibbs", volumes=[1e4], paths=["bare"])[0].runout_x_m.mean > 0
-    (any_volume,) = rows_of(mine, "constant", paths=["bare"])
+    assert rows_of(selected, "gibbs", volumes=[1e4], paths=["bare"])[0].runout_x_m.mean > 0
+    (any_volume,) = rows_of(selected, "constant", paths=["bare"])
     assert (any_volume.volume_m3, any_volume.return_period_years) == (None, 100.0)
     assert any_volume.design.runout_x_m.q50 > 0.0
 
 
-def test_a_block_that_does_not_start_is_told_and_given_no_bounds(mine: str, write: Write) -> None:
+def test_a_block_that_does_not_start_is_told_and_given_no_bounds(
+    selected: str, write: Write
+) -> None:
     write("paths.csv", "path_id\nshelf\n")
     points = [(x, 2000 - 0.1 * x if x <= 300 else 2240 - 0.9 * x) for x in range(0, 1801, 30)]
     rows = "\n".join(f"shelf,{x},{y:.1f}" for x, y in points)
-    import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{rows}\n").parent])
-    found = hazard(mine, "gibbs", HazardRequest(volumes=[1e4], paths=["shelf"]))
+    import_files(selected, [write("profiles.csv", f"path_id,x_m,y_m\n{rows}\n").parent])
+    found = hazard(selected, "gibbs", HazardRequest(volumes=[1e4], paths=["shelf"]))
     (row,) = found.rows
     assert row.p_not_released > 0.9
     assert row.runout_x_m == Spread(None, None, None, None)
     assert any("shelf: the block does not start" in note for note in found.notes)
 
 
-def test_volumes_of_a_table_by_both_ways(mine: str, write: Write) -> None:
+def test_volumes_of_a_table_by_both_ways(selected: str, write: Write) -> None:
     text = "path_id,return_period_years,volume_m3\nscey,30,20000\n"
     source = VolumeSource(table=write("table.csv", text))
-    found = hazard(mine, "gibbs", HazardRequest(return_periods=[30.0, 300.0], source=source))
+    found = hazard(selected, "gibbs", HazardRequest(return_periods=[30.0, 300.0], source=source))
     rows, notes = found.rows, found.notes
     assert [row.path_id for row in rows] == ["scey"] * 2
     assert [row.extrapolated for row in rows] == [False, True]
@@ -219,13 +225,13 @@ def test_volumes_of_a_table_by_both_ways(mine: str, write: Write) -> None:
     assert rows[1].design.runout_x_m.q50 > rows[1].runout_x_m.q50
 
 
-def test_gaps_raise_the_rate(mine: str, write: Write) -> None:
-    (before,) = rows_of(mine, "gibbs", paths=["nants"])
+def test_gaps_raise_the_rate(selected: str, write: Write) -> None:
+    (before,) = rows_of(selected, "gibbs", paths=["nants"])
     first, last = before.first_year, before.last_year
     text = "path_id,observed_from,observed_to,not_observed\n"
     text += f"nants,{first},{last},{first - 5}-{first + 40}\n"
-    import_files(mine, [write("paths.csv", text)], ImportRequest(update=True))
-    (after,) = rows_of(mine, "gibbs", paths=["nants"])
+    import_files(selected, [write("paths.csv", text)], ImportRequest(update=True))
+    (after,) = rows_of(selected, "gibbs", paths=["nants"])
     assert after.years_not_observed == 41
     years = last - first + 1 - 41
     assert after.events_per_year == pytest.approx(after.n_records / years)
@@ -233,11 +239,11 @@ def test_gaps_raise_the_rate(mine: str, write: Write) -> None:
 
 
 @pytest.mark.parametrize("model", ["gibbs", "constant"])
-def test_the_rate_of_a_year_is_a_stated_choice(mine: str, model: str) -> None:
+def test_the_rate_of_a_year_is_a_stated_choice(selected: str, model: str) -> None:
     found = {}
     for year in (1900, None, 2000):
         source = VolumeSource(as_of=year)
-        found[year] = hazard(mine, model, HazardRequest(paths=["scey"], source=source))
+        found[year] = hazard(selected, model, HazardRequest(paths=["scey"], source=source))
     shares = [float(np.mean(found[y].rows[0].reach.p_per_year.q50)) for y in (1900, None, 2000)]
     assert len(set(shares)) == 3
     assert not any("--as-of:" in note for note in found[None].notes)
@@ -246,9 +252,9 @@ def test_the_rate_of_a_year_is_a_stated_choice(mine: str, model: str) -> None:
         assert found[2000].rows[0].volume_method.endswith("; as of 2000")
 
 
-def test_events_rarer_than_the_period_are_an_error(mine: str) -> None:
+def test_events_rarer_than_the_period_are_an_error(selected: str) -> None:
     with pytest.raises(AvahazardError, match="2 years") as caught:
-        hazard(mine, "gibbs", HazardRequest(return_periods=[2.0]))
+        hazard(selected, "gibbs", HazardRequest(return_periods=[2.0]))
     assert "over" in caught.value.hint
 
 
@@ -261,18 +267,18 @@ def test_events_rarer_than_the_period_are_an_error(mine: str) -> None:
         ({"paths": ["everest"]}, "no path 'everest'"),
     ],
 )
-def test_what_cannot_be_asked(mine: str, more: dict[str, Any], message: str) -> None:
+def test_what_cannot_be_asked(selected: str, more: dict[str, Any], message: str) -> None:
     with pytest.raises(AvahazardError, match=message):
-        hazard(mine, "gibbs", HazardRequest(**more))
+        hazard(selected, "gibbs", HazardRequest(**more))
 
 
-def test_no_such_model(mine: str) -> None:
+def test_no_such_model(selected: str) -> None:
     with pytest.raises(AvahazardError, match="no model nobody"):
-        hazard(mine, "nobody", HazardRequest())
+        hazard(selected, "nobody", HazardRequest())
 
 
-def test_bounds_as_a_file_and_a_picture(mine: str, tmp_path: Path) -> None:
-    rows = rows_of(mine, "gibbs", return_periods=[100.0, 1e4], paths=["saint-clement"])
+def test_bounds_as_a_file_and_a_picture(selected: str, tmp_path: Path) -> None:
+    rows = rows_of(selected, "gibbs", return_periods=[100.0, 1e4], paths=["saint-clement"])
     assert rows[1].runout_x_m.q95 is None
     write_hazard(tmp_path / "bounds.csv", rows)
     with (tmp_path / "bounds.csv").open(encoding="utf-8") as handle:
@@ -285,26 +291,26 @@ def test_bounds_as_a_file_and_a_picture(mine: str, tmp_path: Path) -> None:
     assert (tmp_path / "bounds.png").read_bytes()[:4] == b"\x89PNG"
 
 
-def test_several_models_are_averaged_by_their_weights(mine: str) -> None:
+def test_several_models_are_averaged_by_their_weights(selected: str) -> None:
     names, asked = ("gibbs", "constant"), HazardRequest(paths=["saint-clement"])
-    found = hazard(mine, names, asked)
+    found = hazard(selected, names, asked)
     (row,) = found.rows
     weights = {one.model: one.weight for one in row.by_model}
     assert tuple(weights) == names
     assert sum(weights.values()) == pytest.approx(1.0)
-    alone = [hazard(mine, name, asked).rows[0].design.runout_x_m.q50 for name in names]
+    alone = [hazard(selected, name, asked).rows[0].design.runout_x_m.q50 for name in names]
     assert [one.runout_x_m.q50 for one in row.by_model] == alone
     assert min(alone) <= row.design.runout_x_m.q50 <= max(alone)
     assert f"gibbs {weights['gibbs']:.2f}, constant" in found.notes[0]
     # Kept with the first, apart from its own.
-    with reading(mine) as session:
+    with reading(selected) as session:
         assert latest_documents(session, AVERAGE, "gibbs") == plain(found.rows, keyed=True)
         assert latest_documents(session, BOUNDS, "gibbs")[0].get("by_model") is None
 
 
-def test_models_of_other_records_are_not_averaged(mine: str) -> None:
-    calibrate(mine, "few", CalibrateRequest(method="gibbs", draws=500, paths=["nants"]))
+def test_models_of_other_records_are_not_averaged(selected: str) -> None:
+    calibrate(selected, "few", CalibrateRequest(method="gibbs", draws=500, paths=["nants"]))
     with pytest.raises(AvahazardError, match="few was calibrated on other records than gibbs"):
-        hazard(mine, ["gibbs", "few"], HazardRequest())
+        hazard(selected, ["gibbs", "few"], HazardRequest())
     with pytest.raises(AvahazardError, match="metropolis"):
-        hazard(mine, ["gibbs", "metropolis"], HazardRequest())
+        hazard(selected, ["gibbs", "metropolis"], HazardRequest())

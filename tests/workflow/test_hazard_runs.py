@@ -37,7 +37,7 @@ def model(twin_database: str, tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 @pytest.fixture
-def mine(model: str, tmp_path: Path) -> str:
+def selected(model: str, tmp_path: Path) -> str:
     return str(shutil.copy(model, tmp_path / "mine.db"))
 
 
@@ -61,11 +61,11 @@ def alone(model: str, tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, An
     ],
 )
 def test_every_engine_gives_the_same_bits(
-    mine: str, alone: tuple[Any, Any], engine: EngineName, workers: int
+    selected: str, alone: tuple[Any, Any], engine: EngineName, workers: int
 ) -> None:
     set_engine(engine, workers=workers)
-    assert plain(hazard(mine, "m", HazardRequest(**ASKED)).rows) == alone[0]
-    assert plain(zones(mine, "m", ZonesRequest(no_drag=True, paths=PATHS)).rows) == alone[1]
+    assert plain(hazard(selected, "m", HazardRequest(**ASKED)).rows) == alone[0]
+    assert plain(zones(selected, "m", ZonesRequest(no_drag=True, paths=PATHS)).rows) == alone[1]
 
 
 def broken_at(
@@ -93,32 +93,34 @@ def counts(database: str) -> tuple[int, int, int]:
 
 
 def test_an_interrupted_run_goes_on_where_it_was(
-    mine: str, alone: tuple[Any, Any], monkeypatch: pytest.MonkeyPatch
+    selected: str, alone: tuple[Any, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     set_engine("local", workers=1)
     monkeypatch.setattr(by_path, "BATCH", 1)
     mend = broken_at(monkeypatch, "scey", KeyboardInterrupt())
     with pytest.raises(KeyboardInterrupt):
-        run_hazard(mine, "m", HazardRequest(**ASKED))
-    assert counts(mine) == (1, 0, 2)
-    with reading(mine) as session:
+        run_hazard(selected, "m", HazardRequest(**ASKED))
+    assert counts(selected) == (1, 0, 2)
+    with reading(selected) as session:
         assert latest_documents(session, BOUNDS, "m") is None
     mend()
     broken_at(monkeypatch, "nants", AssertionError("nants is done already"))
     # Another run is none of this one's.
     other = {**ASKED, "seed": 1, "paths": ["saugy"]}
-    assert not [n for n in run_hazard(mine, "m", HazardRequest(**other)).notes if "went on" in n]
-    found = run_hazard(mine, "m", HazardRequest(**ASKED))
+    assert not [
+        n for n in run_hazard(selected, "m", HazardRequest(**other)).notes if "went on" in n
+    ]
+    found = run_hazard(selected, "m", HazardRequest(**ASKED))
     assert found.notes[0] == "went on where it was interrupted: 2 of 3 paths were done."
     assert plain(list(found.rows())) == alone[0]
-    assert counts(mine) == (2, 2, 4)
+    assert counts(selected) == (2, 2, 4)
 
 
 def test_a_path_that_fails_is_told_and_the_rest_goes_on(
-    mine: str, alone: tuple[Any, Any], monkeypatch: pytest.MonkeyPatch
+    selected: str, alone: tuple[Any, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     broken_at(monkeypatch, "saugy", ZeroDivisionError("no slope"))
-    found = run_hazard(mine, "m", HazardRequest(**ASKED))
+    found = run_hazard(selected, "m", HazardRequest(**ASKED))
     reason = "ZeroDivisionError on path saugy: no slope"
     assert found.failed == {"saugy": reason}
     assert f"left out: {reason}" in found.notes
@@ -130,17 +132,19 @@ def test_a_path_that_fails_is_told_and_the_rest_goes_on(
     assert documents[2]["runout_x_m"]["q50"] is None
 
 
-def test_nothing_is_kept_where_all_paths_fail(mine: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nothing_is_kept_where_all_paths_fail(
+    selected: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     broken_at(monkeypatch, "saugy", AvahazardError("It is too steep.", "Take another."))
     with pytest.raises(AvahazardError, match="too steep") as caught:
-        hazard(mine, "m", HazardRequest(**{**ASKED, "paths": ["saugy"]}))
+        hazard(selected, "m", HazardRequest(**{**ASKED, "paths": ["saugy"]}))
     assert caught.value.hint == "Take another."
-    assert counts(mine) == (0, 0, 0)
+    assert counts(selected) == (0, 0, 0)
 
 
-def test_progress_tells_paths_and_rate(mine: str) -> None:
+def test_progress_tells_paths_and_rate(selected: str) -> None:
     told: list[tuple[str, float, float]] = []
-    run_hazard(mine, "m", HazardRequest(**ASKED), lambda *words: told.append(words))
+    run_hazard(selected, "m", HazardRequest(**ASKED), lambda *words: told.append(words))
     assert told[0] == ("Runout", 0.0, 1.0)
     # One more path as much every time, and some for the start of the workers.
     shares = [done for _, done, _ in told]

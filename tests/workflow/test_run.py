@@ -179,11 +179,11 @@ def test_doubts_about_the_rows_are_told_unless_they_are_meant(tmp_path: Path) ->
 
 @pytest.mark.slow
 def test_what_was_interrupted_goes_on(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(*_given: object, **_named: object) -> None:
+    def discontinuous(*_given: object, **_named: object) -> None:
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(project, "hazard", broken)
+        patch.setattr(project, "hazard", discontinuous)
         with pytest.raises(KeyboardInterrupt):
             ran(folder)
     found = states(ran(folder))

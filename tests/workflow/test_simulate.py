@@ -81,10 +81,10 @@ def test_a_plan_runs_nothing_and_paths_without_terrain_are_told(flow_slope: Path
 def test_a_failed_run_is_told_and_keeps_those_before(flow_slope: Path) -> None:
     program = flow_slope / "python"
     text = program.read_text().replace("mu = float", 'assert 0, "it broke"\nmu = float')
-    broken = flow_slope / "broken"
-    broken.write_text(text)
-    broken.chmod(0o755)
-    os.environ[PLACE] = str(broken)
+    discontinuous = flow_slope / "broken"
+    discontinuous.write_text(text)
+    discontinuous.chmod(0o755)
+    os.environ[PLACE] = str(discontinuous)
     found = command_line(flow_slope / "avahazard.db")("simulate", "-V", "5000", "--friction", "0.3")
     assert found.exit_code == 1
     assert "com1DFA failed on path P01" in found.stderr

@@ -203,8 +203,10 @@ def test_a_model_for_paths_gives_what_the_whole_one_does(database: str, path_id:
     assert found.fingerprint == data_fingerprint(everything)
     assert (whole.records_changed, small.records_changed) == (False, False)
     assert small.likelihood is None
-    mine = of_path(everything, path_id)
-    one, other = (path_hazard(fit, mine, path_id, None, [2e4], seed=3) for fit in (whole, small))
+    selected = of_path(everything, path_id)
+    one, other = (
+        path_hazard(fit, selected, path_id, None, [2e4], seed=3) for fit in (whole, small)
+    )
     for name in ("location", "scatter"):
         np.testing.assert_array_equal(
             getattr(one.avalanches, name), getattr(other.avalanches, name)

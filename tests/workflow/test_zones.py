@@ -57,7 +57,7 @@ def models(twin_database: str, tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 @pytest.fixture
-def mine(models: str, tmp_path: Path) -> str:
+def selected(models: str, tmp_path: Path) -> str:
     return str(shutil.copy(models, tmp_path / "mine.db"))
 
 
@@ -143,20 +143,20 @@ def test_zones_end_where_hazard_says_that_runouts_do(french: Found) -> None:
         assert here.records_beyond == row.design.records_beyond
 
 
-def test_a_path_does_not_hang_on_the_others(french: Found, mine: str) -> None:
+def test_a_path_does_not_hang_on_the_others(french: Found, selected: str) -> None:
     alone = zones(
-        mine,
+        selected,
         "gibbs",
         ZonesRequest(no_drag=True, limits="french", paths=["scey"], return_periods=[10.0]),
     ).rows
     assert alone == french.entries[1:]
 
 
-def test_limits_and_density_of_ones_own(mine: str, tmp_path: Path) -> None:
+def test_limits_and_density_of_ones_own(selected: str, tmp_path: Path) -> None:
     (tmp_path / "own.toml").write_text(OWN)
     own = str(tmp_path / "own.toml")
     (entry,) = zones(
-        mine,
+        selected,
         "gibbs",
         ZonesRequest(no_drag=True, limits=own, paths=["scey"], density=150.0, density_sd=0.0),
     ).rows
@@ -171,13 +171,13 @@ def test_limits_and_density_of_ones_own(mine: str, tmp_path: Path) -> None:
     assert reached.to_x_m > strong.to_x_m
 
 
-def test_a_block_that_does_not_start_is_told(mine: str, write: Write) -> None:
+def test_a_block_that_does_not_start_is_told(selected: str, write: Write) -> None:
     write("paths.csv", "path_id,observed_from,observed_to\nshelf,1900,2000\n")
     places = [(x, 2000 - 0.1 * x if x <= 300 else 2240 - 0.9 * x) for x in range(0, 1801, 30)]
     points = "\n".join(f"shelf,{x},{y:.1f}" for x, y in places)
     write("events.csv", "event_id,path_id,runout_x_m,date\ns1,shelf,1500,1950\n")
-    import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{points}\n").parent])
-    found = zones(mine, "constant", ZonesRequest(no_drag=True, paths=["shelf"]))
+    import_files(selected, [write("profiles.csv", f"path_id,x_m,y_m\n{points}\n").parent])
+    found = zones(selected, "constant", ZonesRequest(no_drag=True, paths=["shelf"]))
     (entry,) = found.rows
     assert entry.p_not_released > 0.9
     assert any(
@@ -185,16 +185,16 @@ def test_a_block_that_does_not_start_is_told(mine: str, write: Write) -> None:
     )
 
 
-def test_what_has_no_volumes_is_left_out_or_needs_none(mine: str, write: Write) -> None:
+def test_what_has_no_volumes_is_left_out_or_needs_none(selected: str, write: Write) -> None:
     write("paths.csv", "path_id\nbare\n")
     points = "\n".join(
         f"bare,{x},{2000 - 0.9 * x + 1.4e-4 * x * x:.2f}" for x in range(0, 3001, 30)
     )
     write("events.csv", "event_id,path_id,runout_x_m,date\nb1,bare,1500,1950\nb2,bare,1600,1960\n")
-    import_files(mine, [write("profiles.csv", f"path_id,x_m,y_m\n{points}\n").parent])
+    import_files(selected, [write("profiles.csv", f"path_id,x_m,y_m\n{points}\n").parent])
     with pytest.raises(AvahazardError, match="path bare"):
-        zones(mine, "gibbs", ZonesRequest(no_drag=True, paths=["bare"]))
-    (entry,) = zones(mine, "constant", ZonesRequest(no_drag=True, paths=["bare"])).rows
+        zones(selected, "gibbs", ZonesRequest(no_drag=True, paths=["bare"]))
+    (entry,) = zones(selected, "constant", ZonesRequest(no_drag=True, paths=["bare"])).rows
     assert entry.zones[0].to_x_m > entry.release_x_m
 
 
@@ -216,12 +216,12 @@ def test_what_cannot_be_asked(models: str, model: str, more: dict[str, Any], mes
         zones(models, model, ZonesRequest(no_drag=True, **more))
 
 
-def test_speeds_that_nothing_but_friction_limits_are_refused(mine: str) -> None:
+def test_speeds_that_nothing_but_friction_limits_are_refused(selected: str) -> None:
     with pytest.raises(NoDragError, match="Nothing but friction limits the speeds") as caught:
-        zones(mine, "gibbs", ZonesRequest(paths=["scey"]))
+        zones(selected, "gibbs", ZonesRequest(paths=["scey"]))
     assert "avahazard add gibbs turbulent-drag --as NEW" in caught.value.hint
     assert "--no-drag" in caught.value.hint
-    found = zones(mine, "gibbs", ZonesRequest(no_drag=True, paths=["scey"]))
+    found = zones(selected, "gibbs", ZonesRequest(no_drag=True, paths=["scey"]))
     assert "no_drag" in [note.key for note in found.notes]
 
 

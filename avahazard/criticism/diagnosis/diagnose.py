@@ -158,7 +158,7 @@ def diagnose(
     verdict, missing, together = verdict_on(question, naming, groups, granted)
     # A candidate may have so much evidence that groups are not named beside it.
     lead = evidence.get(missing[0], -np.inf) - left.evidence if missing and left else -np.inf
-    if left and (not missing or (left.lasting and lead < MARGIN)):
+    if left and (not missing or (left.persistent and lead < MARGIN)):
         verdict, missing = verdict_of(map(base.definition, (*missing, left.key)))
     of_smooth: Laws = ()
     if smooth := leading_smooth(missing, fits):
@@ -245,7 +245,7 @@ def named_group(
     Beside the groups stand the errors of volumes, where these may make them up.
     """
     for test in plainly_different(question.base, groups, granted):
-        if rivals and not test.lasting:
+        if rivals and not test.persistent:
             continue
         if all(group_comes_first(question.base, rival, test.key) for rival in rivals):
             errors = groups_by_misstated_volumes(question, test.key)

@@ -28,7 +28,7 @@ from avahazard.criticism.diagnosis.refits import (
     likely_values,
     refit_each,
     refit_without,
-    short_climb,
+    short_ascent,
 )
 from avahazard.criticism.scoring.where_it_fails import contrast_p, holm
 from avahazard.criticism.screening.screen import EXPECTED_SHARE, LEVEL, Screened, Screening
@@ -80,20 +80,20 @@ class TriedGroup:
     """An effect on groups of events, by its key: its gain (nats) beside the others, its p-value.
 
     `evidence` (nats) is that for the groups, `spread` how far they differ; those that are
-    `lasting`, as paths, come again.
+    `persistent`, as paths, come again.
     """
 
     key: str
     gain: float
     p_value: float
-    lasting: bool
+    persistent: bool
     evidence: float
     spread: float
 
     @property
     def level(self) -> float:
         """What the p-value is held against."""
-        return PERSISTENT_LEVEL if self.lasting else TRANSIENT_LEVEL
+        return PERSISTENT_LEVEL if self.persistent else TRANSIENT_LEVEL
 
 
 def fitted_in_full(
@@ -113,8 +113,8 @@ def fitted_in_full(
     """
     observations = base.observations
     likely = likely_values(screening.candidates, observations)
-    climbed = list(spread_map(_strong, (likely, base), screening.candidates))
-    strong, reached = [c for c, _ in climbed], max((gain for _, gain in climbed), default=0.0)
+    ascents = list(spread_map(_strong, (likely, base), screening.candidates))
+    strong, reached = [c for c, _ in ascents], max((gain for _, gain in ascents), default=0.0)
     likely = dict(likely_values(strong, observations))
     screening = replace(screening, candidates=tuple(sorted(strong, key=lambda c: -c.surprise)))
     worth: list[str] = []
@@ -182,7 +182,7 @@ def _strong(shared: tuple[Likely, Refit], candidate: Screened) -> tuple[Screened
     known = bool(base.observations.speeds) and not candidate.definition.beyond
     if (candidate.surprise <= WORTH_A_FIT and not known) or candidate.key not in likely:
         return candidate, 0.0
-    gain, values = short_climb(base, candidate.key, likely[candidate.key])
+    gain, values = short_ascent(base, candidate.key, likely[candidate.key])
     return _fitted(replace(candidate, likely=values), gain), gain
 
 
@@ -231,7 +231,7 @@ def group_tests(base: Refit) -> tuple[TriedGroup, ...]:
     """Each of the granted groups beside the others; a spread that is 0 lies at its bound."""
     plan, found = base.posterior.plan, []
     spreads = base.posterior.layout.spread_values(base.mode.u)
-    for key, lasts, spread in zip(plan.keys, plan.lasting, spreads, strict=True):
+    for key, lasts, spread in zip(plan.keys, plan.persistent, spreads, strict=True):
         without = refit_without(base, key)
         gain = max(base.log_likelihood - without.log_likelihood, 0.0)
         p_value = 0.5 * float(stats.chi2.sf(2.0 * gain, 1))
@@ -341,7 +341,7 @@ def kinds_of(model: FittedModel) -> Kinds | None:
     kinds, columns = model.friction.kinds(np.median(model.draws, axis=0)), model.columns
     if kinds is None:
         return None
-    chosen = model.evenly(min(N_DRAWS, len(model.draws)))
+    chosen = model.thinned(min(N_DRAWS, len(model.draws)))
     offsets = model.group_offsets(generator(0, "kinds"))
     each = [second_kind(model, k, None if offsets is None else offsets[k]) for k in chosen]
     probability = np.mean(each, axis=0)
@@ -402,10 +402,10 @@ def gain_of_wrong_records(base: Refit) -> float:
     among = high - low
     among[[track.event for track in observations.speeds]] = np.nan  # wrong with all its speeds
     for path, kind in np.unique([columns.path_index, observations.kind], axis=1).T:
-        mine = (columns.path_index == path) & (observations.kind == kind)
-        stops = observations.observed[mine]
+        selected = (columns.path_index == path) & (observations.kind == kind)
+        stops = observations.observed[selected]
         if (n := len(stops)) > MIN_LEVEL:
-            among[mine] = np.minimum(among[mine], np.ptp(stops) * (n + 1) / (n - 1))
+            among[selected] = np.minimum(among[selected], np.ptp(stops) * (n + 1) / (n - 1))
     may_be = np.isfinite(among)
     share = WRONG_SHARES[:, None]
     prior = -0.5 * np.log(share[:, 0] / WRONG_SHARE) ** 2

@@ -152,9 +152,9 @@ def found_laws(base: Refit, fits: Mapping[str, Refit]) -> dict[str, Laws]:
     forces = all(match.form.curve.form != "friction" for _, match in asked)
     if forces:
         # A rough mode costs a fifth of a fit: what falls short by far is not fitted.
-        climbs = list(spread_map(_climbed, (base, fits), asked))
-        top = max((reached for reached, _ in climbs), default=0.0)
-        pairs = zip(asked, climbs, strict=True)
+        ascents = list(spread_map(_ascended, (base, fits), asked))
+        top = max((reached for reached, _ in ascents), default=0.0)
+        pairs = zip(asked, ascents, strict=True)
         asked = [
             (k, replace(m, begin=at)) for (k, m), (reached, at) in pairs if reached > top - NEAR
         ]
@@ -295,7 +295,7 @@ Shared = tuple[Refit, Mapping[str, Refit]]
 """The model without the smooths, and with each."""
 
 
-def _climbed(shared: Shared, asked: tuple[str, Match]) -> tuple[float, Floats]:
+def _ascended(shared: Shared, asked: tuple[str, Match]) -> tuple[float, Floats]:
     """The log density at the mode of a form, roughly, and its parameters there."""
     (base, fits), (key, found) = shared, asked
     entry = _entry(found, base.definition(key).meaning)

@@ -195,11 +195,11 @@ def _column_shifts(first: Refit, second: Refit) -> dict[str, Floats]:
     Only those that go by a column of the events.
     """
     shifts = {}
-    for mine, other in ((first, second), (second, first)):
-        values = mine.posterior.layout.effect_values(mine.mode.u)
-        for effect in of_kind(mine.posterior.effects, FrictionEffect):
+    for selected, other in ((first, second), (second, first)):
+        values = selected.posterior.layout.effect_values(selected.mode.u)
+        for effect in of_kind(selected.posterior.effects, FrictionEffect):
             if effect.key not in other.specification.effects:
-                columns = effect.design(mine.posterior.observations.columns)
+                columns = effect.design(selected.posterior.observations.columns)
                 shifts[effect.key] = np.asarray(columns @ values[effect.key])
     return shifts
 

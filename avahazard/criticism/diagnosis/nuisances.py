@@ -20,7 +20,7 @@ from avahazard.criticism.diagnosis.refits import Refit, refit, refit_each, refit
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.effect import Definition, Effect, Facts
 from avahazard.inference.fitted_model import FittedModel
-from avahazard.inference.fitting.mode import climb
+from avahazard.inference.fitting.mode import ascent
 from avahazard.inference.likelihood.assemble import build_effects, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.friction_model import offset_plan
@@ -147,7 +147,7 @@ def _best(posterior: Posterior, u: Floats) -> float:
     if layout.wrong_share is not None:
         free.append(layout.wrong_share)
     start = np.clip(u, layout.low, layout.high)
-    at, _ = climb(posterior, start, np.array(free), MODE_STEPS)
+    at, _ = ascent(posterior, start, np.array(free), MODE_STEPS)
     return float(posterior.log_likelihood(at))
 
 

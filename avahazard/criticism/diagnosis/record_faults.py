@@ -210,12 +210,12 @@ def impossible_stops(base: Refit) -> tuple[str, ...]:
         record, reach = table.record[i], MOST_ERRORS * table.sigma[i]
         low = np.minimum(record[1:], record[:-1])
         high = np.maximum(record[1:], record[:-1])
-        broken = table.curve[i].broken
+        discontinuous = table.curve[i].discontinuous
         inside = (low <= observations.observed[i]) & (observations.observed[i] <= high)
         near = (low - reach <= observations.observed[i]) & (
             observations.observed[i] <= high + reach
         )
         ends = np.min(np.abs(record - observations.observed[i])) <= reach
-        if np.any(inside & broken) and not np.any(near & ~broken) and not ends:
+        if np.any(inside & discontinuous) and not np.any(near & ~discontinuous) and not ends:
             found.append(observations.columns.event_id[i])
     return tuple(found)

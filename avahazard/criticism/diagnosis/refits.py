@@ -28,7 +28,7 @@ from avahazard.inference.fitting.star import (
     mode_from,
     mode_on_star,
     search_mode,
-    short_climbs,
+    short_ascents,
 )
 from avahazard.inference.likelihood.assemble import (
     assemble,
@@ -225,7 +225,7 @@ def refit_without(start: Refit, key: str) -> Refit:
     return refit(start.observations, bare, start.facts, (), start.own, start)
 
 
-def short_climb(start: Refit, key: str, likely: Sequence[Floats]) -> tuple[float, Floats]:
+def short_ascent(start: Refit, key: str, likely: Sequence[Floats]) -> tuple[float, Floats]:
     """The best short ascent with an effect that shapes the tables, from `likely` values of it.
 
     And from plausible ones of an effect of the catalogue. Its gain (nats of log density), and the
@@ -235,10 +235,10 @@ def short_climb(start: Refit, key: str, likely: Sequence[Floats]) -> tuple[float
     *_, posterior = _wider(*given, (key,), start.own)
     u = _carried(start, posterior)
     effect = next(e for e in posterior.effects if e.key == key)
-    climbs = short_climbs(posterior, u, effect, likely)
+    ascents = short_ascents(posterior, u, effect, likely)
     if not start.definition(key).beyond:
-        climbs += short_climbs(posterior, u, effect)
-    reached, at = max(climbs, key=lambda climb: climb[0])
+        ascents += short_ascents(posterior, u, effect)
+    reached, at = max(ascents, key=lambda ascent: ascent[0])
     posterior.nodes.forget_runs()
     gain = reached - posterior.pinned(u).log_density(u)
     return gain, np.asarray(posterior.layout.effect_values(at)[key])

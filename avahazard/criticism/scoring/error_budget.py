@@ -110,7 +110,7 @@ def _runouts(model: FittedModel, rng: np.random.Generator) -> Floats:
     """
     posterior = model.posterior
     n = model.observations.n_events
-    chosen = model.evenly(N_DRAWS)
+    chosen = model.thinned(N_DRAWS)
     tables_at = model.draws[chosen][:, list(posterior.layout.tables)]
     groups = table_groups(tables_at, N_TABLES)
     group_of = np.empty(N_DRAWS, dtype=np.int64)
@@ -148,8 +148,8 @@ def _runouts(model: FittedModel, rng: np.random.Generator) -> Floats:
         away = np.sum((tables_at[members] - tables_at[members].mean(axis=0)) ** 2, axis=1)
         tables = posterior.nodes.predicted_at(model.draws[chosen[members[np.argmin(away)]]])
         for side in range(2):
-            mine = np.flatnonzero(group_of[used[side]] == g)
-            for some in np.array_split(mine, 1 + len(mine) // DRAWS_AT_ONCE):
+            selected = np.flatnonzero(group_of[used[side]] == g)
+            for some in np.array_split(selected, 1 + len(selected) // DRAWS_AT_ONCE):
                 for v, e in np.ndindex(2, 2):
                     runout[side, v, e][:, some] = look_up(tables, friction[side, v, e][:, some])[0]
     return runout

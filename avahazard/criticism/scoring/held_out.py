@@ -210,7 +210,7 @@ def _student(centre: Floats, covariance: Floats, unit: Floats) -> _Student:
     return _Student(multivariate_t(centre / unit, shape, FREEDOM), unit)
 
 
-def evenly_weighted(draws: FitDraws, n: int) -> FitDraws:
+def resampled(draws: FitDraws, n: int) -> FitDraws:
     """`n` draws of equal weight, each as often as it counts (systematic resampling)."""
     level = np.cumsum(np.exp(draws.log_weight))
     chosen = np.searchsorted(level, (np.arange(n) + 0.5) / n * level[-1])
@@ -345,8 +345,8 @@ def held_out_predictions(
         log_density[out] = found.log_density[out]
         if tracks is not None:
             speeds = tracks if speeds is None else speeds
-            mine = out[speeds.event]
-            speeds.draws[mine] = tracks.draws[mine]
+            selected = out[speeds.event]
+            speeds.draws[selected] = tracks.draws[selected]
         progress((done + 1) / len(names))
     merged = ExpectedRecords(records.observed, records.sigma, draws, left, x, records.sign)
     return HeldOutPredictions(log_density, merged, speeds)
@@ -359,7 +359,7 @@ def _predict_left_out(
     posterior, around, start, groups = shared
     out = groups == group
     rest = posterior.restricted(~out)
-    fit = evenly_weighted(fit_draws(rest, start, RECORD_DRAWS, key_of(out), around), RECORD_DRAWS)
+    fit = resampled(fit_draws(rest, start, RECORD_DRAWS, key_of(out), around), RECORD_DRAWS)
     rng = generator(0, "held out records", key_of(out))
     fitted = fitted_model(rest, fit.coordinates, offsets_by_group(rest, fit.offsets))
     records = expected_records(fitted, RECORD_DRAWS, rng)
@@ -405,8 +405,8 @@ def _together_given(posterior: Posterior, rest: Posterior, out: Bools, u: Floats
     index = posterior.plan.index
     if np.any(np.intersect1d(index[:, out], index[:, ~out]) >= 0):
         return posterior.log_densities(u) - rest.log_densities(u)
-    mine = posterior.restricted(out).log_densities(u)
-    return np.asarray(mine - posterior.layout.log_prior(u))
+    selected = posterior.restricted(out).log_densities(u)
+    return np.asarray(selected - posterior.layout.log_prior(u))
 
 
 def group_errors(
@@ -416,10 +416,10 @@ def group_errors(
     error = crps(others.records.draws, others.records.observed)
     rows = []
     for group in np.unique(held.groups):
-        mine = held.groups == group
+        selected = held.groups == group
         named = held.by == "path" and group >= 0
         name = observations.columns.paths[group] if named else str(int(group))
-        rows.append(GroupError(name, int(np.sum(mine)), float(np.mean(error[mine]))))
+        rows.append(GroupError(name, int(np.sum(selected)), float(np.mean(error[selected]))))
     return Rows(rows)
 
 

@@ -45,7 +45,7 @@ def leave_one_out(model: FittedModel) -> Loo:
     """
     posterior, coordinates = model.posterior, model.draws
     offsets = model.group_offsets(generator(0, "leave one out"))
-    chosen = model.evenly(min(MAX_DRAWS, len(coordinates)))
+    chosen = model.thinned(min(MAX_DRAWS, len(coordinates)))
     given = np.empty((len(chosen), posterior.observations.n_events))
     for row, k in enumerate(chosen):
         shift = None if offsets is None else offsets[k]

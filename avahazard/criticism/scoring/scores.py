@@ -68,7 +68,7 @@ def expected_records(model: FittedModel, n_draws: int, rng: np.random.Generator)
     np.copyto(draws, end, where=stops.left)
     left, x = stops.left, stops.x
     if limited:
-        first, place = np.unique(model.evenly(n_stops), return_inverse=True)
+        first, place = np.unique(model.thinned(n_stops), return_inverse=True)
         limit = _limits(posterior, model.draws[first])[:, place]
         # A declared limit is of places, an estimated one of records.
         declared = np.isfinite(observations.limit)[:, None]
@@ -120,8 +120,10 @@ def profile_end(observations: Observations) -> Floats:
     """The profile's end in the coordinate of each record, `[n_events]`; nan without a profile."""
     end = np.full(observations.n_events, np.nan)
     for k, site in enumerate(observations.sites):
-        mine = observations.columns.path_index == k
-        end[mine] = np.where(observations.kind[mine] == PLACE, site.smooth.x_max, site.end_y)
+        selected = observations.columns.path_index == k
+        end[selected] = np.where(
+            observations.kind[selected] == PLACE, site.smooth.x_max, site.end_y
+        )
     return end
 
 

@@ -60,7 +60,7 @@ def matched_speeds(model: FittedModel, rng: np.random.Generator) -> MatchedSpeed
         return None
     offsets = model.group_offsets(rng)
     shaped = bool(posterior.layout.tables)
-    chosen = model.evenly(N_TABLES if shaped else N_DRAWS)
+    chosen = model.thinned(N_TABLES if shaped else N_DRAWS)
     per_draw = N_SPEEDS // len(chosen)
     columns: list[Floats] = []
     for k in chosen:
@@ -101,15 +101,15 @@ def _squares_at(table: Predicted, track: int, event: int, mu: Floats) -> Floats:
     """Squares of speed at frictions `mu`, `[n_speeds, n_draws]`, between those of the table.
 
     The likelihood spreads records evenly over a jump, so the record may lie within one, or at the
-    profile's end: then the block that came that far counts, brought to rest there (`JumpedStop`),
+    profile's end: then the block that came that far counts, brought to rest there (`StopAtJump`),
     not the one that stopped before.
     """
-    broken = table.curve[event].broken
-    cell, share = located(steps_of(mu), broken)
-    share = np.where(broken[cell], 0.0, share)
+    discontinuous = table.curve[event].discontinuous
+    cell, share = located(steps_of(mu), discontinuous)
+    share = np.where(discontinuous[cell], 0.0, share)
     square = np.asarray([between(speeds**2, cell, share) for speeds in table.speeds[track].T])
-    jumped = table.jumped[track]
-    return np.where(cell == jumped.cell, jumped.square[:, None], square)
+    at_jump = table.at_jump[track]
+    return np.where(cell == at_jump.cell, at_jump.square[:, None], square)
 
 
 def measured_force(observations: Observations) -> Rows[MeasuredForce]:
@@ -153,15 +153,15 @@ def speed_misfit(observations: Observations, matched: MatchedSpeeds) -> Rows[Spe
     rows = []
     for axis, levels in _levels(observations, matched).items():
         for level in np.unique(levels[levels != ""]):
-            mine = levels == level
+            selected = levels == level
             rows.append(
                 SpeedMisfit(
                     axis=axis,
                     level=Note.read(level),
-                    n=int(np.sum(mine)),
-                    bias_m_s=float(np.mean(error[mine])),
-                    rmse_m_s=float(np.sqrt(np.mean(error[mine] ** 2))),
-                    p_value=_by_track(error[mine], matched.event[mine]),
+                    n=int(np.sum(selected)),
+                    bias_m_s=float(np.mean(error[selected])),
+                    rmse_m_s=float(np.sqrt(np.mean(error[selected] ** 2))),
+                    p_value=_by_track(error[selected], matched.event[selected]),
                 )
             )
     tested = [(k, p) for k, row in enumerate(rows) if (p := row.p_value) is not None]
@@ -183,10 +183,10 @@ def _by_track(error: Floats, event: NDArray[np.int64]) -> float | None:
 def _levels(observations: Observations, matched: MatchedSpeeds) -> Mapping[str, Levels]:
     share = np.empty(len(matched.x))
     for event in np.unique(matched.event):
-        mine = matched.event == event
+        selected = matched.event == event
         site = observations.sites[int(observations.columns.path_index[event])]
         span = site.smooth.x_max - site.smooth.x_min
-        share[mine] = (matched.x[mine] - site.smooth.x_min) / span
+        share[selected] = (matched.x[selected] - site.smooth.x_min) / span
     return {
         "place_along_path": terciles(share, ".0%"),
         # The predicted speed: the measured one would be high where its error is.

@@ -192,15 +192,17 @@ def _at_the_stop(observations: Observations, x: Floats) -> dict[str, Levels]:
     height, slope, share = (np.full(n, np.nan) for _ in range(3))
     cover = np.full(n, "", dtype=object)
     for k, site in enumerate(observations.sites):
-        mine = np.flatnonzero(observations.columns.path_index == k)
+        selected = np.flatnonzero(observations.columns.path_index == k)
         smooth = site.smooth
-        at = np.clip(x[mine], smooth.x_min, smooth.x_max)
-        height[mine] = smooth.height(at)
-        slope[mine] = np.degrees(np.arctan(-np.asarray(smooth.derivatives(at)[1])))
-        share[mine] = (at - smooth.x_min) / (smooth.x_max - smooth.x_min)
+        at = np.clip(x[selected], smooth.x_min, smooth.x_max)
+        height[selected] = smooth.height(at)
+        slope[selected] = np.degrees(np.arctan(-np.asarray(smooth.derivatives(at)[1])))
+        share[selected] = (at - smooth.x_min) / (smooth.x_max - smooth.x_min)
         if site.land_cover is not None:
             point = np.searchsorted(site.profile_x, at, side="right") - 1
-            cover[mine] = np.asarray(site.land_cover)[np.clip(point, 0, len(site.profile_x) - 1)]
+            cover[selected] = np.asarray(site.land_cover)[
+                np.clip(point, 0, len(site.profile_x) - 1)
+            ]
     return {
         "predicted_stop_elevation_m": terciles(height, ".0f", " m"),
         "slope_at_predicted_stop": terciles(slope, ".0f", "°"),

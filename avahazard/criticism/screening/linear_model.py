@@ -252,9 +252,11 @@ class LinearModel:
         """The rows with what the exact scores have beyond them; of events with speeds nothing."""
         exact = (after.log_likelihood - before.log_likelihood) / step
         given = rows * self.residual
-        mine = np.add.reduceat(given[: self.first[-1]], self.first[:-1]) + given[self.of_scatter]
+        selected = (
+            np.add.reduceat(given[: self.first[-1]], self.first[:-1]) + given[self.of_scatter]
+        )
         alone = ~self.gone & (np.diff(self.first) == 1)
-        rows[self.of_scatter.stop :] = np.where(alone, exact - mine, 0.0)
+        rows[self.of_scatter.stop :] = np.where(alone, exact - selected, 0.0)
         return rows
 
     def projected(self, columns: Floats) -> Floats:

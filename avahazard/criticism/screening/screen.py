@@ -250,7 +250,7 @@ def candidate_definitions(
         for entry in (*own, *known, *smooths, *made)
         if entry.nuisance is None
         and not specification.has(entry)
-        and not entry.settled(*data)
+        and not entry.already_stated(*data)
         and entry.lacking(*data) is None
     ]
 
@@ -328,8 +328,8 @@ def _other_law(other: Law, model: LinearModel) -> Floats:
     """What another law, fitted to this one by least squares, has beside it `[n_events]`."""
     posterior = model.posterior
     volume = np.exp(posterior.volumes(model.u).mean)
-    mine = posterior.layout.law
-    ours = mine.log_friction(model.u[: len(mine.coordinates)], volume)
+    selected = posterior.layout.law
+    ours = selected.log_friction(model.u[: len(selected.coordinates)], volume)
     start = other.start(volume, np.exp(ours))
     scale = np.maximum(np.abs(start), 0.1)
 

@@ -115,13 +115,13 @@ def find_mode(
     u = start_coordinates(posterior) if start is None else np.clip(start, layout.low, layout.high)
     cost = -np.inf
     for _ in range(2):
-        u, cost = climb(posterior, u, np.arange(len(u)), ITERATIONS)
+        u, cost = ascent(posterior, u, np.arange(len(u)), ITERATIONS)
     if covariance is None:
         covariance = covariance_at(posterior, u)
     return Mode(u, -cost, covariance)
 
 
-def climb(posterior: Posterior, u: Floats, free: Ints, iterations: int) -> tuple[Floats, float]:
+def ascent(posterior: Posterior, u: Floats, free: Ints, iterations: int) -> tuple[Floats, float]:
     """The best coordinates from u on with only the slots `free` moving, and the cost there.
 
     The cost is minus the log density. What shapes tables moves along the arms of the star;

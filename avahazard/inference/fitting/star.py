@@ -20,7 +20,7 @@ from avahazard.effects.effect import Effect, MotionEffect
 from avahazard.inference.fitting.mode import (
     APART,
     Mode,
-    climb,
+    ascent,
     errors_at,
     find_mode,
     scores_at,
@@ -208,7 +208,7 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
     layout = posterior.layout
     axes = [k for k, slot in enumerate(layout.slots) if slot.arm]
     others = np.setdiff1d(np.arange(len(u)), axes)
-    u, cost = climb(posterior.pinned(u), u, others, ITERATIONS)
+    u, cost = ascent(posterior.pinned(u), u, others, ITERATIONS)
     prior = np.diag([slot.sd**-2.0 for slot in layout.slots])
     moves, covariance = np.diag(APART * units(posterior)), np.eye(len(u))
     damping, stretch, wide = DAMPING, 1.0, 1.0
@@ -233,7 +233,7 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
             damped = inner + damping * np.diag(np.diag(inner))
             moved[free] += stretch * np.linalg.solve(damped, slope[free])
             moved = np.clip(moved, layout.low, layout.high)
-            moved, reached = climb(posterior.pinned(moved), moved, others, ITERATIONS)
+            moved, reached = ascent(posterior.pinned(moved), moved, others, ITERATIONS)
             if reached < cost:
                 gain, u, cost = cost - reached, moved, reached
                 damping, stretch = max(0.1 * damping, DAMPING), min(2.0 * stretch, MOST_STRETCH)
@@ -331,9 +331,9 @@ def search_mode(
     at = max(starts, key=lambda start: posterior.pinned(start).log_density(start))
     for effect in posterior.effects:
         if likely is None or effect.key in likely:
-            tried = short_climbs(posterior, at, effect, (likely or {}).get(effect.key))
+            tried = short_ascents(posterior, at, effect, (likely or {}).get(effect.key))
             here = posterior.pinned(at).log_density(at)
-            at = max([(here, at), *tried], key=lambda climb: climb[0])[1]
+            at = max([(here, at), *tried], key=lambda ascent: ascent[0])[1]
     peak = gauss_newton(posterior, at)
     if posterior.exact_log_likelihood(peak.u) < least:
         return posterior, Mode(peak.u, peak.log_density, peak.covariance)
@@ -361,7 +361,7 @@ def mode_from(posterior: Posterior, u: Floats) -> tuple[Posterior, Mode]:
     return starred(posterior, gauss_newton(posterior, u))
 
 
-def short_climbs(
+def short_ascents(
     posterior: Posterior, u: Floats, effect: Effect, values: Sequence[Floats] | None = None
 ) -> list[tuple[float, Floats]]:
     """Log density and coordinates of short ascents from u with the effect kept at these values.
@@ -380,7 +380,7 @@ def short_climbs(
         middle = layout.slots[layout.track_scatter].mean
         held = [*held, layout.track_scatter]
         starts = [np.append(v, middle + s) for v in starts for s in TRACK_SCATTERS]
-    return [held_climb(posterior, u, held, v) for v in starts]
+    return [held_ascent(posterior, u, held, v) for v in starts]
 
 
 def starts_of_kinds(posterior: Posterior, u: Floats) -> list[Floats]:
@@ -419,7 +419,7 @@ def _tried(effect: Effect) -> list[Floats]:
     return tried + [by * np.array(shape) for shape in shapes for by in amounts]
 
 
-def held_climb(
+def held_ascent(
     posterior: Posterior, u: Floats, held: Sequence[int], values: Sequence[float] | Floats
 ) -> tuple[float, Floats]:
     """Log density and coordinates of a short ascent from u with slots `held` kept at `values`.
@@ -430,5 +430,7 @@ def held_climb(
     start[list(held)] = values
     slots = posterior.layout.slots
     free = [k for k, slot in enumerate(slots) if not slot.arm and k not in held]
-    reached, cost = climb(posterior.pinned(start), start, np.array(free, np.int64), HELD_ITERATIONS)
+    reached, cost = ascent(
+        posterior.pinned(start), start, np.array(free, np.int64), HELD_ITERATIONS
+    )
     return -cost, reached

@@ -175,7 +175,7 @@ class NodeCharts:
         many = observations.n_events > MANY_EVENTS and len(observations.sites) > 1
         if many and not observations.speeds:
             events = whole_paths(observations, EVENTS_AT_ONCE)
-            parts = [(mine, part_of(observations, mine)) for mine in events]
+            parts = [(selected, part_of(observations, selected)) for selected in events]
             self._parts = [Part(*part, KeptRuns(part[1], *of_block)) for part in parts]
         # Runs of parts are kept where they serve other places too.
         self._keeps = len(self._parts) == 1 or (len(layout.tables) > 0 and not self._runs.near)

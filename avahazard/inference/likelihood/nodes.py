@@ -132,20 +132,20 @@ def record_nodes(
     log_scale, floor, seen_floor = np.zeros(n), np.zeros(n), np.ones(n)
     no_speed = np.zeros(len(grid))
     for i in range(n):
-        mine = place[i], weight[i]
+        selected = place[i], weight[i]
         if has_left[i] and not has_speed[i]:
-            mine = place[i, : used[i]], weight[i, : used[i]]
+            selected = place[i, : used[i]], weight[i, : used[i]]
             off = predicted.leaving_sigma[i]
-            floor[i] = edges_of_leaving(left[i], off, grid, in_log, most_apart, *mine)
+            floor[i] = edges_of_leaving(left[i], off, grid, in_log, most_apart, *selected)
         elif straight[i]:
             lengths = observations.fall_height[i], observed[i], sigma[i]
             log_scale[i], tail_place[i, 1] = straight_density_nodes(
-                *lengths, in_log, panels[i], *mine, tail[i]
+                *lengths, in_log, panels[i], *selected, tail[i]
             )
         elif not has_speed[i]:
             stops = predicted.record[i], left[i], has_left[i], observed[i], sigma[i]
             within = no_speed, grid, hidden[i], panels[i], most_apart
-            log_scale[i] = record_density_nodes(*stops, *within, *mine, tail[i])
+            log_scale[i] = record_density_nodes(*stops, *within, *selected, tail[i])
         if hidden[i] < np.inf:
             seen_floor[i], seen_place[i, 0], seen_weight[i, 0] = 0.0, hidden[i], 1.0
         elif not np.isnan(estimated[i]):

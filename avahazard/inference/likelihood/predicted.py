@@ -40,7 +40,7 @@ Values = dict[str, Floats]
 """Parameter values by effect key."""
 
 
-class JumpedStop(NamedTuple):
+class StopAtJump(NamedTuple):
     """The cell of frictions over which F jumps across the recorded stop of a track; -1 for none.
 
     No friction that is the same all along stops the block there. `square` `[n_speeds]` is u² with
@@ -81,7 +81,7 @@ class BlockRuns:
 
     tables: tuple[RunoutCurve, ...]
     speeds: tuple[Floats, ...]
-    jumped: tuple[JumpedStop, ...]
+    at_jump: tuple[StopAtJump, ...]
     middle: tuple[Ints, ...]
 
 
@@ -102,7 +102,7 @@ def run_blocks(
         of_path.setdefault(int(path[track.event]), []).append(track)
     tables: list[RunoutCurve] = []
     middle: list[Ints] = []
-    told: dict[int, tuple[Floats, JumpedStop]] = {}
+    told: dict[int, tuple[Floats, StopAtJump]] = {}
     if asked is None:
         asked = [every_stop(len(site.release_x)) for site in observations.sites]
     moved = bool(of_kind(effects, MotionEffect))
@@ -132,7 +132,7 @@ def run_blocks(
     return BlockRuns(
         tables=tuple(tables),
         speeds=tuple(speeds for speeds, _ in each),
-        jumped=tuple(jumped for _, jumped in each),
+        at_jump=tuple(at_jump for _, at_jump in each),
         middle=tuple(middle),
     )
 
@@ -142,7 +142,7 @@ def _speeds_of(
     track: SpeedRecord,
     cells: Cells,
     near: NearStops,
-) -> tuple[Floats, JumpedStop]:
+) -> tuple[Floats, StopAtJump]:
     """The speeds of a track, at the frictions that were run, and where F jumps over its stop."""
     release = int(observations.release[track.event])
     site = observations.sites[int(observations.columns.path_index[track.event])]
@@ -154,11 +154,11 @@ def _speeds_of(
         curve = near.curve[release]
         passes = curve.left | (curve.x > track.stop_x)
         ends = np.flatnonzero(passes[:-1] & ~passes[1:])
-        over = [cell for cell in ends.tolist() if curve.is_broken(cell)]
+        over = [cell for cell in ends.tolist() if curve.is_discontinuous(cell)]
     if not over:
-        return speeds, JumpedStop(-1, np.zeros(len(track.x)))
+        return speeds, StopAtJump(-1, np.zeros(len(track.x)))
     square = site.squares_to_rest(cells, release_x, track.stop_x, track.x)
-    return speeds, JumpedStop(int(over[-1]), square)
+    return speeds, StopAtJump(int(over[-1]), square)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -168,7 +168,7 @@ class Predicted:
     `record` is in the coordinate of each event's record; `x`, `elevation` (m) are its place in
     any case (nan without a profile), `status` that of `block.Stops`; where the block left, they
     are those of the profile's end. `speeds`: for each
-    `SpeedRecord` the speeds at its places, `[n_friction, n_speeds]`; `jumped` likewise. `sigma`
+    `SpeedRecord` the speeds at its places, `[n_friction, n_speeds]`; `at_jump` likewise. `sigma`
     `[n_events]` (m): the error of the records, as stated or as an effect scales it;
     `leaving_sigma` likewise that of the log of the friction under which the block leaves. `raised`
     `[n_events]` (m) is by how much records lie too high, which is in `elevation`.
@@ -179,7 +179,7 @@ class Predicted:
     elevation: Floats
     status: NDArray[np.int8]
     speeds: tuple[Floats, ...]
-    jumped: tuple[JumpedStop, ...]
+    at_jump: tuple[StopAtJump, ...]
     sigma: Floats
     leaving_sigma: Floats
     raised: Floats
@@ -212,9 +212,9 @@ def predict_records(
     runs = run_blocks(observations, effects, values, curvature) if runs is None else runs
     advance = front_ahead(observations.columns, effects, values)
     for k, site in enumerate(observations.sites):
-        mine = np.flatnonzero(observations.columns.path_index == k)
-        front = fronts(site, runs.tables[k][observations.release[mine]], advance[mine])
-        x[mine], y[mine], status[mine] = front.x, front.y, front.status
+        selected = np.flatnonzero(observations.columns.path_index == k)
+        front = fronts(site, runs.tables[k][observations.release[selected]], advance[selected])
+        x[selected], y[selected], status[selected] = front.x, front.y, front.status
     raised = raised_by(observations, effects, values)
     y += raised[:, None]
     record = _recorded(observations, x, y)
@@ -225,7 +225,7 @@ def predict_records(
         elevation=y,
         status=status,
         speeds=runs.speeds,
-        jumped=runs.jumped,
+        at_jump=runs.at_jump,
         sigma=sigma,
         leaving_sigma=observations.leaving_sigma * (sigma / observations.sigma),
         raised=raised,
@@ -252,7 +252,7 @@ def _straight(observations: Observations, effects: tuple[Effect, ...], values: V
         elevation=nowhere,
         status=np.broadcast_to(np.int8(STOPPED), shape),
         speeds=(),
-        jumped=(),
+        at_jump=(),
         sigma=record_sigma(observations, effects, values),
         leaving_sigma=np.zeros(observations.n_events),
         raised=np.zeros(observations.n_events),
@@ -358,12 +358,12 @@ def stops_asked(
     with_speeds[[track.event for track in observations.speeds]] = True
     asked = []
     for k, (site, ground) in enumerate(zip(observations.sites, grounds, strict=True)):
-        mine = np.flatnonzero(observations.columns.path_index == k)
-        low = ground.x[0, np.maximum(first[mine] - 1, 0)]
-        high = ground.x[0, np.minimum(last[mine] + 1, len(MU) - 1)]
+        selected = np.flatnonzero(observations.columns.path_index == k)
+        low = ground.x[0, np.maximum(first[selected] - 1, 0)]
+        high = ground.x[0, np.minimum(last[selected] + 1, len(MU) - 1)]
         # Speeds distinguish the frictions beyond the profile.
-        high[left[mine] & with_speeds[mine]] = np.inf
-        release, n = observations.release[mine], len(site.release_x)
+        high[left[selected] & with_speeds[selected]] = np.inf
+        release, n = observations.release[selected], len(site.release_x)
         lowest, highest = np.full(n, np.inf), np.full(n, -np.inf)
         np.minimum.at(lowest, release, low)
         np.maximum.at(highest, release, high)

@@ -239,22 +239,23 @@ def hidden_from(observations: Observations, predicted: Predicted, in_log: bool =
     edge = np.full(observations.n_events, np.inf)
     grid = np.log(MU) if in_log else MU
     limited = np.flatnonzero(np.isfinite(observations.limit))
-    for i, broken in zip(limited, predicted.curve[limited].broken, strict=True):
+    for i, discontinuous in zip(limited, predicted.curve[limited].discontinuous, strict=True):
         elevation = predicted.elevation[i] - predicted.raised[i]
         left = predicted.status[i] == LEFT_PROFILE
         if np.isfinite(elevation).any():
-            edge[i] = _highest_seen(elevation, left, observations.limit[i], grid, broken)
+            edge[i] = _highest_seen(elevation, left, observations.limit[i], grid, discontinuous)
     return edge
 
 
 def _highest_seen(
-    elevation: Floats, left: Bools, limit: float, grid: Floats, broken: Bools
+    elevation: Floats, left: Bools, limit: float, grid: Floats, discontinuous: Bools
 ) -> float:
     """The highest friction at which a stop is seen; inf where that is the highest of the grid.
 
     Seen is what stops below the limit, and all that goes further than such a stop: what runs up
     the other side of a valley is no short runout. Between two frictions stops are spread evenly,
-    but for a `broken` cell, in each half of which its end holds, as where stops are looked up.
+    but for a `discontinuous` cell, in each half of which its end holds, as where stops are looked
+    up.
     """
     seen = np.flatnonzero(left | (elevation <= limit))
     if not len(seen):
@@ -264,7 +265,7 @@ def _highest_seen(
         return float(np.inf)
     low, high = elevation[j], elevation[j + 1]
     # The end of a profile may itself lie above the limit.
-    share = 0.5 if broken[j] or low > limit else (limit - low) / (high - low)
+    share = 0.5 if discontinuous[j] or low > limit else (limit - low) / (high - low)
     return float(grid[j] + share * (grid[j + 1] - grid[j]))
 
 

@@ -154,7 +154,7 @@ def rows_left(record, left, observed_left, observed, error):  # type: ignore[no-
 
 @kernel
 def cell_bounds(  # type: ignore[no-untyped-def]
-    predicted, cell, jumped, errors, record, left, observed_left, observed, error
+    predicted, cell, at_jump, errors, record, left, observed_left, observed, error
 ):
     """The most that the log likelihood can be in each cell of frictions `[n_friction - 1]`.
 
@@ -163,11 +163,11 @@ def cell_bounds(  # type: ignore[no-untyped-def]
     """
     bound = _by_record(record, left, observed_left, observed, error)
     best = np.argmax(bound)
-    ends = _at_ends(np.array([best]), predicted, cell, jumped, errors)
+    ends = _at_ends(np.array([best]), predicted, cell, at_jump, errors)
     least = bound[best] + max(ends[best], ends[best + 1]) - DEPTH + errors[2]
     # Beyond reach there are no points of the likelihood: the nearest friction, at most.
     likely = np.flatnonzero(bound >= max(least, min(bound[best], -0.5 * REACH * REACH)))
-    ends = _at_ends(likely, predicted, cell, jumped, errors)
+    ends = _at_ends(likely, predicted, cell, at_jump, errors)
     found = np.full(len(bound), -np.inf)
     found[likely] = bound[likely] + np.maximum(ends[likely], ends[likely + 1])
     if not np.isfinite(np.max(found)):
@@ -194,10 +194,10 @@ def _by_record(record, left, observed_left, observed, error):  # type: ignore[no
 
 
 @kernel
-def _at_ends(cells, predicted, cell, jumped, errors):  # type: ignore[no-untyped-def]
+def _at_ends(cells, predicted, cell, at_jump, errors):  # type: ignore[no-untyped-def]
     """Log density of the speeds at the ends of these cells, `[n_friction]`; -inf elsewhere.
 
-    In `cell` the block that passes comes as slow as `jumped`; so does all between it and the next.
+    In `cell` the block that passes comes as slow as `at_jump`; so does all between it and the next.
     """
     asked = np.zeros(len(predicted), dtype=np.bool_)
     for j in cells:
@@ -206,7 +206,7 @@ def _at_ends(cells, predicted, cell, jumped, errors):  # type: ignore[no-untyped
     square = predicted[rows] ** 2
     for k in range(len(rows)):
         if rows[k] == cell:
-            square[k] = jumped
+            square[k] = at_jump
     result = np.full(len(predicted), -np.inf)
     result[rows] = speed_log_density(square, errors)
     return result
@@ -217,7 +217,7 @@ class TrackRows(NamedTuple):
 
     `speed`, `sigma` `[n_speeds]` and `spread` are those of its `SpeedRecord`. `grid` `[n_rows]` are
     the frictions; `record`, `left` `[n_rows]`, `speeds` `[n_rows, n_speeds]` (m/s) the tables
-    there, `cell`, which counts from the first row, and `jumped` `[n_speeds]` the `JumpedStop`.
+    there, `cell`, which counts from the first row, and `at_jump` `[n_speeds]` the `StopAtJump`.
     `observed_left`, `observed`, `error` are those of the record; `unseen_from` is the friction
     above which stops are undetected.
     """
@@ -230,7 +230,7 @@ class TrackRows(NamedTuple):
     left: NDArray[np.bool_]
     speeds: Floats
     cell: int
-    jumped: Floats
+    at_jump: Floats
     observed_left: bool
     observed: float
     error: float
@@ -247,7 +247,7 @@ def track_rows(observations: Observations, predicted: Predicted) -> list[TrackRo
     unseen_from = hidden_from(observations, predicted, in_log=False)
     tracks = []
     for track, speeds, stop in zip(
-        observations.speeds, predicted.speeds, predicted.jumped, strict=True
+        observations.speeds, predicted.speeds, predicted.at_jump, strict=True
     ):
         i = track.event
         record, left = predicted.record[i], predicted.status[i] == LEFT_PROFILE
@@ -264,7 +264,7 @@ def track_rows(observations: Observations, predicted: Predicted) -> list[TrackRo
                 left=left[first:end].copy(),
                 speeds=speeds[first:end].copy(),
                 cell=stop.cell - first if stop.cell >= 0 else -1,
-                jumped=stop.square,
+                at_jump=stop.square,
                 observed_left=observed_left,
                 observed=observed,
                 error=error,
@@ -310,8 +310,10 @@ def track_nodes(
 
     def fill(part: Ints) -> None:
         for k in part.tolist():
-            mine = nodes.place[k], nodes.weight[k], nodes.tail[k]
-            nodes.log_scale[k] = fill_track_nodes(tracks[k], scatter, int(panels[k]), in_log, *mine)
+            selected = nodes.place[k], nodes.weight[k], nodes.tail[k]
+            nodes.log_scale[k] = fill_track_nodes(
+                tracks[k], scatter, int(panels[k]), in_log, *selected
+            )
 
     list(ordered_map(fill, np.array_split(np.arange(n), min(n_workers(), n))))
     return nodes
@@ -359,12 +361,12 @@ def likely_frictions(track, scatter, in_log):  # type: ignore[no-untyped-def]
     frictions `[n_fine]` and the one from which on stops are undetected, or their logs.
     """
     errors = whitening(track.speed, track.sigma, track.spread, scatter)
-    predicted = track.speeds, track.cell, track.jumped, errors, track.record, track.left
+    predicted = track.speeds, track.cell, track.at_jump, errors, track.record, track.left
     bound = cell_bounds(*predicted, track.observed_left, track.observed, track.error)
     hidden = track.grid[:-1] >= track.unseen_from
     if not np.all(hidden):
         bound[hidden] = -np.inf
-    tables = track.grid, track.record, track.left, track.speeds, track.cell, track.jumped
+    tables = track.grid, track.record, track.left, track.speeds, track.cell, track.at_jump
     fine = between(*tables, bound, track.observed_left)
     log_speed = speed_log_density(fine.square, errors)
     if in_log:
@@ -374,13 +376,13 @@ def likely_frictions(track, scatter, in_log):  # type: ignore[no-untyped-def]
 
 @kernel
 def between(  # type: ignore[no-untyped-def]
-    mu, record, left, speeds, cell, jumped, log_likelihood, observed_left
+    mu, record, left, speeds, cell, at_jump, log_likelihood, observed_left
 ):
     """Tables of one event `[n_friction(, n_speeds)]` over finer frictions about the likely ones.
 
     `log_likelihood` `[n_friction - 1]` bounds what each cell of the grid `mu` can hold. Where the
     block stops short of a place in the next friction, its u² is carried on from the cell before;
-    in the `cell` over which F jumps, u² is `jumped` `[n_speeds]`.
+    in the `cell` over which F jumps, u² is `at_jump` `[n_speeds]`.
     """
     good = np.flatnonzero(log_likelihood > np.max(log_likelihood) - DEPTH)
     first, last = max(good[0] - 1, 0), min(good[-1] + 2, len(mu) - 1)
@@ -407,11 +409,11 @@ def between(  # type: ignore[no-untyped-def]
                 fine_left[row] = left[j] if share < 0.5 else left[j + 1]
             for a in range(n_places):
                 if j == cell:
-                    square[row, a] = jumped[a]
+                    square[row, a] = at_jump[a]
                 else:
                     square[row, a] = max(speeds[j, a] ** 2 + share * rise[a], 0.0)
     grid[n - 1], fine_record[n - 1], fine_left[n - 1] = mu[last], record[last], left[last]
     square[n - 1] = speeds[last] ** 2
     if last == cell:
-        square[n - 1] = jumped
+        square[n - 1] = at_jump
     return FineTrack(grid, fine_record, fine_left, square)

@@ -126,7 +126,7 @@ class OffsetPlan:
     `index` `[n_groupings, n_events]` is the place of an event's offset in the row of all, -1 for
     none; `alone` `[n_groupings, n_events]`: it has one of its own, which adds to its scatter.
     `of` `[n_offsets]` is the grouping of each, `names` and `told` `[n_offsets]` what it is called
-    in the store and by people. `lasting` `[n_groupings]`: what is to come has the same groups.
+    in the store and by people. `persistent` `[n_groupings]`: what is to come has the same groups.
     """
 
     keys: tuple[str, ...]
@@ -135,7 +135,7 @@ class OffsetPlan:
     of: Ints
     index: Ints
     alone: NDArray[np.bool_]
-    lasting: tuple[bool, ...]
+    persistent: tuple[bool, ...]
 
     def __bool__(self) -> bool:
         return len(self.keys) > 0
@@ -167,7 +167,7 @@ def offset_plan(effects: Sequence[Effect], columns: EventColumns) -> OffsetPlan:
     names: list[str] = []
     told: list[str] = []
     of: list[int] = []
-    lasting: list[bool] = []
+    persistent: list[bool] = []
     index = np.empty((0, len(columns)), dtype=np.int64)
     alone = np.empty((0, len(columns)), dtype=np.bool_)
     for effect in of_kind(effects, GroupEffect):
@@ -177,10 +177,10 @@ def offset_plan(effects: Sequence[Effect], columns: EventColumns) -> OffsetPlan:
         of += [len(keys)] * len(groups.names)
         names += groups.names
         told += [f"{groups.told}{name}" for name in groups.names]
-        lasting.append(not groups.alone)
+        persistent.append(not groups.alone)
         keys.append(effect.key)
     named = tuple(keys), tuple(names), tuple(told)
-    return OffsetPlan(*named, np.array(of, dtype=np.int64), index, alone, tuple(lasting))
+    return OffsetPlan(*named, np.array(of, dtype=np.int64), index, alone, tuple(persistent))
 
 
 MOST_LOG_SCATTER, LEAST_LOG_SCATTER = 4.0, -12.0
@@ -240,9 +240,9 @@ class FrictionModel:
         return place, effect.design(columns) * scales
 
     @property
-    def lasting(self) -> tuple[bool, ...]:
+    def persistent(self) -> tuple[bool, ...]:
         """Of each grouping, whether what is to come has the same groups, as of paths."""
-        return offset_plan(self.effects, NO_EVENTS).lasting
+        return offset_plan(self.effects, NO_EVENTS).persistent
 
     def line_covariate(self, volume: Floats) -> Floats | None:
         """What log μ is a line in at volumes (m3), `[n_events, n_volumes]`; None for other laws."""
@@ -306,8 +306,8 @@ class FrictionModel:
         `[n_draws, n_slots]`, `volume` (m3) `[n_events]`.
         """
         shifts, widens, _ = self.of_events(columns)
-        passing = ~np.array(self.lasting, dtype=np.bool_)
-        own = np.sum(self.layout.spread_values(u)[:, passing] ** 2, axis=1)[:, None]
+        temporary = ~np.array(self.persistent, dtype=np.bool_)
+        own = np.sum(self.layout.spread_values(u)[:, temporary] ** 2, axis=1)[:, None]
         # Events that differ in nothing that friction knows are taken once.
         rows = np.column_stack([volume, *(design for _, design in (*shifts, *widens))])
         _, first, kind = np.unique(rows, axis=0, return_index=True, return_inverse=True)

@@ -98,11 +98,11 @@ def carried_error(
     result.record[line] = (stated * observed / fall_height)[line]
     for k, site in enumerate(sites):
         for coordinate in (True, False):
-            mine = (path_index == k) & ((kind == PLACE) == coordinate) & (stated > 0.0)
-            if np.any(mine):
-                start = site.release_x[release[mine]]
-                found = on_site(site, start, stated[mine], observed[mine], coordinate)
-                result.record[mine], result.leaving[mine] = found
+            selected = (path_index == k) & ((kind == PLACE) == coordinate) & (stated > 0.0)
+            if np.any(selected):
+                start = site.release_x[release[selected]]
+                found = on_site(site, start, stated[selected], observed[selected], coordinate)
+                result.record[selected], result.leaving[selected] = found
     return result
 
 
@@ -364,14 +364,14 @@ def build_observations(
     new = [profiles[name] for name in used if name not in known]
     known |= {profile.path_id: smooth for profile, smooth in zip(new, _grounds(new), strict=True)}
     runs = runs_by_path(records, prior, forward)
-    for name, mine in of_path.items():
-        ground, own = (paths[name], profiles[name], known[name]), [events[i] for i in mine]
+    for name, selected in of_path.items():
+        ground, own = (paths[name], profiles[name], known[name]), [events[i] for i in selected]
         if runs is None:
             site, rows = released_site(*ground, own, keeps=len(sites) < KEPT_SITES)
         else:
             site, rows = _simulated(*ground, own, runs)
         sites.append(site)
-        release[mine], elevation[mine] = rows, release_elevations(site)[rows]
+        release[selected], elevation[selected] = rows, release_elevations(site)[rows]
     return _arranged(records, prior, tuple(sites), release, elevation)
 
 
@@ -427,10 +427,10 @@ def _simulated(
             f"No runs of a flow model are stored for path {path.path_id}.",
             f"Make them: avahazard simulate {path.path_id}; or leave the path out.",
         )
-    mine = runs[path.path_id]
-    middle = float(np.exp(np.mean(np.log([one.volume_m3 for one in mine]))))
+    selected = runs[path.path_id]
+    middle = float(np.exp(np.mean(np.log([one.volume_m3 for one in selected]))))
     volume, rows = np.unique([e.volume_m3 or middle for e in events], return_inverse=True)
-    return simulated_site(path, profile, smooth, volume, mine), rows
+    return simulated_site(path, profile, smooth, volume, selected), rows
 
 
 LIKE_THE_STOP, FEWEST_LIKE_IT = 0.98, 10

@@ -150,8 +150,8 @@ def given_law_prior(law: Law, given: Sequence[GivenPrior]) -> LawPrior | None:
     its weak prior, independent of the parameters before it: without μ∞, that of μ∞/a stays.
     Coordinates are lines in the parameters or, where these are positive, in their logs.
     """
-    mine = {g.name: g for g in given if g.name in free_parameters(law)}
-    if not mine:
+    selected = {g.name: g for g in given if g.name in free_parameters(law)}
+    if not selected:
         return None
     names = free_parameters(law)
     start, slope = _lines(law, names)
@@ -159,8 +159,8 @@ def given_law_prior(law: Law, given: Sequence[GivenPrior]) -> LawPrior | None:
     # Independent w: of the parameter where it is given, else of the coordinate. z: parameters.
     centre, spread, shift, mix = np.zeros(d), np.zeros(d), np.zeros(d), np.zeros((d, d))
     for k, name in enumerate(names):
-        if name in mine:
-            told = mine[name]
+        if name in selected:
+            told = selected[name]
             centre[k], spread[k] = (
                 told.in_log if name in positive_parameters(law) else (told.mean, told.sd)
             )
@@ -174,7 +174,7 @@ def given_law_prior(law: Law, given: Sequence[GivenPrior]) -> LawPrior | None:
     turned = slope @ mix
     mean = start + slope @ shift + turned @ centre
     covariance = (turned * spread**2) @ turned.T
-    return law_prior(GIVEN + ",".join(mine), law, mean, covariance)
+    return law_prior(GIVEN + ",".join(selected), law, mean, covariance)
 
 
 def free_parameters(law: Law) -> tuple[str, ...]:

@@ -239,9 +239,11 @@ def within_paths(pair: Floats, path: Ints) -> Floats:
     both = np.isfinite(pair).all(axis=0)
     away = np.full(pair.shape, np.nan)
     for k in np.unique(path):
-        mine = path == k
-        if np.sum(both & mine) > 1:
-            away[:, mine] = pair[:, mine] - pair[:, both & mine].mean(axis=1, keepdims=True)
+        selected = path == k
+        if np.sum(both & selected) > 1:
+            away[:, selected] = pair[:, selected] - pair[:, both & selected].mean(
+                axis=1, keepdims=True
+            )
     return away
 
 

@@ -123,7 +123,7 @@ def apparent_friction(
     runout = np.asarray(runout, np.float64)
     rows = runout.reshape(-1, runout.shape[-1])
     stopped = curves.status == STOPPED
-    found = _inverted(rows, np.asarray(table), stop_y, stopped, curves.broken)
+    found = _inverted(rows, np.asarray(table), stop_y, stopped, curves.discontinuous)
     return ApparentFriction(*(part.reshape(runout.shape) for part in found))
 
 
@@ -154,7 +154,7 @@ def perturb(
 
 @kernel
 def _inverted(
-    runout: Floats, table: Ints, stop_y: Floats, stopped: Bools, broken: Bools
+    runout: Floats, table: Ints, stop_y: Floats, stopped: Bools, discontinuous: Bools
 ) -> tuple[Floats, Floats, Floats, Ints]:
     """μ and the `_bracket` of each of `runout` [n_sets, n_events]."""
     mu, low, high = np.full(runout.shape, np.nan), np.empty(runout.shape), np.empty(runout.shape)
@@ -162,7 +162,7 @@ def _inverted(
     for r in range(runout.shape[0]):
         for i in range(runout.shape[1]):
             k = table[i]
-            left, right, code = _bracket(runout[r, i], stop_y[k], stopped[k], broken[k])
+            left, right, code = _bracket(runout[r, i], stop_y[k], stopped[k], discontinuous[k])
             low[r, i], high[r, i], status[r, i] = left, right, code
             if code <= SEVERAL:
                 mu[r, i] = 0.5 * (left + right)
@@ -170,14 +170,16 @@ def _inverted(
 
 
 @kernel(inner=True)
-def _bracket(y: float, stop_y: Floats, stopped: Bools, broken: Bools) -> tuple[float, float, int]:
+def _bracket(
+    y: float, stop_y: Floats, stopped: Bools, discontinuous: Bools
+) -> tuple[float, float, int]:
     """Smallest and largest μ whose block stops at y, m, and the status code, of one table.
 
-    `stopped` [n_mu]; `broken` [n_mu - 1] are the cells of jumps.
+    `stopped` [n_mu]; `discontinuous` [n_mu - 1] are the cells of jumps.
     """
     if np.isnan(y):
         return np.nan, np.nan, NO_RECORD
-    low, high, crossings, jumped = np.inf, -np.inf, 0, False
+    low, high, crossings, at_jump = np.inf, -np.inf, 0, False
     least, first, last = np.inf, -1, -1
     for j in range(stop_y.size):
         if not stopped[j]:
@@ -195,8 +197,8 @@ def _bracket(y: float, stop_y: Floats, stopped: Bools, broken: Bools) -> tuple[f
             below = stop_y[last]
             left, right = MU[last], MU[j]
             crossings += 1
-            if j > last + 1 or broken[last]:
-                jumped = True
+            if j > last + 1 or discontinuous[last]:
+                at_jump = True
             elif above != below:
                 left = right = left + (right - left) * (y - below) / (above - below)
             low, high = min(low, left), max(high, right)
@@ -204,7 +206,7 @@ def _bracket(y: float, stop_y: Floats, stopped: Bools, broken: Bools) -> tuple[f
     if crossings > 1:
         return low, high, SEVERAL
     if crossings == 1:
-        return low, high, JUMP if jumped else UNIQUE
+        return low, high, JUMP if at_jump else UNIQUE
     if first < 0:
         return -np.inf, np.inf, BELOW
     if y <= least:

@@ -6,7 +6,7 @@ from avahazard.inference.model.choices import METHODS
 from avahazard.notes import Note, grouped, placed
 from avahazard.report.html.content import ReportContent
 from avahazard.report.language import plural, say, spoken
-from avahazard.report.sentences import change_words, error_words, failure_words, verdict_words
+from avahazard.report.sentences import change_text, error_text, failure_text, verdict_text
 from avahazard.report.words import amount, some
 
 
@@ -32,13 +32,13 @@ def chapters(content: ReportContent) -> list[tuple[str, list[str]]]:
             if compared.held_out.parent_crps_m is not None:
                 was = compared.held_out.parent_crps_m
             fall = error_fall(before, compared)
-            words.append(change_words(was, now, compared.coordinate, fall))
+            words.append(change_text(was, now, compared.coordinate, fall))
         elif compared is not None:
-            words += error_words(compared)[:1]
+            words += error_text(compared)[:1]
         if compared is not None and not (diagnosis and diagnosis.where):
-            words.append(failure_words(compared))
+            words.append(failure_text(compared))
         if diagnosis is not None:
-            words.append(verdict_words(diagnosis))
+            words.append(verdict_text(diagnosis))
         budget = {} if compared is None else {part.source: part.rms_m for part in compared.budget}
         if compared is not None and name == loop.lineage[-1] and budget.get("unexplained"):
             words.append(
@@ -83,7 +83,7 @@ def every_note(content: ReportContent) -> list[str]:
     return [spoken().note(note) for note in dict.fromkeys((*notes, *content.of_model))]
 
 
-def unknown_words(content: ReportContent) -> list[str]:
+def unknown_text(content: ReportContent) -> list[str]:
     """What the records do not say, by count."""
     events = content.events
     total = len(events)
@@ -128,7 +128,7 @@ def assumptions(content: ReportContent) -> list[str]:
             "This model's scatter is in metres of elevation and holds all errors at once: "
             "natural variability, errors of the records and of the model."
         ),
-        speeds and not content.speed_limited and no_drag_words(),
+        speeds and not content.speed_limited and no_drag_text(),
         any(view.alpha_beta for view in content.paths)
         and say(
             "The α-β runouts are regressions on extreme avalanches of other regions and do not "
@@ -138,7 +138,7 @@ def assumptions(content: ReportContent) -> list[str]:
     )
 
 
-def no_drag_words() -> str:
+def no_drag_text() -> str:
     """The caveat of every picture of speed by a model without drag."""
     return say(
         "The model has no drag: nothing but friction limits its speeds, so that they and the "
@@ -146,7 +146,7 @@ def no_drag_words() -> str:
     )
 
 
-def reading_words(content: ReportContent) -> list[str]:
+def reading_text(content: ReportContent) -> list[str]:
     """How to read the figures of the paths: of what they hold, once for all."""
     views = content.paths
     rows = [row for view in views for row in view.rows]
@@ -177,7 +177,7 @@ def reading_words(content: ReportContent) -> list[str]:
         speeds
         and not zones
         and say("Speeds are those of the block of median friction at that volume."),
-        (zones or speeds) and not content.speed_limited and no_drag_words(),
+        (zones or speeds) and not content.speed_limited and no_drag_text(),
         any(row.reach for row in rows)
         and say(
             "The lowest panel: the annual probability that an avalanche reaches the place, with "

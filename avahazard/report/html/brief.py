@@ -13,11 +13,11 @@ from avahazard.report.html.content import PathView, ReportContent
 from avahazard.report.html.vector_pictures import profile_picture, terrain_picture
 from avahazard.report.language import plural, say, spoken
 from avahazard.report.model_tables import failing
-from avahazard.report.sentences import verdict_words
-from avahazard.report.tables import far_words, farthest_words, past_words
+from avahazard.report.sentences import verdict_text
+from avahazard.report.tables import far_text, farthest_text, past_text
 from avahazard.report.words import (
     amount,
-    coordinate_words,
+    coordinate_text,
     metres,
     paths,
     place,
@@ -81,7 +81,7 @@ def _how_sure(content: ReportContent) -> str:
         "On held-out records the mean error of the model (CRPS) is {crps} of {coordinate}; {share} "
         "of them lie in the 90 % interval.",
         crps=amount(held.crps_m, found.coordinate, 0),
-        coordinate=coordinate_words(found.coordinate),
+        coordinate=coordinate_text(found.coordinate),
         share=share(held.coverage_90),
     )
 
@@ -93,7 +93,7 @@ def _what_lacks(content: ReportContent) -> str:
         return say("The records have changed since the model was calibrated: calibrate it again.")
     if content.diagnosis is None:
         return say("Whether an effect is missing is not known: the model was not diagnosed.")
-    return verdict_words(content.diagnosis).split(". ")[0].rstrip(".") + "."
+    return verdict_text(content.diagnosis).split(". ")[0].rstrip(".") + "."
 
 
 def rests_on(content: ReportContent) -> list[str]:
@@ -183,8 +183,8 @@ def path_cards(content: ReportContent) -> tuple[list[PathCard], list[str]]:
                     *_flow_lines(view, view.smooth),
                     *_zone_lines(view, view.smooth),
                 ),
-                None if shown is None else farthest_words(shown, metres),
-                None if shown is None else past_words(shown),
+                None if shown is None else farthest_text(shown, metres),
+                None if shown is None else past_text(shown),
                 tuple(_mind(content, view, shown)),
             )
         )
@@ -246,7 +246,7 @@ def _mind(content: ReportContent, view: PathView, shown: Design | None) -> Itera
         yield say("Beyond the profile with a probability of {share}.", share=chance)
     rows, zones = view.rows, view.drawn_zones
     if any([*(row.extrapolated for row in rows), *(zone.extrapolated for zone in zones)]):
-        yield far_words()
+        yield far_text()
     if any(row.pooled for row in rows):
         yield say("Few volumes are recorded: their spread is that of all paths.")
     found = content.comparison

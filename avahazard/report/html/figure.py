@@ -15,7 +15,7 @@ from markupsafe import Markup
 from avahazard.arrays import Floats
 from avahazard.report.html.content import EventView
 from avahazard.report.language import say
-from avahazard.report.words import event_words, interval, metres, some
+from avahazard.report.words import event_text, interval, metres, some
 from avahazard.results.base import plain
 from avahazard.results.hazard import PlaceQuantiles, Spread
 
@@ -71,7 +71,7 @@ def event_marks(
 ) -> Trace:
     """Marks of events, which say in words what event it is, and `hover`."""
     words = "<br>".join(some("%{text}", hover))
-    text = [label(event_words(event, names)) for event in events]
+    text = [label(event_text(event, names)) for event in events]
     return marks(x, y, marker, words, text=text, **more)
 
 
@@ -188,10 +188,10 @@ def by_path(
         yield say("recorded events"), BLUE, "circle", list(events)
         return
     places = {path_id: k for k, path_id in enumerate(names)}
-    for path_id, mine in groups.items():
+    for path_id, selected in groups.items():
         k = len(COLORS) - 1 if path_id is None else places[path_id]
         name = say("recorded events") if path_id is None else names[path_id]
-        yield name, COLORS[k], SYMBOLS[k], mine
+        yield name, COLORS[k], SYMBOLS[k], selected
 
 
 @dataclass(frozen=True, slots=True)

@@ -138,7 +138,7 @@ def map_figure(k: int, view: PathView) -> Figure | None:
     data: list[Trace] = [line(plan.east, plan.north, INK, 1.6, name=say("path"))]
     for period, color in PERIOD_COLORS.items() if plan.flow else ():
         look = {"symbol": "square", "size": 14, "color": color, "opacity": TINT}
-        data.append(marks([None], [None], look, name=period_words(period)))
+        data.append(marks([None], [None], look, name=period_text(period)))
     for zone in view.drawn_zones:
         name = label(say("zone: {zone}", zone=say(zone.zone)))
         ends = plan.at(np.linspace(zone.from_x_m, zone.to_x_m, BAR_PLACES))
@@ -166,7 +166,7 @@ def map_figure(k: int, view: PathView) -> Figure | None:
     )
 
 
-def period_words(period: float) -> str:
+def period_text(period: float) -> str:
     """What the colour of a return period (years) says."""
     return label(say("comes here once in {years} years", years=spoken().number(f"{period:g}")))
 

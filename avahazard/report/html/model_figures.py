@@ -32,7 +32,7 @@ from avahazard.report.html.figure import (
 )
 from avahazard.report.language import plural, say, spoken
 from avahazard.report.model_tables import OFFSET
-from avahazard.report.words import number, unit_words
+from avahazard.report.words import number, unit_text
 from avahazard.results.calibration import ParameterSummary
 from avahazard.results.friction import FrictionDensity
 
@@ -63,10 +63,10 @@ def friction_figure(
     data = law_traces(view)
     shown = [e for e in events if e.mu_reference is not None and e.volume_m3]
     hover = say("apparent friction {friction}", friction="%{y:.3f}")
-    for name, color, symbol, mine in by_path(shown, names):
+    for name, color, symbol, selected in by_path(shown, names):
         look = {"color": color, "symbol": symbol, "size": 7, "opacity": 0.8}
-        volume, mu = [e.volume_m3 for e in mine], [e.mu_reference for e in mine]
-        data.append(event_marks(volume, mu, look, mine, names, hover, name=label(name)))
+        volume, mu = [e.volume_m3 for e in selected], [e.mu_reference for e in selected]
+        data.append(event_marks(volume, mu, look, selected, names, hover, name=label(name)))
     lacking = len(events) - len(shown)
     return Figure(
         "friction",
@@ -234,7 +234,7 @@ def _histogram(k: int, name: str, values: Floats, summary: ParameterSummary) -> 
     middle = 0.5 * (edges[1:] + edges[:-1])
     inside = (middle >= summary.q05) & (middle <= summary.q95)
     low, high, mean = (number(getattr(summary, key)) for key in ("q05", "q95", "mean"))
-    unit = f" {unit_words(summary.unit)}" if summary.unit else ""
+    unit = f" {unit_text(summary.unit)}" if summary.unit else ""
     numbers = say(
         "mean {mean}{unit}; 90 % between {low} and {high}{unit}",
         mean=mean,

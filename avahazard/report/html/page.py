@@ -22,7 +22,7 @@ from avahazard.report.html.map_figure import map_figure
 from avahazard.report.html.path_figure import path_figure
 from avahazard.report.html.vector_pictures import overview_map
 from avahazard.report.language import plural, say, spoken
-from avahazard.report.sentences import error_words, model_words, verdict_words, why_words
+from avahazard.report.sentences import error_text, model_text, verdict_text, why_text
 from avahazard.report.words import events, integer, paths, share
 
 UNIT = re.compile(
@@ -84,7 +84,7 @@ def render(content: ReportContent) -> str:
         "annex": annex,
         "brief": brief,
         "language": spoken(),
-        "by_words": _by_words(content),
+        "by_text": _by_text(content),
         "conclusion": brief.conclusion(content),
         "map": overview_map(content, period),
         "cards": cards,
@@ -92,9 +92,9 @@ def render(content: ReportContent) -> str:
         "zoned": any(view.drawn_zones for view in content.paths),
         "period": period,
         "design": tables.design_table(shown, content.names),
-        "model_words": model_words(model, n_paths),
-        "why_words": why_words(model.model, list(content.ladder)),
-        "error_words": [] if content.comparison is None else error_words(content.comparison),
+        "model_text": model_text(model, n_paths),
+        "why_text": why_text(model.model, list(content.ladder)),
+        "error_text": [] if content.comparison is None else error_text(content.comparison),
         "style": Markup((folder / "report.css").read_text(encoding="utf-8")),  # noqa: S704 (our own)
     }
     script = ""
@@ -103,7 +103,7 @@ def render(content: ReportContent) -> str:
         diagnosis, names = content.diagnosis, content.names
         values |= {
             "chapters": annex.chapters(content),
-            "verdict": None if diagnosis is None else verdict_words(diagnosis, None),
+            "verdict": None if diagnosis is None else verdict_text(diagnosis, None),
             "figures": _figures(content, names),
             "posterior": model_figures.posterior_figures(model.parameters, content.draws),
             "predicted": record_figures.predicted_figures(content.events, names, content.loop),
@@ -139,7 +139,7 @@ def kept_together(value: Any) -> Any:
     return DATE.sub("\\1\u2011\\2\u2011\\3", UNIT.sub("\u00a0", value))
 
 
-def _by_words(content: ReportContent) -> str:
+def _by_text(content: ReportContent) -> str:
     """Under the title: which model, on how much."""
     model = content.model
     return say(

@@ -31,7 +31,7 @@ from avahazard.report.html.figure import (
     runout_bar,
 )
 from avahazard.report.language import say
-from avahazard.report.words import case, integer, volume_words, years
+from avahazard.report.words import case, integer, volume_text, years
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, ReachChance, Spread, Zone
 
 PLACES = 160
@@ -59,7 +59,7 @@ def runout_traces(
     if row.design:
         traces += bar(row.design.runout_x_m, say("design runout, {case}", case=of), 6.0)
     if row.runout_x_m.q05 is not None:
-        name = say("avalanches of {volume}", volume=volume_words(row))
+        name = say("avalanches of {volume}", volume=volume_text(row))
         traces += bar(row.runout_x_m, name, 1.2, showlegend=first or not row.design)
         traces += _spread(smooth, row, color, above, f"row {of}")
     return traces
@@ -297,9 +297,9 @@ def stops_traces(
     dot = {"color": BLUE, "size": 4}
     traces.append(marks(states[name].x[shown, 1], rows, dot, median, showlegend=False))
     hover = say("stopped at x {x} m", x="%{x:.0f}")
-    mine = [events[k] for k in shown]
-    stops = [event.stop_x_m for event in mine]
-    traces.append(event_marks(stops, rows, _tick(8, 1.6), mine, names, hover, showlegend=False))
+    selected = [events[k] for k in shown]
+    stops = [event.stop_x_m for event in selected]
+    traces.append(event_marks(stops, rows, _tick(8, 1.6), selected, names, hover, showlegend=False))
     changes: dict[str, Mapping[int, Trace]] = {
         key: {band: {"x": _ends(state, shown)}, band + 1: {"x": state.x[shown, 1]}}
         for key, state in states.items()

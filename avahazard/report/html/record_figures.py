@@ -30,7 +30,7 @@ from avahazard.report.html.figure import (
     rows_axis,
 )
 from avahazard.report.language import plural, say, spoken
-from avahazard.report.words import axis_words, shape_words
+from avahazard.report.words import axis_text, shape_text
 from avahazard.results.base import RATIO
 
 KINDS = ("elevation", "x", "length", RATIO)
@@ -60,15 +60,18 @@ def _predicted(
     states = loop.models
     data: list[Trace] = []
     changes: dict[str, dict[int, Trace]] = {state.key: {} for state in states}
-    for name, color, symbol, mine in by_path([events[k] for k in stopped], names):
-        members = [place[e.event_id] for e in mine]
+    for name, color, symbol, selected in by_path([events[k] for k in stopped], names):
+        members = [place[e.event_id] for e in selected]
         for state in states:
             low, middle, high = state.predicted[members].T
             bars = {"error_x.array": high - middle, "error_x.arrayminus": middle - low}
             changes[state.key][len(data)] = {"x": middle, **bars}
         marker = {"color": color, "symbol": symbol, "size": 7}
-        expected, there = np.array([e.predicted for e in mine]), [e.observed_m for e in mine]
-        data.append(_against(expected, there, mine, marker, names, name=label(name)))
+        expected, there = (
+            np.array([e.predicted for e in selected]),
+            [e.observed_m for e in selected],
+        )
+        data.append(_against(expected, there, selected, marker, names, name=label(name)))
     observed = np.array([events[k].observed_m for k in stopped], np.float64)
     low, middle, high = np.array([events[k].predicted for k in stopped]).reshape(-1, 3).T
     if stopped:
@@ -170,13 +173,13 @@ def residuals_figure(events: Sequence[EventView], names: Names, loop: LoopView) 
     hover = say("predicted minus recorded: {error}", error="%{y:.4f}" if ratio else "%{y:.0f} m")
     data: list[Trace] = []
     changes: dict[str, dict[int, Trace]] = {state.key: {} for state in states}
-    for name, color, symbol, mine in by_path(with_volume, names):
-        rows = [place[e.event_id] for e in mine]
+    for name, color, symbol, selected in by_path(with_volume, names):
+        rows = [place[e.event_id] for e in selected]
         for state in states:
             changes[state.key][len(data)] = {"y": state.error[rows]}
-        x, look = [e.volume_m3 for e in mine], {"color": color, "symbol": symbol, "size": 7}
+        x, look = [e.volume_m3 for e in selected], {"color": color, "symbol": symbol, "size": 7}
         more = {"name": label(name), "opacity": 0.8}
-        data.append(event_marks(x, own.error[rows], look, mine, names, hover, **more))
+        data.append(event_marks(x, own.error[rows], look, selected, names, hover, **more))
     most = ROOM * max(float(np.nanmax(np.abs(state.error))) for state in states)
     lost = len(events) - len(with_volume)
     upwards = say("predicted minus recorded ({unit})", unit="H/L" if ratio else "m")
@@ -219,9 +222,9 @@ def failed_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> 
     for name, color, fails in _kinds(before):
         rows = [k for k in known if bool(before.failed[k]) is fails]
         if rows:
-            mine, places = [events[k] for k in rows], [events[k].stop_x_m for k in rows]
+            selected, places = [events[k] for k in rows], [events[k].stop_x_m for k in rows]
             look = {"color": color, "size": 7}
-            data.append(_against(before.x[rows], places, mine, look, names, name))
+            data.append(_against(before.x[rows], places, selected, look, names, name))
     ends = [v for k in known for v in (events[k].stop_x_m, before.x[k, 1]) if v is not None]
     data.append(_equal(min(ends), max(ends)))
     return Figure(
@@ -265,10 +268,14 @@ def suspect_figure(events: Sequence[EventView], names: Names, loop: LoopView) ->
     if band is not None and not texts:
         data.append(area(x, band[0], band[1], BAND, name=say("90 % credible interval")))
     for name, color, fails in _kinds(before):
-        mine = [int(k) for k in np.flatnonzero(known & (before.failed == fails))]
-        if mine:
+        selected = [int(k) for k in np.flatnonzero(known & (before.failed == fails))]
+        if selected:
             look = {"color": color, "size": 7, "opacity": 0.8}
-            at, up, of = [values[k] for k in mine], found.missed[mine], [events[k] for k in mine]
+            at, up, of = (
+                [values[k] for k in selected],
+                found.missed[selected],
+                [events[k] for k in selected],
+            )
             data.append(event_marks(at, up, look, of, names, "%{y:+.2f}", name=name))
     if texts:
         look = {"color": ORANGE, "size": 24, "symbol": "line-ew-open", "line": {"width": 3}}
@@ -281,7 +288,7 @@ def suspect_figure(events: Sequence[EventView], names: Names, loop: LoopView) ->
         data.append(line(x, y, ORANGE, 2.5, name=explained))
     across = say("log friction added by the effect")
     if found.column is not None:
-        across = label(axis_words(found.column))
+        across = label(axis_text(found.column))
     return Figure(
         "suspect",
         say("Missing effect: {effects}", effects=effects),
@@ -312,7 +319,7 @@ def force_shape_figure(events: Sequence[EventView], names: Names, loop: LoopView
         return None
     force, (effect,) = found.force, found.effects
     shape, name = force.shape, spoken().effect(effect)
-    across, upwards = shape_words(shape)
+    across, upwards = shape_text(shape)
     measured = len(force.x) > 0
     place = {e.event_id: k for k, e in enumerate(events)}
     of = np.array([place[event] for event in force.event], dtype=np.int64)
@@ -322,10 +329,12 @@ def force_shape_figure(events: Sequence[EventView], names: Names, loop: LoopView
         if len(rows):
             look = {"color": color, "size": 5, "opacity": 0.6}
             bar = {"type": "data", "array": force.sd[rows], "thickness": 0.5, "width": 0}
-            mine = [events[k] for k in of[rows]]
+            selected = [events[k] for k in of[rows]]
             more = {"name": words, "error_y": bar}
             data.append(
-                event_marks(force.x[rows], force.y[rows], look, mine, names, "%{y:+.2f}", **more)
+                event_marks(
+                    force.x[rows], force.y[rows], look, selected, names, "%{y:+.2f}", **more
+                )
             )
     hover = "%{x:.4g}: %{y:+.3g}"
     fitted = say("{effect}, median", effect=name)
@@ -383,12 +392,12 @@ def record_figure(events: Sequence[EventView], paths: Sequence[PathView]) -> Fig
         (say("stopped on the profile"), BLUE, "circle", False),
         (say("beyond the profile"), VERMILION, "diamond-open", True),
     ):
-        mine = [e for e in dated if e.left_profile is left]
-        size = [_size(e.volume_m3) for e in mine]
+        selected = [e for e in dated if e.left_profile is left]
+        size = [_size(e.volume_m3) for e in selected]
         marker = {"color": color, "symbol": symbol, "opacity": 0.65, "size": size}
-        if mine:
-            x, y = [e.year for e in mine], [_row(e, names) for e in mine]
-            data.append(event_marks(x, y, marker, mine, names, name=name))
+        if selected:
+            x, y = [e.year for e in selected], [_row(e, names) for e in selected]
+            data.append(event_marks(x, y, marker, selected, names, name=name))
     undated = len(events) - len(dated)
     return Figure(
         "record",

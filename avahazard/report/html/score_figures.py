@@ -25,10 +25,10 @@ from avahazard.report.language import plural, say, spoken
 from avahazard.report.words import (
     SIGNIFICANT,
     amount,
-    axis_words,
+    axis_text,
     chance,
-    level_words,
-    part_words,
+    level_text,
+    part_text,
     unit_of,
 )
 from avahazard.results.base import RATIO
@@ -153,7 +153,7 @@ def budget_figure(
         seen = [v * v >= LEAST_SHARE * longest for v in metres]
         text = [amount(v, coordinate, 0) if s else "" for v, s in zip(metres, seen, strict=True)]
         inside = {"textposition": "inside", "insidetextanchor": "middle", "textangle": 0}
-        own = {"name": label(part_words(source)), "text": text, "customdata": metres, **inside}
+        own = {"name": label(part_text(source)), "text": text, "customdata": metres, **inside}
         hover = f"%{{y}}, %{{fullData.name}}: {size}"
         data.append(bars([v * v for v in metres], names, color, hover, **own))
     squares = say("square of the error") + ("" if ratio else " (m²)")
@@ -248,15 +248,15 @@ def bias_figure(found: Comparison) -> Figure | None:
     rows = found.where_it_fails[:MOST_ROWS]
     if not rows:
         return None
-    names = [label(f"{axis_words(r.axis)}: {level_words(r.level)} ({r.n})") for r in rows]
+    names = [label(f"{axis_text(r.axis)}: {level_text(r.level)} ({r.n})") for r in rows]
     data = []
     for name, color, fails in (
         ("beyond chance", VERMILION, True),
         ("not significant", PALE, False),
     ):
-        mine = [k for k, row in enumerate(rows) if (row.p_value < SIGNIFICANT) is fails]
-        if mine:
-            x, y = [rows[k].bias_m for k in mine], [names[k] for k in mine]
+        selected = [k for k, row in enumerate(rows) if (row.p_value < SIGNIFICANT) is fails]
+        if selected:
+            x, y = [rows[k].bias_m for k in selected], [names[k] for k in selected]
             data.append(bars(x, y, color, f"%{{y}}: %{{x:+.4g}} {unit}", name=name))
     places = layout(
         axis(f"predicted minus recorded ({unit})", zeroline=True),
@@ -272,12 +272,12 @@ def force_figure(force: Sequence[MeasuredForce]) -> Figure:
     events = list(dict.fromkeys(row.event_id for row in force))
     data, hover = [], "%{fullData.name}: %{x:.1f} m/s, %{y:.1f} m/s²"
     for k, event in enumerate(events):
-        mine = [row for row in force if row.event_id == event]
+        selected = [row for row in force if row.event_id == event]
         color, symbol = COLORS[k % len(COLORS)], SYMBOLS[k % len(SYMBOLS)]
-        u, force_by = [row.speed_m_s for row in mine], [row.force_m_s2 for row in mine]
+        u, force_by = [row.speed_m_s for row in selected], [row.force_m_s2 for row in selected]
         look = {"color": color, "symbol": symbol, "size": 6}
         own = {"name": label(event), "showlegend": len(events) <= len(COLORS)}
-        sd = [row.sd_m_s2 for row in mine]
+        sd = [row.sd_m_s2 for row in selected]
         bar = {"type": "data", "array": sd, "thickness": 0.7, "width": 0}
         data.append(marks(u, force_by, look, hover, error_y=bar, **own))
     return Figure(

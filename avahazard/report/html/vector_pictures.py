@@ -14,7 +14,7 @@ from avahazard.report.html.figure import GROUND, INK, VERMILION
 from avahazard.report.html.map_figure import (
     M_PER_DEGREE,
     TINT,
-    period_words,
+    period_text,
     round_length,
     terrain_png,
 )
@@ -95,7 +95,7 @@ def terrain_picture(view: PathView, plan: PlanView) -> Markup:
         down = under + 22 + 15 * k
         parts.append(
             f'<rect x="0" y="{down - 10}" width="12" height="12" fill="{color}" opacity="{TINT}"/>'
-            f'<text x="18" y="{down}">{escape(period_words(period))}</text>'
+            f'<text x="18" y="{down}">{escape(period_text(period))}</text>'
         )
     words = say("{path}: where flow comes to once in some years", path=view.name)
     return _svg(f"0 0 {WIDTH} {under + 75}", words, parts)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from avahazard.report.sentences import before_and_after_words
+from avahazard.report.sentences import before_and_after_text
 from avahazard.results.comparison import BeforeAndAfter, ErrorFall
 from tests.cli.commands.snow import document, refused, run
 from tests.results.samples import STANDING
@@ -68,13 +68,13 @@ def test_the_one_line() -> None:
     floor = replace(STANDING, noise_floor_crps_m=8.0)
     before, after = (replace(floor, held_out_crps_m=crps) for crps in (80.0, 60.0))
     found = BeforeAndAfter(before, after, "path")
-    line = before_and_after_words(found)
+    line = before_and_after_text(found)
     assert "falls from 80.0 m to 60.0 m." in line
     assert "Measurement-error floor (CRPS; errors of runout, volume and release): 8.0 m." in line
-    sure = before_and_after_words(replace(found, fall=ErrorFall(20.0, 5.0, 35.0)))
+    sure = before_and_after_text(replace(found, fall=ErrorFall(20.0, 5.0, 35.0)))
     assert "by 5.0 to 35.0 m (90 % interval)" in sure
-    rose = before_and_after_words(replace(found, before=replace(STANDING, held_out_crps_m=50.0)))
+    rose = before_and_after_text(replace(found, before=replace(STANDING, held_out_crps_m=50.0)))
     assert "rises from 50.0 m to 60.0 m: do not keep the child." in rose
-    alone = before_and_after_words(replace(found, before=None))
+    alone = before_and_after_text(replace(found, before=None))
     assert "60.0 m of elevation" in alone
     assert "falls" not in alone

@@ -22,13 +22,13 @@ KEYS = {
 
 
 @pytest.fixture
-def mine(twin_database: str, tmp_path: Path) -> Run:
+def selected(twin_database: str, tmp_path: Path) -> Run:
     """Give a function that runs the command line on a copy of the twin."""
     return command_line(shutil.copy(twin_database, tmp_path / "mine.db"))
 
 
-def test_the_document(mine: Run) -> None:
-    document = json.loads(mine("--json", "calibrate", "m", *SHORT, "--seed", "4").stdout)
+def test_the_document(selected: Run) -> None:
+    document = json.loads(selected("--json", "calibrate", "m", *SHORT, "--seed", "4").stdout)
     assert document.keys() >= KEYS
     assert document["parameters"].keys() == {"a", "n", "sigma"}
     assert document["parameters"]["n"].keys() == {"mean", "sd", "mode", "q05", "q95", "unit"}
@@ -38,8 +38,8 @@ def test_the_document(mine: Run) -> None:
     assert (document["model"], document["n_events"], document["seed"]) == ("m", 34, 4)
 
 
-def test_people_see_the_posterior(mine: Run) -> None:
-    done = mine("calibrate", "m", *SHORT, "--law", "power", "--tails", "student")
+def test_people_see_the_posterior(selected: Run) -> None:
+    done = selected("calibrate", "m", *SHORT, "--law", "power", "--tails", "student")
     assert done.exit_code == 0
     model = ("m", "power", "marginal", "lognormal", "Student's", "alpha")
     assert untold(done.stdout, *model, "34 events", "2 chains", "100 draws", "seed 0") == []
@@ -47,35 +47,39 @@ def test_people_see_the_posterior(mine: Run) -> None:
     assert max(map(len, lines)) <= 80
 
 
-def test_a_prior_as_numbers_is_told(mine: Run) -> None:
-    done = mine("calibrate", "m", *SHORT, "--prior", "n=2e-6,1e-6", "--prior", "sigma = 0.2, 0.05")
+def test_a_prior_as_numbers_is_told(selected: Run) -> None:
+    done = selected(
+        "calibrate", "m", *SHORT, "--prior", "n=2e-6,1e-6", "--prior", "sigma = 0.2, 0.05"
+    )
     assert done.exit_code == 0
     assert "the prior of sigma in m is 0.2 ± 0.05, as given." in done.stderr
-    shown = json.loads(mine("--json", "model", "m").stdout)
+    shown = json.loads(selected("--json", "model", "m").stdout)
     assert "the prior of n in m is 2e-06 ± 1e-06, as given." in shown["notes"]
-    provenance = mine("model", "m", "--provenance").stdout
+    provenance = selected("model", "m", "--provenance").stdout
     assert untold(provenance, "n 2e-06 ± 1e-06, sigma 0.2 ± 0.05", "given:n") == []
     assert "{" not in provenance
 
 
-def test_a_run_that_has_not_converged_says_so_and_ends_with_0(mine: Run) -> None:
-    done = mine("calibrate", "m", "--draws", "50", "--chains", "2", "--path", "scey")
+def test_a_run_that_has_not_converged_says_so_and_ends_with_0(selected: Run) -> None:
+    done = selected("calibrate", "m", "--draws", "50", "--chains", "2", "--path", "scey")
     assert done.exit_code == 0
     assert "Not converged" in done.stdout
     assert "have not converged" in done.stderr
-    shown = json.loads(mine("--json", "model", "m").stdout)
+    shown = json.loads(selected("--json", "model", "m").stdout)
     assert shown["diagnostics"]["converged"] is False
 
 
-def test_equal_seeds_equal_output(mine: Run) -> None:
-    first = mine("--json", "calibrate", "a", *SHORT, "--seed", "9").stdout
-    second = mine("--json", "calibrate", "b", *SHORT, "--seed", "9").stdout
+def test_equal_seeds_equal_output(selected: Run) -> None:
+    first = selected("--json", "calibrate", "a", *SHORT, "--seed", "9").stdout
+    second = selected("--json", "calibrate", "b", *SHORT, "--seed", "9").stdout
     assert first.replace('"a",', '"b",', 1).replace("compare a", "compare b") == second
 
 
 @pytest.mark.parametrize("method", ["metropolis", "gibbs"])
-def test_the_papers_methods_leave_out_what_left_the_profile(mine: Run, method: str) -> None:
-    done = mine("--json", "calibrate", "m", "--method", method, "--chains", "2", "--draws", "200")
+def test_the_papers_methods_leave_out_what_left_the_profile(selected: Run, method: str) -> None:
+    done = selected(
+        "--json", "calibrate", "m", "--method", method, "--chains", "2", "--draws", "200"
+    )
     document = json.loads(done.stdout)
     left = sum(document["left_out"].values())
     assert document["n_events"] + left == 173

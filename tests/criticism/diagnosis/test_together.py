@@ -12,7 +12,7 @@ from avahazard.criticism.diagnosis.refits import Question
 from avahazard.effects.own_file import definition_from
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.report.sentences import verdict_words
+from avahazard.report.sentences import verdict_text
 from avahazard.workflow.diagnose import diagnosis
 from tests.criticism.lengths import lengths, shifted
 
@@ -57,7 +57,7 @@ def test_effects_of_a_set_that_are_both_needed_are_distinguished() -> None:
     assert told.pairs[0].effects == ("by-cold", "by-wind")
     assert told.pairs[0].parameters["by-cold.slope"] == given_back
     assert told.pairs[0].error_after_m < told.candidates[0].error_before_m
-    assert "by-cold and by-wind" in verdict_words(told)
+    assert "by-cold and by-wind" in verdict_text(told)
 
 
 def test_two_that_hide_each_other_are_named_together() -> None:

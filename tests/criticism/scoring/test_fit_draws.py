@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avahazard.criticism.scoring.held_out import FitDraws, evenly_weighted, fit_draws
+from avahazard.criticism.scoring.held_out import FitDraws, fit_draws, resampled
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.sampling import sample
 from tests.criticism.studies import fitted, slopes, straight
@@ -71,7 +71,7 @@ def test_equal_keys_equal_draws() -> None:
 
 def test_draws_count_by_their_weights() -> None:
     draws = FitDraws(np.array([[1.0], [2.0], [3.0]]), np.log([0.2, 0.5, 0.3]), None)
-    even = evenly_weighted(draws, 100)
+    even = resampled(draws, 100)
     values, counts = np.unique(even.coordinates, return_counts=True)
     assert dict(zip(values, counts, strict=True)) == {1.0: 20, 2.0: 50, 3.0: 30}
     assert np.sum(np.exp(even.log_weight)) == pytest.approx(1.0)

@@ -18,8 +18,8 @@ def just_seen() -> Observations:
     path = observations.columns.path_index
     limit = observations.limit.copy()
     for k in range(len(observations.columns.paths)):
-        mine = (path == k) & (observations.kind == ELEVATION)
-        limit[path == k] = np.max(observations.observed[mine]) + 1.0
+        selected = (path == k) & (observations.kind == ELEVATION)
+        limit[path == k] = np.max(observations.observed[selected]) + 1.0
     return replace(observations, limit=limit)
 
 

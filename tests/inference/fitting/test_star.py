@@ -14,7 +14,7 @@ from avahazard.inference.fitting.star import (
     REACH,
     TOLERANCE,
     gauss_newton,
-    held_climb,
+    held_ascent,
     improved,
     search_mode,
 )
@@ -163,7 +163,8 @@ def _metres_apart(model: Posterior, u: np.ndarray) -> float:
     x = curve.at(mu)[0]
     cell = np.searchsorted(MU, mu[:, 1]) - 1
     goes_on = [
-        not row[max(k - 4, 0) : k + 5].any() for row, k in zip(curve.broken, cell, strict=True)
+        not row[max(k - 4, 0) : k + 5].any()
+        for row, k in zip(curve.discontinuous, cell, strict=True)
     ]
     assert np.mean(goes_on) > 0.8
     return float(np.max(np.abs(x[:, 0] - x[:, 1])[goes_on]))
@@ -231,7 +232,7 @@ def test_a_held_climb_moves_nothing_that_shapes_the_tables() -> None:
     model = posterior(observations(), "turbulent-drag")
     (drag,) = model.layout.tables
     start = near(model)
-    value, u = held_climb(model, start, [drag], [0.7])
+    value, u = held_ascent(model, start, [drag], [0.7])
     assert u[drag] == 0.7
     assert u[-1] == start[-1]
     assert value > model.pinned(u).log_density(np.where(np.arange(len(u)) == drag, 0.7, start))

@@ -73,10 +73,10 @@ def test_an_effect_that_the_data_cannot_tell_is_refused() -> None:
 
 
 def test_the_users_own_effect_goes_through_the_same_door() -> None:
-    mine = replace(definition("release-elevation"), key="my-effect")
-    assert find_definition("my-effect", [mine]) is mine
-    specification, facts = with_effects(observations(), Specification(), ["my-effect"], [mine])
-    model = assemble(observations(), specification, facts, [mine])
+    selected = replace(definition("release-elevation"), key="my-effect")
+    assert find_definition("my-effect", [selected]) is selected
+    specification, facts = with_effects(observations(), Specification(), ["my-effect"], [selected])
+    model = assemble(observations(), specification, facts, [selected])
     assert [e.key for e in model.effects] == ["release-elevation"]
     with pytest.raises(AvahazardError, match="no effect 'my-effect'"):
         find_definition("my-effect")

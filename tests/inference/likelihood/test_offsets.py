@@ -48,8 +48,8 @@ def whole(index: np.ndarray, h: np.ndarray, keep: np.ndarray, prior: np.ndarray)
     """The precision of all offsets, event by event."""
     matrix = np.diag(prior)
     for i in np.flatnonzero(keep):
-        mine = index[:, i][index[:, i] >= 0]
-        matrix[np.ix_(mine, mine)] += h[i]
+        selected = index[:, i][index[:, i] >= 0]
+        matrix[np.ix_(selected, selected)] += h[i]
     return matrix
 
 
@@ -130,11 +130,11 @@ def test_offsets_are_where_a_plain_optimiser_finds_them(in_log: bool) -> None:
     )
     assert cross.size == 0
     for k in range(N_GROUPS):
-        mine = (group == k) & keep
+        selected = (group == k) & keep
 
-        def cost(offset: float, mine: np.ndarray = mine) -> float:
+        def cost(offset: float, selected: np.ndarray = selected) -> float:
             moved = location + offset if in_log else location * np.exp(offset)
-            total = event_terms(nodes, moved, scatter, weight).value[mine].sum()
+            total = event_terms(nodes, moved, scatter, weight).value[selected].sum()
             return float(0.5 * precision * offset**2 - total)
 
         best = minimize_scalar(cost, bounds=(-1.0, 1.0), method="bounded", options={"xatol": 1e-9})
@@ -145,7 +145,7 @@ def test_offsets_are_where_a_plain_optimiser_finds_them(in_log: bool) -> None:
         assert bend[k] == pytest.approx(curvature, rel=1e-2 if in_log else 0.3)
         there = location + best.x if in_log else location * np.exp(best.x)
         given = event_terms(nodes, there, scatter, weight).value
-        np.testing.assert_allclose(value[mine], given[mine], atol=1e-4 if in_log else 5e-3)
+        np.testing.assert_allclose(value[selected], given[selected], atol=1e-4 if in_log else 5e-3)
     assert np.all(value[~keep] == 0.0)
 
 

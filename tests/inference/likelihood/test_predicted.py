@@ -119,27 +119,27 @@ def _on_a_hump(stop_x: float, left: bool = False) -> Observations:
 def test_where_f_jumps_over_the_stop_u2_is_that_of_the_mean_friction() -> None:
     given = _on_a_hump(1000.0)
     found = predict_records(given, (), {})
-    (jumped,) = found.jumped
-    assert found.curve[0].broken[jumped.cell]
-    assert found.x[0, jumped.cell] > 1000.0 > found.x[0, jumped.cell + 1]
+    (at_jump,) = found.at_jump
+    assert found.curve[0].discontinuous[at_jump.cell]
+    assert found.x[0, at_jump.cell] > 1000.0 > found.x[0, at_jump.cell + 1]
     site = given.sites[0]
     resistance = no_resistance(site.terrain)
     release = float(site.release_x[0])
     expected = site.squares_to_rest(
         site.cells(resistance), release, 1000.0, np.array([300.0, 700.0])
     )
-    np.testing.assert_array_equal(jumped.square, expected)
+    np.testing.assert_array_equal(at_jump.square, expected)
     # More friction than that of the block which passes.
-    assert np.all(jumped.square < found.speeds[0][jumped.cell] ** 2)
+    assert np.all(at_jump.square < found.speeds[0][at_jump.cell] ** 2)
 
 
 def test_a_stop_of_a_block_and_one_that_left_jump_nothing() -> None:
     curve = predict_records(_on_a_hump(1000.0), (), {}).curve[0]
-    k = np.flatnonzero(~curve.broken)[1]
+    k = np.flatnonzero(~curve.discontinuous)[1]
     somewhere = float(np.mean(curve.x[k : k + 2]))
     for given in (_on_a_hump(somewhere), _on_a_hump(0.0, left=True)):
-        (jumped,) = predict_records(given, (), {}).jumped
-        assert jumped.cell == -1
+        (at_jump,) = predict_records(given, (), {}).at_jump
+        assert at_jump.cell == -1
 
 
 def test_a_shift_moves_recorded_elevations_only() -> None:

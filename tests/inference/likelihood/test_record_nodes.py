@@ -201,7 +201,7 @@ def test_stops_below_the_edge_are_seen_and_those_above_are_not(jump_m: float) ->
     observations = replace(observations, limit=limits)
     edge = hidden_from(observations, predicted, in_log=False)[i]
     assert MU[j - 1] < edge < MU[j]
-    assert predicted.curve[i].broken[j - 1] == bool(jump_m)
+    assert predicted.curve[i].discontinuous[j - 1] == bool(jump_m)
     for friction, seen in ((edge - 1e-5, True), (edge + 1e-5, False)):
         stop = look_up(predicted, np.full((observations.n_events, 1), friction))[2][i, 0]
         assert (stop <= limits[i]) == seen

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from avahazard.inference.likelihood.nodes import build_nodes
-from avahazard.inference.likelihood.predicted import JumpedStop, Predicted
+from avahazard.inference.likelihood.predicted import Predicted, StopAtJump
 from avahazard.inference.likelihood.record_nodes import DEPTH, REACH
 from avahazard.inference.likelihood.terms import event_terms
 from avahazard.inference.likelihood.track_nodes import (
@@ -141,11 +141,11 @@ def test_no_cell_that_counts_is_passed_over(seed: int) -> None:
     n = 60
     record, left = np.sort(rng.uniform(0.0, 900.0, n)), np.arange(n) >= 55
     speeds = part(np.sort(rng.uniform(0.0, 8.0, (n, 1)), axis=0)[::-1])
-    cell, jumped = int(rng.integers(n)), np.array([1.5])
+    cell, at_jump = int(rng.integers(n)), np.array([1.5])
     observed, error = float(rng.uniform(0.0, 900.0)), 25.0
     constant = (-30.0, 0.0, 30.0)[seed % 3]  # the density at its highest is exp(-constant)
     told = (*ONE_SPEED[:2], constant)
-    found = cell_bounds(speeds, cell, jumped, told, record, left, False, observed, error)
+    found = cell_bounds(speeds, cell, at_jump, told, record, left, False, observed, error)
     square = speeds[:, 0] ** 2
     square[cell] = 1.5
     ends = -0.5 * (10.0 - square) ** 2 - constant
@@ -162,7 +162,7 @@ def test_no_cell_that_counts_is_passed_over(seed: int) -> None:
 PLACES = np.array([0.9, 0.7])
 """Frictions with which the block only just comes to the places of the speeds."""
 LEAVES = 0.42
-NOWHERE = JumpedStop(-1, np.zeros(2))
+NOWHERE = StopAtJump(-1, np.zeros(2))
 
 
 def _speed(mu: np.ndarray) -> np.ndarray:
@@ -270,10 +270,10 @@ def test_between_goes_to_the_ends_of_the_table(good: int) -> None:
 def test_between_is_even_where_f_jumps() -> None:
     bound = np.where((MU[1:] > 0.4) & (MU[1:] < 0.45), 0.0, -1e3)
     cell = int(np.flatnonzero(MU > 0.42)[0])
-    jumped = np.array([300.0, -40.0])
-    track = between(MU, _stop(MU), MU < 0.1, _speeds(), cell, jumped, bound, False)
+    at_jump = np.array([300.0, -40.0])
+    track = between(MU, _stop(MU), MU < 0.1, _speeds(), cell, at_jump, bound, False)
     within = (track.grid > MU[cell] - 1e-9) & (track.grid < MU[cell + 1] - 1e-9)
-    assert np.all(track.square[within] == jumped)
+    assert np.all(track.square[within] == at_jump)
     beside = (track.grid < MU[cell] - 1e-9) | (track.grid > MU[cell + 1] - 1e-9)
     assert np.sqrt(track.square[beside]) == pytest.approx(_speed(track.grid[beside]), abs=1e-6)
 

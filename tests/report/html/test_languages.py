@@ -128,8 +128,8 @@ def month(text: str) -> str:
 def test_the_figures_draw_the_same(code: str, pages: Any) -> None:
     drawn = ("x", "y", "error_x", "error_y", "marker", "line")
     for own, other in zip(pages("en"), pages(code), strict=True):
-        for mine, theirs in zip(own.figures, other.figures, strict=True):
-            for a, b in zip(mine["data"], theirs["data"], strict=True):
+        for selected, theirs in zip(own.figures, other.figures, strict=True):
+            for a, b in zip(selected["data"], theirs["data"], strict=True):
                 numbers = [
                     [v for v in t.get(key) or () if not isinstance(v, str)]
                     if key in "xy"

@@ -76,7 +76,7 @@ def share_curves(
     weight = weight.copy()
     none = np.zeros(location.shape[:2])
     if not in_log:
-        _given_over_nought(location, scatter, weight, none, student)
+        _given_over_zero(location, scatter, weight, none, student)
     reach = np.inf if student else REACH
     low = np.maximum(np.min(location - reach * scatter, axis=2), ends[0])
     high = np.minimum(np.max(location + reach * scatter, axis=2), ends[1])
@@ -95,7 +95,7 @@ def share_curves(
 
 
 @kernel
-def _given_over_nought(location, scatter, weight, none, student):  # type: ignore[no-untyped-def]
+def _given_over_zero(location, scatter, weight, none, student):  # type: ignore[no-untyped-def]
     """Divide weights by the chance that friction is over 0, and sum up what is taken off."""
     for p in range(location.shape[0]):
         for k in range(location.shape[1]):
@@ -218,12 +218,12 @@ class Descent(NamedTuple):
     """`Avalanches` as the kernels take them.
 
     `falling` `[n_groups, n_classes, n_friction]`: x of the stops (inf where the profile was left);
-    `broken` `[n_groups, n_classes, n_friction - 1]` as in `RunoutCurve`; `group`, `rate`
+    `discontinuous` `[n_groups, n_classes, n_friction - 1]` as in `RunoutCurve`; `group`, `rate`
     `[n_parameters]`; `class_share`, `kind` `[n_classes]`, the kind of friction in `shares`.
     """
 
     falling: Floats
-    broken: NDArray[np.bool_]
+    discontinuous: NDArray[np.bool_]
     group: NDArray[np.int64]
     class_share: Floats
     rate: Floats
@@ -253,7 +253,7 @@ def rates_at(descent, x):  # type: ignore[no-untyped-def]
 @kernel(inner=True, forceinline=True)
 def _threshold(descent, g, c, x):  # type: ignore[no-untyped-def]
     """ν under which a block of group g and class c stops beyond x; -inf never, inf always."""
-    mu = inverse(descent.falling[g, c], descent.broken[g, c], x)
+    mu = inverse(descent.falling[g, c], descent.discontinuous[g, c], x)
     if mu <= 0.0:
         return -np.inf
     return math.log(mu) if descent.in_log else mu
