@@ -26,8 +26,9 @@ from avahazard.physics.runout_curve import (
     steps_of,
     tabulate,
 )
+from avahazard.physics.smooth_profile import SmoothProfile
 from tests.physics.naive import naive_broken, naive_stop
-from tests.physics.paths import bowl, cells_of, ski_jump, terrain_of
+from tests.physics.paths import bowl, cells_of, ski_jump, spline_profile, terrain_of
 
 N = len(MU)
 JUMP = int(np.searchsorted(MU, 0.345))
@@ -217,11 +218,19 @@ def test_at_a_jump_the_derivative_is_that_of_its_own_side() -> None:
     assert np.isnan(dx[~stops]).all()
 
 
+def stepped() -> SmoothProfile:
+    """A bowl with a bench half-way, over which F jumps."""
+    x = np.linspace(0.0, 2500.0, 251)
+    smooth = 2000.0 - 1070.0 * (1.0 - np.exp(-x / 900.0))
+    return spline_profile(x, smooth + 25.0 * np.exp(-(((x - 1000.0) / 60.0) ** 2)), sigma=0.1)
+
+
 WEAKENING = 0.5 + 0.5 / (1.0 + SPEEDS / 8.0)
 GROUNDS = {
     "bowl": cells_of(terrain_of(bowl()), drag=1e-3),
     "jump": cells_of(terrain_of(ski_jump()), drag=1e-3),
     "by speed": cells_of(terrain_of(bowl(), max_cell=10.0), speed_factor=WEAKENING),
+    "by speed, jump": cells_of(terrain_of(stepped(), max_cell=10.0), speed_factor=WEAKENING),
 }
 
 
@@ -239,13 +248,13 @@ def test_all_that_stops_there_is_run_and_its_neighbours(name: str, share: float)
     low = x[0] + share * (x[-1] - x[0])
     found, whole = setting(name, low, low + 60.0, 100)
     # Of those that are filled in, the first and the last may be straight.
-    rows = slice(found.first[0], found.end[0], COARSE if name == "by speed" else 1)
+    rows = slice(found.first[0], found.end[0], COARSE if name.startswith("by speed") else 1)
     np.testing.assert_array_equal(found.curve.x[0, rows], whole.x[0, rows])
     np.testing.assert_array_equal(found.curve.y[0, rows], whole.y[0, rows])
     np.testing.assert_array_equal(found.curve.status[0, rows], whole.status[0, rows])
     beyond = np.flatnonzero(whole.left[0] | (whole.x[0] > low + 60.0))[-1]
     short = np.flatnonzero(whole.x[0] < low)[0]
-    if name == "by speed":
+    if name.startswith("by speed"):
         beyond, short = COARSE * (beyond // COARSE), COARSE * -(-short // COARSE)
         assert found.first[0] == max(beyond - COARSE * SLOW_MARGIN, 0)
         assert found.end[0] == min(short + 1 + COARSE * SLOW_MARGIN, len(MU))
@@ -253,6 +262,19 @@ def test_all_that_stops_there_is_run_and_its_neighbours(name: str, share: float)
         assert found.first[0] == max(beyond - MARGIN, 0)
         assert found.end[0] == min(short + 1 + MARGIN, len(MU))
     assert found.end[0] - found.first[0] < len(MU) // 3
+
+
+def test_all_frictions_are_run_about_a_jump() -> None:
+    cells = GROUNDS["by speed, jump"]
+    start = np.array([np.flatnonzero(cells.x == 100.0)[0]])
+    whole = tabulate(cells, start)
+    jumps = np.flatnonzero(whole[::, ::COARSE].jumps[0])
+    assert len(jumps)
+    for c in jumps:
+        inner = np.arange(COARSE * (c - 1), COARSE * (c + 2) + 1)
+        exact = run(cells, start, MU[inner])
+        np.testing.assert_array_equal(whole.x[0, inner], exact.x[0])
+        np.testing.assert_array_equal(whole.status[0, inner], exact.status[0])
 
 
 @pytest.mark.parametrize("name", GROUNDS)

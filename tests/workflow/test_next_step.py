@@ -57,8 +57,9 @@ def put(
     diagnosis: Diagnosis | None = None,
     fingerprint: str = "",
     method: str = "marginal",
+    alike: float | None = None,
 ) -> None:
-    """Store a model with these findings."""
+    """Store a model with these findings; `alike` is its parent's error by its own groups."""
     found = replace(
         CALIBRATION,
         model=name,
@@ -72,7 +73,8 @@ def put(
         save_model(session, name, kept, {}, plain(found, keyed=True), {}, parent=parent)
         if error is not None:
             runout = replace(COMPARED.held_out.runout, crps_m=error)
-            compared = replace(COMPARED, held_out=replace(COMPARED.held_out, runout=runout))
+            held_out = replace(COMPARED.held_out, runout=runout, parent_crps_m=alike)
+            compared = replace(COMPARED, held_out=held_out)
             save_result(session, COMPARISON, name, plain(compared, keyed=True))
         if diagnosis is not None:
             told = replace(diagnosis, model=name)
@@ -104,6 +106,16 @@ def test_what_is_missing_is_added_once(database: str) -> None:
     assert words(database, "base") == ["add", "base", "season", "--as", "base+season"]
     put(database, "base+season", parent="base", effects=("season",), error=50.0)
     assert words(database, "base") == ["diagnose", "base+season"]
+
+
+def test_a_child_that_is_held_out_by_events_is_judged_by_these(database: str) -> None:
+    lacks = replace(ADEQUATE, verdict="missing-effect", missing=("path-effect",))
+    put(database, "base", error=60.0, diagnosis=lacks)
+    child = {"parent": "base", "effects": ("path-effect",), "error": 62.0}
+    put(database, "base+path-effect", **child, alike=80.0)
+    assert words(database, "base") == ["diagnose", "base+path-effect"]
+    put(database, "worse", **child, alike=61.0)
+    assert words(database, "worse")[1] != "worse"
 
 
 @pytest.mark.parametrize("lead", [5.0, 11.0])

@@ -116,6 +116,17 @@ def test_what_chance_does_often_is_not_fitted(monkeypatch: pytest.MonkeyPatch) -
     assert [c.p_family for c in found.candidates] == pytest.approx([expected, expected])
 
 
+def test_what_is_far_behind_a_short_ascent_gets_no_star(monkeypatch: pytest.MonkeyPatch) -> None:
+    least: list[float] = []
+    monkeypatch.setattr(full_fits, "refit_each", lambda *given: least.append(given[-1]) or {})
+    given = Screening((screened("season", 5.0), screened("snow-type", 4.0)), np.zeros(9), None)
+    for best in (3.0, 200.0):
+        reached = {"season": 0.0, "snow-type": best}
+        monkeypatch.setattr(full_fits, "_strong", lambda _, c, r=reached: (c, r[c.key]))
+        fitted_in_full(fit(0.0, 0.0), given, [])
+    assert least == [1.0, 170.0]
+
+
 def test_declared_ones_have_two_thirds_of_the_level(monkeypatch: pytest.MonkeyPatch) -> None:
     _, found = after_fits(monkeypatch, ("season",), 1.0)
     by_key = {c.key: c for c in found.candidates}

@@ -15,6 +15,7 @@ from avahazard.inference.fitting.mode import (
     find_mode,
     likely_friction,
     log_evidence,
+    scores_at,
     start_coordinates,
     units,
 )
@@ -178,3 +179,23 @@ def test_a_bend_at_a_grid_point_is_not_the_curvature(
     # Over a fixed small step the bend would make a valley of the peak, or a needle.
     layout.slots = (SimpleNamespace(arm=()),) * 2
     assert not 0.3 * sd < np.sqrt(covariance_at(model, np.zeros(2))[0, 0]) < 3.0 * sd
+
+
+def test_a_step_of_one_event_is_no_slope() -> None:
+    """Events are linear in both coordinates, but for one that has a step besides."""
+    slopes = np.random.default_rng(2).standard_normal((30, 2))
+
+    def events(u: np.ndarray, _offsets: None) -> np.ndarray:
+        return slopes @ u + np.where(np.arange(30) == 7, 5.0 * (u[0] > 0.001), 0.0)
+
+    slot = SimpleNamespace(arm=(0.0,), neutral=np.nan)
+    layout = SimpleNamespace(slots=(slot, slot), ranges=np.array([[-9.0] * 2, [9.0] * 2]))
+    model: Any = SimpleNamespace(
+        layout=layout, mode_offsets=lambda _: None, event_log_likelihood=events
+    )
+    model.pinned = lambda _: model
+    found = scores_at(model, np.zeros(2), 0.01 * np.eye(2))
+    others = np.arange(30) != 7
+    np.testing.assert_allclose(found[others], slopes[others])
+    assert found[7, 0] == pytest.approx(np.sqrt(np.sum(slopes[others, 0] ** 2)))
+    assert found[7, 1] == pytest.approx(slopes[7, 1])
