@@ -229,7 +229,7 @@ def test_a_child_of_a_child(snow_database: str) -> None:
     add(snow_database, "base", ["snow-type"], "snow")
     below = add(snow_database, "snow", ["path-effect"], "more")
     assert below.effects == ("snow-type", "path-effect")
-    # Other paths say nothing of its offsets: both are held out by events.
+    # Other paths say nothing of its offsets: the scores of both are by folds of events.
     assert below.comparison.held_out_by == "fold"
     assert "path:P01" in below.parameters
     assert ladder(snow_database).rows[2].added == ("path-effect",)

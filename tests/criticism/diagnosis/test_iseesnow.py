@@ -23,6 +23,7 @@ def observations(shared_data: Path) -> Observations:
     return build_observations(read_records([shared_data / "iseesnow-voellmy"]))
 
 
+@pytest.mark.slow
 def test_one_effect_more_is_never_worse(observations: Observations) -> None:
     """Its star is long and bent: the mode on it once lay where no exact table has one."""
     base = refit(observations, Specification(), {})
