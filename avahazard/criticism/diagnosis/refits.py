@@ -327,9 +327,10 @@ def _carried(start: Refit, posterior: Posterior) -> Floats:
 
 
 def still_needed(whole: Refit) -> dict[str, float]:
-    """Evidence (nats) that the model would lose without each of its effects."""
-    return {
+    """Evidence (nats) that the model would lose without each of its effects, where it is known."""
+    lost = {
         entry.key: whole.evidence - refit_without(whole, entry.key).evidence
         for entry in definitions_of(whole.specification, whole.own)
         if entry.changes is None
     }
+    return {key: nats for key, nats in lost.items() if np.isfinite(nats)}

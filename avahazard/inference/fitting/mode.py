@@ -275,6 +275,8 @@ CHECKED_DRAWS = 8
 FREEDOM = 5.0
 WIDER = 3.0
 """Half of the first draws spread that much wider than the curvature at the mode promises."""
+NARROWER = (1.0, 0.3, 0.1, 0.03)
+"""Shares of that to which they are drawn in where none lies within the star."""
 
 
 class Evidence(NamedTuple):
@@ -303,11 +305,14 @@ def log_evidence(posterior: Posterior, mode: Mode) -> Evidence:
     share = np.minimum(1.0, (posterior.layout.high - posterior.layout.low) / sd)
     mode = replace(mode, covariance=mode.covariance * np.outer(share, share))
     factor = np.asarray(np.linalg.cholesky(mode.covariance))
-    proposals = [_Proposal(mode.u, factor), _Proposal(mode.u, WIDER * factor)]
-    n = DRAWS // len(proposals)
-    u = np.concatenate([_draws(p, n, rng) for p in proposals])
-    density = posterior.log_densities(u)
-    if not np.isfinite(density).any():
+    n = DRAWS // 2
+    for narrower in NARROWER:
+        proposals = [_Proposal(mode.u, wide * narrower * factor) for wide in (1.0, WIDER)]
+        u = np.concatenate([_draws(p, n, rng) for p in proposals])
+        density = posterior.log_densities(u)
+        if np.isfinite(density).any():
+            break
+    else:
         return Evidence(-np.inf, np.inf, mode.u[None])  # no draw lies within the star
     for _ in range(MAX_ROUNDS - 1):
         weight = density - _log_mixture(u, proposals)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from itertools import product
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.special import logsumexp, ndtr
 
 from avahazard.criticism.diagnosis.refits import refit
+from avahazard.inference.fitting import mode as mode_module
 from avahazard.inference.fitting.mode import Mode, find_mode, log_evidence, log_prior_mass
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import Arms
@@ -94,3 +97,18 @@ def test_a_mode_that_is_not_quite_the_mode_gives_the_same_evidence() -> None:
     assert log_evidence(fit.posterior, narrow).value == pytest.approx(
         found.value, abs=6.0 * found.error
     )
+
+
+def test_a_spread_wider_than_the_star_is_drawn_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A normal of eight coordinates that ends a tenth of a standard deviation off."""
+    monkeypatch.setattr(mode_module, "log_prior_mass", lambda _: 0.0)
+
+    def log_densities(u: np.ndarray) -> np.ndarray:
+        return np.where(np.all(np.abs(u) < 0.1, axis=1), -0.5 * np.sum(u**2, axis=1), -np.inf)
+
+    layout = SimpleNamespace(low=np.full(8, -9.0), high=np.full(8, 9.0))
+    nodes = SimpleNamespace(varies=False)
+    model: Any = SimpleNamespace(layout=layout, nodes=nodes, log_densities=log_densities)
+    found = log_evidence(model, Mode(np.zeros(8), 0.0, np.eye(8)))
+    one = np.sqrt(2.0 * np.pi) * (ndtr(0.1) - ndtr(-0.1))
+    assert found.value == pytest.approx(8.0 * np.log(one), abs=0.5)
