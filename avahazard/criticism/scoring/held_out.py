@@ -272,7 +272,7 @@ def choose_groups(observations: Observations, effects: Sequence[Effect] = ()) ->
 
 
 def _acts_on_single_paths(effect: Effect, observations: Observations) -> bool:
-    """Whether each parameter acts on one path, or each path has an offset of its own that lasts."""
+    """Whether each parameter acts on one path, or each path has a persistent offset of its own."""
     if isinstance(effect, GroupEffect):
         return not effect.groups(observations.columns).alone
     return bool(effect.paths)
