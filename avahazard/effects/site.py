@@ -11,9 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.physics.block import LEFT_PROFILE, STOPPED, Asked, every_stop
+from avahazard.physics.block import LEFT_PROFILE, STOPPED, Asked
 from avahazard.physics.cells import Cells, Resistance, build_cells
-from avahazard.physics.runout_curve import COARSE, MU, NearStops, RunoutCurve, near_stops
+from avahazard.physics.runout_curve import (
+    COARSE_MU,
+    MU,
+    NearStops,
+    RunoutCurve,
+    as_near_stops,
+    near_stops,
+    tabulate,
+)
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.physics.speed import filled_speeds, speeds_along, squares_to_rest
 from avahazard.physics.terrain import MAX_CELL_M, Terrain, cell_ends, node_of, terrain_at
@@ -70,7 +78,6 @@ def stop_table(simulations: Sequence[Simulation], release_x: float, end_x: float
     )
 
 
-ALL_FRICTIONS = slice(0, len(MU))
 SPEED_CELL_M = 10.0
 """Cell length where friction depends on speed: the step is then of second order only."""
 KEPT_TERRAINS = 64
@@ -148,23 +155,25 @@ class Site:
 
     def table(self, cells: Cells) -> RunoutCurve:
         """F(μ) from every release of the site, `[n_releases, n_friction]`."""
-        return self.table_near(cells, every_stop(len(self.release_x))).curve
+        return tabulate(cells, np.searchsorted(cells.x, self.release_x))
 
     def table_near(self, cells: Cells, asked: Asked) -> NearStops:
         """The same near some stops from each release alone (`near_stops`)."""
         return near_stops(cells, np.searchsorted(cells.x, self.release_x), asked)
 
     def speeds(
-        self, cells: Cells, release_x: float, x: Floats, near: slice = ALL_FRICTIONS
+        self, cells: Cells, release_x: float, x: Floats, near: slice | None = None
     ) -> Floats:
         """Speeds (m/s) at places x `[n_x]` for each friction of `MU`, `[n_friction, n_x]`.
 
-        Of the block released at `release_x`, one of the site's. The frictions `near`, as
-        `table_near` has them, are run; the others have no speed.
+        Of the block released at `release_x`, one of the site's. Of the frictions `near`, as
+        `table_near` has them, each is run; the others have no speed.
         """
-        speeds, stride = np.zeros((len(MU), len(x))), COARSE if cells.speed_dependent else 1
-        run = speeds_along(cells, node_of(cells.x, release_x), MU[near][::stride], x)
-        speeds[near] = filled_speeds(run) if cells.speed_dependent else run
+        start, near = node_of(cells.x, release_x), slice(None) if near is None else near
+        if cells.speed_dependent and near == slice(None):
+            return np.asarray(filled_speeds(speeds_along(cells, start, COARSE_MU, x)))
+        speeds = np.zeros((len(MU), len(x)))
+        speeds[near] = speeds_along(cells, start, MU[near], x)
         return speeds
 
     def squares_to_rest(self, cells: Cells, release_x: float, stop_x: float, x: Floats) -> Floats:
@@ -188,14 +197,17 @@ class SimulatedSite(Site):
         """The stops of the runs."""
         return stop_table(self.runs, float(self.release_x[0]), self.smooth.x_max)
 
-    def table_near(self, cells: Cells, asked: Asked) -> NearStops:  # noqa: ARG002 (no block runs)
+    def table(self, cells: Cells) -> RunoutCurve:  # noqa: ARG002 (no block runs)
         """F(μ) of every volume, `[n_releases, n_friction]`."""
         x = np.array([self.stops.at(float(volume), MU) for volume in self.volume])
-        left, n = np.isinf(x), len(x)
+        left = np.isinf(x)
         x = np.where(left, np.nan, x)
         status = np.where(left, LEFT_PROFILE, STOPPED).astype(np.int8)
-        curve = RunoutCurve(x, self.smooth.height(x), status)
-        return NearStops(curve, np.zeros(n, np.int64), np.full(n, len(MU)))
+        return RunoutCurve(x, self.smooth.height(x), status)
+
+    def table_near(self, cells: Cells, asked: Asked) -> NearStops:  # noqa: ARG002 (no block runs)
+        """All stops."""
+        return as_near_stops(self.table(cells))
 
 
 @lru_cache(maxsize=KEPT_TERRAINS)

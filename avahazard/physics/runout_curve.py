@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Bools, Floats, Ints
 from avahazard.kernels import kernel
-from avahazard.physics.block import LEFT_PROFILE, STOPPED, Asked, every_stop, run, run_near
+from avahazard.physics.block import LEFT_PROFILE, STOPPED, Asked, run, run_near
 from avahazard.physics.cells import Cells
 
 MU_STEP = 0.0025
@@ -224,12 +224,10 @@ def piece_at(rows, mu):  # type: ignore[no-untyped-def]
 COARSE = 4
 COARSE_MU = np.ascontiguousarray(MU[::COARSE])
 """Where resistance depends on speed, and a run costs ten times as much, every fourth friction is
-run."""
-MARGIN, SLOW_MARGIN = 12, 3
-"""Frictions beyond the stops asked for: what is a jump shows by the cells beside it, and the
-screening reads speeds at every fourth friction. The second is of coarse frictions."""
-WIDTH, SLOW_WIDTH = 32, 16
-"""Frictions run at once; the second of coarse ones, of which each costs by itself."""
+run for whole tables."""
+MARGIN, WIDTH, SLOW_MARGIN, SLOW_WIDTH = 12, 32, 4, 16
+"""Frictions run beyond the stops asked for, by which a jump shows, and at once; the last two where
+each costs by itself."""
 
 
 class NearStops(NamedTuple):
@@ -248,40 +246,23 @@ def tabulate(cells: Cells, starts: NDArray[np.int64]) -> RunoutCurve:
 
     Where the block ran beyond the profile, x and y are nan; where it was not released, the release.
     """
-    return near_stops(cells, starts, every_stop(len(starts))).curve
+    if not cells.speed_dependent:
+        return RunoutCurve(*run(cells, starts, MU)[:3])
+    x, y, status, _ = run(cells, starts, COARSE_MU)
+    return RunoutCurve(*filled(x, y, status, discontinuous_cells(x, status)))
 
 
 def near_stops(cells: Cells, starts: NDArray[np.int64], asked: Asked) -> NearStops:
     """F(μ) from each start node `[n_starts]` near what is asked, the same for every `middle`."""
-    if not cells.speed_dependent:
-        x, y, status, _, first, end = run_near(cells, starts, MU, *asked, WIDTH, MARGIN)
-        return NearStops(RunoutCurve(x, y, status), first, end)
-    begun = asked._replace(middle=asked.middle // COARSE)
-    found = run_near(cells, starts, COARSE_MU, *begun, SLOW_WIDTH, SLOW_MARGIN)
-    x, y, status, _, first, end = found
-    discontinuous = discontinuous_cells(x, status)
-    curve = RunoutCurve(*filled(x, y, status, discontinuous))
-    for row in np.flatnonzero(np.any(discontinuous, axis=1)):
-        _run_jumps(cells, starts[row : row + 1], discontinuous[row], curve[row])
-    return NearStops(curve, COARSE * first, COARSE * (end - 1) + 1)
+    at_once = (SLOW_WIDTH, SLOW_MARGIN) if cells.speed_dependent else (WIDTH, MARGIN)
+    x, y, status, _, first, end = run_near(cells, starts, MU, *asked, *at_once)
+    return NearStops(RunoutCurve(x, y, status), first, end)
 
 
-def _run_jumps(
-    cells: Cells, start: NDArray[np.int64], discontinuous: Bools, curve: RunoutCurve
-) -> None:
-    """Run all frictions within discontinuous coarse cells of one curve, and within those beside.
-
-    Cells over which nothing changes, such as where the block leaves, are not among them.
-    """
-    x, status = curve.x[::COARSE], curve.status[::COARSE]
-    changes = (status[1:] != status[:-1]) | ((status[1:] == STOPPED) & (x[1:] != x[:-1]))
-    jumps = np.flatnonzero(discontinuous & changes)
-    near = np.unique(np.clip(jumps[:, None] + [-1, 0, 1], 0, len(discontinuous) - 1))
-    inner = (COARSE * near[changes[near], None] + np.arange(1, COARSE)).ravel()
-    if len(inner):
-        found = run(cells, start, MU[inner])
-        curve.x[inner], curve.y[inner] = found.x[0], found.y[0]
-        curve.status[inner] = found.status[0]
+def as_near_stops(curve: RunoutCurve) -> NearStops:
+    """A whole table `[n_starts, n_friction]`, as if every stop had been asked for."""
+    n_starts, n = curve.x.shape
+    return NearStops(curve, np.zeros(n_starts, np.int64), np.full(n_starts, n))
 
 
 @kernel(inner=True)

@@ -8,7 +8,6 @@ import pytest
 from avahazard.physics.block import LEFT_PROFILE, NOT_RELEASED, STOPPED, run
 from avahazard.physics.cells import SPEEDS
 from avahazard.physics.runout_curve import (
-    COARSE,
     EVEN,
     MARGIN,
     MU,
@@ -238,7 +237,7 @@ def setting(name: str, low: float, high: float, middle: int) -> tuple[NearStops,
     cells = GROUNDS[name]
     starts = np.array([np.flatnonzero(cells.x == 100.0)[0]])
     asked = Asked(np.array([low]), np.array([high]), np.array([middle]))
-    return near_stops(cells, starts, asked), tabulate(cells, starts)
+    return near_stops(cells, starts, asked), RunoutCurve(*run(cells, starts, MU)[:3])
 
 
 @pytest.mark.parametrize("name", GROUNDS)
@@ -247,34 +246,16 @@ def test_all_that_stops_there_is_run_and_its_neighbours(name: str, share: float)
     x = GROUNDS[name].x
     low = x[0] + share * (x[-1] - x[0])
     found, whole = setting(name, low, low + 60.0, 100)
-    # Of those that are filled in, the first and the last may be straight.
-    rows = slice(found.first[0], found.end[0], COARSE if name.startswith("by speed") else 1)
+    rows = slice(found.first[0], found.end[0])
     np.testing.assert_array_equal(found.curve.x[0, rows], whole.x[0, rows])
     np.testing.assert_array_equal(found.curve.y[0, rows], whole.y[0, rows])
     np.testing.assert_array_equal(found.curve.status[0, rows], whole.status[0, rows])
     beyond = np.flatnonzero(whole.left[0] | (whole.x[0] > low + 60.0))[-1]
     short = np.flatnonzero(whole.x[0] < low)[0]
-    if name.startswith("by speed"):
-        beyond, short = COARSE * (beyond // COARSE), COARSE * -(-short // COARSE)
-        assert found.first[0] == max(beyond - COARSE * SLOW_MARGIN, 0)
-        assert found.end[0] == min(short + 1 + COARSE * SLOW_MARGIN, len(MU))
-    else:
-        assert found.first[0] == max(beyond - MARGIN, 0)
-        assert found.end[0] == min(short + 1 + MARGIN, len(MU))
+    margin = SLOW_MARGIN if name.startswith("by speed") else MARGIN
+    assert found.first[0] == max(beyond - margin, 0)
+    assert found.end[0] == min(short + 1 + margin, len(MU))
     assert found.end[0] - found.first[0] < len(MU) // 3
-
-
-def test_all_frictions_are_run_about_a_jump() -> None:
-    cells = GROUNDS["by speed, jump"]
-    start = np.array([np.flatnonzero(cells.x == 100.0)[0]])
-    whole = tabulate(cells, start)
-    jumps = np.flatnonzero(whole[::, ::COARSE].jumps[0])
-    assert len(jumps)
-    for c in jumps:
-        inner = np.arange(COARSE * (c - 1), COARSE * (c + 2) + 1)
-        exact = run(cells, start, MU[inner])
-        np.testing.assert_array_equal(whole.x[0, inner], exact.x[0])
-        np.testing.assert_array_equal(whole.status[0, inner], exact.status[0])
 
 
 @pytest.mark.parametrize("name", GROUNDS)

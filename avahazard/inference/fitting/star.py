@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import product
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -30,30 +31,27 @@ from avahazard.inference.fitting.mode import (
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import Arms, arm_between, scatter_centre
 
-STEPS, SMALLEST_GAIN = 20, 0.1
+STEPS, SMALLEST_GAIN = 40, 0.1
 """Most Gauss-Newton steps, and the gain (nats) of the last."""
 SHARE_APART = 0.6
 """Differences for derivatives, in standard deviations of directions that are independent: the log
 likelihood is rough by a tenth of a nat, which the coordinates by themselves do not bear."""
 DAMPING, MOST_DAMPING, MOST_STRETCH = 1e-3, 1e4, 16.0
-MOST_LEFT, WIDER = 2.0, 3.0
-"""What slopes and information may promise (nats) where an ascent stops: if more, steps of the
-likelihood hide its shape, and differences are taken wider by that factor."""
 ITERATIONS = 30
-REACH, SHORTER, LONGER = 4.0, 0.2, 1.6
-"""Standard deviations about the mode to which a star reaches, at first by the information; and how
-much shorter or longer by the curvature on it its arms may be before it is made anew, once: on a
-rough likelihood neither is exact."""
+REACH, LONGER = 4.0, 1.6
+"""Standard deviations about the mode to which a star reaches; and how much longer by the curvature
+on it its arms may be at a bound before it is made anew, once: the peak does not show what goes with
+a coordinate there."""
+FALLS, LEAST_FALL, MOST_FALL = 5, 2.0, 18.0
+"""Distances tried for these, and the falls of the log density (nats) that tell them."""
 POINTS, MOST_POINTS = 4, 16
 """Points of an arm besides the centre, and the most that it gets where it errs."""
 MOST_STARS, MOST_ERROR = 8, 2.0
 MOST_TIMES = 6.0
 """Most by which arms are longer, or shorter, than those of the star before."""
-TOLERANCE = 0.3
-"""Largest error (nats) of the log likelihood at the mode and `CHECKED` standard deviations off."""
-CHECKED = 2.0
-DRAWS_TOLERANCE = 1.0
-"""Largest error (nats) at draws (`errors_at`)."""
+TOLERANCE, CHECKED = 1.0, 2.0
+"""Largest error (nats) of the log likelihood at draws (`errors_at`), at the mode, and `CHECKED`
+standard deviations off: the likelihood itself is rough by tenths."""
 LEANS = 0.3
 """Share of the reach about the mode within which an end of a range turns no arms."""
 EDGE_NEAR, MORE = 1e-3, 0.1
@@ -63,7 +61,7 @@ EDGE, EDGE_SHARE = 0.02, 0.005
 
 
 class Peak(NamedTuple):
-    """A mode by tables made on the spot: its coordinates, and the covariance by the information."""
+    """A mode by tables made on the spot: its coordinates, their covariance, and the log density."""
 
     u: Floats
     covariance: Floats
@@ -79,20 +77,20 @@ def starred(posterior: Posterior, peak: Peak) -> tuple[Posterior, Mode]:
     """
     axes = _axes(posterior)
     u, size = peak.u, REACH**2 * peak.covariance[np.ix_(axes, axes)]
-    points, before, good, sized = np.full(len(axes), POINTS), np.inf, None, False
+    points, before, good = np.full(len(axes), POINTS), np.inf, None
+    low, high = posterior.layout.low[axes], posterior.layout.high[axes]
+    sized = not np.any((u[axes] <= low) | (u[axes] >= high))
     for _ in range(MOST_STARS):
         local = posterior.on_star(arms_about(posterior, u, size, points))
         mode = find_mode(local, u)
         if _error(local, mode.u) > MOST_ERROR:
             u, size = peak.u, 0.25 * size
             continue
-        good = local, mode
+        good, back = (local, mode), _turned_back(local)
         held = _held(local, mode.u[None], EDGE_NEAR) > 0.0
         wanted = _size_wanted(local, (peak if sized else mode).covariance, held)
-        back = _turned_back(local)
-        longer = np.sqrt(np.diag(back @ wanted @ back.T) / np.diag(back @ size @ back.T))
-        if held.any() or not (sized or np.all((longer > SHORTER) & (longer < LONGER))):
-            # A mode of the blend alone is no middle of a star.
+        longer = np.diag(back @ wanted @ back.T) > LONGER**2 * np.diag(back @ size @ back.T)
+        if held.any() or not (sized or not longer.any()):
             u, size, sized = mode.u if held.any() else u, wanted, True
             continue
         errors = _errors(local, mode, u)
@@ -146,6 +144,15 @@ def _turned(covariance: Floats, rank: Ints) -> tuple[Floats, Floats]:
     turn = np.empty_like(lower)
     turn[np.ix_(order, order)] = lower
     return turn, spread
+
+
+def _directions(posterior: Posterior, u: Floats, covariance: Floats) -> tuple[Floats, Floats]:
+    """`_turned` of all coordinates: what shapes no tables moves with what does."""
+    layout = posterior.layout
+    rank, spread = np.full(len(u), 2), LEANS * np.sqrt(np.diag(covariance))
+    rank[_axes(posterior)] = 1
+    leans = (u - spread < layout.low) | (u + spread > layout.high)
+    return _turned(covariance, np.where(leans, 0, rank))
 
 
 def _axes(posterior: Posterior) -> Ints:
@@ -202,18 +209,16 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
     """The peak that is reached from u `[n_slots]`, by steps that gain `least` nats or more.
 
     The information is the sum over events of squares of their scores, far from the peak too large
-    by much: steps are stretched while they gain. Against a bound, where the
-    density falls as an exponential, the standard deviation is one over its rate.
+    by much: steps are stretched while they gain. Where they end it is held against how the density
+    falls (`surveyed_peak`), after every gain once more. Against a bound, where the density falls as
+    an exponential, the standard deviation is one over its rate.
     """
     layout = posterior.layout
-    axes = [k for k, slot in enumerate(layout.slots) if slot.arm]
-    others = np.setdiff1d(np.arange(len(u)), axes)
+    others = np.setdiff1d(np.arange(len(u)), _axes(posterior))
     u, cost = ascent(posterior.pinned(u), u, others, ITERATIONS)
     prior = np.diag([slot.sd**-2.0 for slot in layout.slots])
-    moves, covariance = np.diag(APART * units(posterior)), np.eye(len(u))
-    damping, stretch, wide = DAMPING, 1.0, 1.0
-    rank = np.ones(len(u), np.int64)
-    rank[others] = 2
+    moves, surveyed = np.diag(APART * units(posterior)), None
+    damping, stretch = DAMPING, 1.0
     for _ in range(STEPS):
         scores = scores_at(posterior, u, moves)
         slope = np.sum(scores, axis=0) + layout.prior_slopes(u)
@@ -223,10 +228,8 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
         inner = information[np.ix_(free, free)]
         covariance = np.diag(np.maximum(np.abs(slope), 1.0) ** -2.0)
         covariance[np.ix_(free, free)] = np.linalg.inv(inner)
-        spread = LEANS * np.sqrt(np.diag(covariance))
-        leans = (u - spread < layout.low) | (u + spread > layout.high)
-        turn, along = _turned(covariance, np.where(leans, 0, rank))
-        moves = wide * SHARE_APART * turn * along
+        turn, along = _directions(posterior, u, covariance)
+        moves = SHARE_APART * turn * along
         gain = 0.0
         while damping <= MOST_DAMPING:
             moved = u.copy()
@@ -243,12 +246,43 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
             else:
                 damping *= 10.0
         if gain >= least:
-            wide = 1.0
-        elif wide < WIDER and 0.5 * slope @ covariance @ slope > MOST_LEFT:
-            wide, damping, stretch = WIDER, DAMPING, 1.0
+            surveyed = None
+        elif surveyed is None:
+            surveyed = surveyed_peak(posterior, Peak(u, covariance, -cost))
+            u, cost = surveyed.u, -surveyed.log_density
+            turn, along = _directions(posterior, u, surveyed.covariance)
+            moves, damping, stretch = SHARE_APART * turn * along, DAMPING, 1.0
         else:
             break
-    return Peak(u, covariance, -cost)
+    return Peak(u, covariance if surveyed is None else surveyed.covariance, -cost)
+
+
+def surveyed_peak(posterior: Posterior, peak: Peak) -> Peak:
+    """A peak with spreads by how far the density falls, and the best place seen on the way.
+
+    Along each direction that moves the tables, to both sides. The information has the steps of a
+    rough likelihood in it, and may be too large by much.
+    """
+    layout, (turn, along) = posterior.layout, _directions(posterior, peak.u, peak.covariance)
+    best, best_at = peak.log_density, peak.u
+    for j in _axes(posterior):
+        away, spread = REACH, along[j]
+        for _ in range(FALLS):
+            sides = peak.u + np.outer([-away, away], along[j] * turn[:, j])
+            inside = [v for v in sides if np.all((v >= layout.low) & (v <= layout.high))]
+            if not inside:
+                away *= 0.5
+                continue
+            here = [posterior.pinned(v).log_density(v) for v in inside]
+            seen = [(best, best_at), *zip(here, inside, strict=True)]
+            best, best_at = max(seen, key=itemgetter(0))
+            fall = max(peak.log_density - sum(here) / len(here), LEAST_FALL)
+            spread = along[j] * away / np.sqrt(2.0 * fall)
+            if LEAST_FALL < fall <= MOST_FALL:
+                break
+            away *= 2.0 if fall == LEAST_FALL else 0.5
+        along[j] = spread
+    return Peak(best_at, turn @ np.diag(along**2) @ turn.T, best)
 
 
 def _errors(posterior: Posterior, mode: Mode, centre: Floats) -> Floats:
@@ -285,7 +319,7 @@ def improved(fine: Posterior, draws: Floats) -> Posterior | None:
     points where some of the draws disagree with tables made on the spot.
     """
     flat = draws.reshape(-1, draws.shape[-1])
-    wrong = np.max(np.abs(errors_at(fine, flat))) > DRAWS_TOLERANCE
+    wrong = np.max(np.abs(errors_at(fine, flat))) > TOLERANCE
     gathers = _held(fine, flat, EDGE) > EDGE_SHARE
     slots, axes = fine.layout.slots, _axes(fine)
     points = np.array([len(slots[k].arm) - 1 for k in axes])
@@ -343,14 +377,11 @@ def search_mode(
 def mode_on_star(posterior: Posterior, u: Floats) -> Mode | None:
     """The highest mode found from u `[n_slots]` on the star that a posterior has already.
 
-    None where the star errs there, or ends within `CHECKED` standard deviations while the ranges
-    go on.
+    None where the star errs there by more than at draws, or ends there while the ranges go on.
     """
     modes = [find_mode(posterior, at) for at in starts_of_kinds(posterior, u)]
     mode = max(modes, key=lambda mode: mode.log_density)
-    moves = _moves(posterior, mode)
-    reached = mode.u + np.concatenate([np.zeros((1, len(mode.u))), -moves, moves])
-    ends = _held(posterior, reached, EDGE_NEAR) > 0.0
+    ends = _held(posterior, mode.u[None], EDGE_NEAR) > 0.0
     return None if ends.any() or _error(posterior, mode.u) > TOLERANCE else mode
 
 

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
 from functools import partial
+from itertools import repeat
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -29,9 +30,9 @@ from avahazard.effects.effect import (
 )
 from avahazard.effects.site import KEPT_TERRAINS, Site
 from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Observations, SpeedRecord
-from avahazard.physics.block import LEFT_PROFILE, STOPPED, Asked, every_stop
+from avahazard.physics.block import LEFT_PROFILE, STOPPED, Asked
 from avahazard.physics.cells import Cells, Resistance, no_resistance
-from avahazard.physics.runout_curve import MU, NearStops, RunoutCurve
+from avahazard.physics.runout_curve import MU, NearStops, RunoutCurve, as_near_stops
 from avahazard.workers import ordered_map
 
 SITES_AT_ONCE = KEPT_TERRAINS // 2
@@ -100,11 +101,8 @@ def run_blocks(
     of_path: dict[int, list[SpeedRecord]] = {}
     for track in observations.speeds:
         of_path.setdefault(int(path[track.event]), []).append(track)
-    tables: list[RunoutCurve] = []
-    middle: list[Ints] = []
+    tables: list[NearStops] = []
     told: dict[int, tuple[Floats, StopAtJump]] = {}
-    if asked is None:
-        asked = [every_stop(len(site.release_x)) for site in observations.sites]
     moved = bool(of_kind(effects, MotionEffect))
     # Some at a time: cells are large, and gone when their tables are made.
     for first in range(0, len(observations.sites), SITES_AT_ONCE):
@@ -114,15 +112,12 @@ def run_blocks(
             for site, resistance in zip(sites, resistances, strict=True):
                 site.keep_terrain(resistance)
         cells = list(ordered_map(Site.cells, sites, resistances))
-        near = list(
-            ordered_map(lambda site, *of: site.table_near(*of), sites, cells, asked[first:])
-        )
-        tables += [found.curve for found in near]
-        middle += [(found.first + found.end) // 2 for found in near]
+        near = list(ordered_map(_table, sites, cells, asked[first:] if asked else repeat(None)))
+        tables += near
         tracks = [track for k in range(len(sites)) for track in of_path.get(first + k, ())]
         its = [int(path[track.event]) for track in tracks]
         found = ordered_map(
-            partial(_speeds_of, observations),
+            partial(_speeds_of, observations, asked is None),
             tracks,
             [cells[k - first] for k in its],
             [near[k - first] for k in its],
@@ -130,15 +125,20 @@ def run_blocks(
         told |= zip((track.event for track in tracks), found, strict=True)
     each = [told[track.event] for track in observations.speeds]
     return BlockRuns(
-        tables=tuple(tables),
+        tables=tuple(found.curve for found in tables),
         speeds=tuple(speeds for speeds, _ in each),
         at_jump=tuple(at_jump for _, at_jump in each),
-        middle=tuple(middle),
+        middle=tuple((found.first + found.end) // 2 for found in tables),
     )
+
+
+def _table(site: Site, cells: Cells, asked: Asked | None) -> NearStops:
+    return as_near_stops(site.table(cells)) if asked is None else site.table_near(cells, asked)
 
 
 def _speeds_of(
     observations: Observations,
+    whole: bool,
     track: SpeedRecord,
     cells: Cells,
     near: NearStops,
@@ -148,7 +148,7 @@ def _speeds_of(
     site = observations.sites[int(observations.columns.path_index[track.event])]
     release_x = float(site.release_x[release])
     some = slice(int(near.first[release]), int(near.end[release]))
-    speeds = site.speeds(cells, release_x, track.x, some)
+    speeds = site.speeds(cells, release_x, track.x, None if whole else some)
     over: list[int] = []
     if observations.kind[track.event] != LEFT:
         curve = near.curve[release]

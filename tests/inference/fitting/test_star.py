@@ -12,11 +12,11 @@ from avahazard.inference.fitting import star
 from avahazard.inference.fitting.mode import errors_at, find_mode, log_evidence
 from avahazard.inference.fitting.star import (
     REACH,
-    TOLERANCE,
     gauss_newton,
     held_ascent,
     improved,
     search_mode,
+    surveyed_peak,
 )
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import TRACK_SLOT, Arms, with_arms
@@ -53,18 +53,38 @@ def test_the_mode_of_exact_tables_is_a_top_of_the_exact_density() -> None:
             assert model.exact_log_likelihood(v) + float(model.layout.log_prior(v)) < top + 0.05
 
 
+@pytest.mark.parametrize("promised", [1e-2, 1e2])
+def test_the_spread_of_a_peak_is_that_by_which_the_density_falls(promised: float) -> None:
+    model = _with_speeds("turbulent-drag")
+    peak = gauss_newton(model, near(model))
+    axes = [k for k, slot in enumerate(model.layout.slots) if slot.arm]
+    found = surveyed_peak(model, peak._replace(covariance=promised * peak.covariance))
+    share = np.sqrt(np.diag(found.covariance) / np.diag(peak.covariance))[axes]
+    assert np.all((share > 0.6) & (share < 1.6))
+    assert found.log_density == pytest.approx(peak.log_density, abs=0.2)
+
+
+def test_a_survey_goes_to_the_best_place_that_it_sees() -> None:
+    model = _with_speeds("turbulent-drag")
+    peak = gauss_newton(model, near(model))
+    axis = model.layout.places["turbulent-drag"].start
+    away = _moved(model, peak.u, axis, 3.0 * np.sqrt(peak.covariance[axis, axis]))
+    start = peak._replace(u=away, log_density=model.pinned(away).log_density(away))
+    assert surveyed_peak(model, start).log_density > start.log_density + 0.2
+
+
 @pytest.mark.parametrize("effects", [("turbulent-drag",), ("leading-edge", "record-error")])
 def test_a_star_agrees_with_tables_made_on_the_spot(effects: tuple[str, ...]) -> None:
     model, mode = search_mode(posterior(observations(speeds=False), *effects))
     sd = np.sqrt(np.diag(mode.covariance))
     assert model.log_likelihood(mode.u) == pytest.approx(
-        model.exact_log_likelihood(mode.u), abs=TOLERANCE
+        model.exact_log_likelihood(mode.u), abs=0.3
     )
     for axis in model.layout.tables:
         for side in (-2.0, 2.0):
             v = _moved(model, mode.u, axis, side * sd[axis])
             exact = model.exact_log_likelihood(v)
-            assert model.log_likelihood(v) == pytest.approx(exact, abs=3.0 * TOLERANCE)
+            assert model.log_likelihood(v) == pytest.approx(exact, abs=0.9)
 
 
 def test_a_star_reaches_some_standard_deviations() -> None:
@@ -224,7 +244,7 @@ def test_it_gets_over_the_valley_where_a_climb_stays() -> None:
     far = near_none.u.copy()
     far[drag] = model.layout.high[drag]
     _, again = search_mode(model, far)
-    assert again.log_density == pytest.approx(found.log_density, abs=TOLERANCE)
+    assert again.log_density == pytest.approx(found.log_density, abs=0.3)
     assert again.u[drag] == pytest.approx(found.u[drag], abs=0.1)
 
 

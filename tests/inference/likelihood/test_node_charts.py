@@ -22,6 +22,7 @@ from avahazard.inference.model.observations import (
     whole_paths,
 )
 from avahazard.inference.model.specification import Specification
+from avahazard.physics.block import every_stop
 from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Event, Path, Profile, Records
 from avahazard.synth.dataset import Settings
@@ -68,10 +69,11 @@ def test_nodes_near_the_records_are_those_of_whole_tables(effects: tuple[str, ..
         for k in layout.tables:
             u[k] = layout.low[k] + share * (layout.high[k] - layout.low[k])
         scatter = float(np.exp(u[-1]))
-        found = nodes.exact(u)
-        whole = build_nodes(
-            model.observations, nodes.predicted_at(u), scatter, None, True, nodes.panels()
-        )
+        found, values = nodes.exact(u), layout.effect_values(u)
+        asked = [every_stop(len(site.release_x)) for site in model.observations.sites]
+        runs = run_blocks(model.observations, model.effects, values, asked=asked)
+        tables = predict_records(model.observations, model.effects, values, runs=runs)
+        whole = build_nodes(model.observations, tables, scatter, None, True, nodes.panels())
         for name in ("weight", "tail", "log_scale", "floor"):
             np.testing.assert_allclose(
                 getattr(found, name), getattr(whole, name), rtol=1e-9, atol=1e-12, err_msg=name
