@@ -145,11 +145,9 @@ def diagnose(
     fits, screening = fitted_in_full(base, screened, alone, expected, known, of_fits)
     survivors = [c for c in screening.candidates if c.key in fits and c.p_family <= LEVEL]
     evidence = {c.key: evidence_gain(c, fits, base, screening) for c in survivors}
-    for key in [key for key, nats in evidence.items() if nats > MARGIN]:
-        beside = evidence_beside_places(fits[key], key)
-        if beside <= MARGIN:
-            evidence[key] = min(evidence[key], beside)
+    evidence = beside_places(evidence, fits)
     evidence, laws = with_laws(base, fits, evidence)
+    evidence = beside_places(evidence, fits)  # of those that a law has brought over the margin too
     ranked = sorted(survivors, key=lambda c: -evidence[c.key])
     fits = {c.key: fits[c.key] for c in ranked}
     naming = name_effects(ranked, evidence, fits, base, expected)
@@ -188,6 +186,16 @@ def diagnose(
         laws=of_smooth,
     )
     progress(1.0)
+    return found
+
+
+def beside_places(evidence: Mapping[str, float], fits: Mapping[str, Refit]) -> dict[str, float]:
+    """Evidence (nats) of candidates, less where friction that varies by place leaves too little."""
+    found = dict(evidence)
+    for key in [key for key, nats in evidence.items() if nats > MARGIN]:
+        beside = evidence_beside_places(fits[key], key)
+        if beside <= MARGIN:
+            found[key] = min(found[key], beside)
     return found
 
 

@@ -27,6 +27,12 @@ def evidence_beside_places(fit: Refit, key: str) -> float:
     which the others are the shape. inf where it is no force, acts on single paths, or no path has
     tracks enough.
     """
+    if "beside places" not in fit.kept:
+        fit.kept["beside places"] = _beside_places(fit, key)
+    return float(fit.kept["beside places"])
+
+
+def _beside_places(fit: Refit, key: str) -> float:
     posterior, u = fit.posterior, fit.mode.u
     observations, effect = posterior.observations, next(reversed(posterior.effects), None)
     parts = all_parts(observations.columns, observations.sites)
