@@ -65,8 +65,9 @@ gain, though a rough likelihood may stop the ascent some nats below the mode."""
 FAR_BEHIND = 30.0
 """Lead (nats) of the best short ascent over a rough mode from which on this gets no star: what the
 leader pays for more parameters is less."""
-WORTH_BESIDE = 0.5
-"""Share of the largest gain to first order that a candidate must have to be fitted beside it."""
+WORTH_BESIDE, BOTH_BY_GROUND = 0.5, 0.2
+"""Share of the largest gain to first order that a candidate must have to be fitted beside it. Of
+two forces by the ground a law may lead whose smooth does not: it follows no narrow band."""
 WORTH_INSTEAD = 0.7
 """Share of the evidence for groups that a candidate must gain to first order to be tried in their
 place."""
@@ -119,8 +120,11 @@ def fitted_in_full(
     screening = replace(screening, candidates=tuple(sorted(strong, key=lambda c: -c.surprise)))
     worth: list[str] = []
     families: Counter[str] = Counter()
-    least = WORTH_BESIDE * max((c.gain for c in screening.candidates), default=0.0)
+    first = max(screening.candidates, key=lambda c: c.gain, default=None)
     for c in screening.candidates:
+        assert first is not None
+        both = all(_by_ground(one.definition, observations) for one in (first, c))
+        least = (BOTH_BY_GROUND if both else WORTH_BESIDE) * first.gain
         families[c.definition.family] += 1
         rare = not c.definition.beyond or families[c.definition.family] <= OF_A_FAMILY
         if rare and c.surprise > WORTH_A_FIT and c.gain >= least and len(worth) < FITTED:
@@ -184,6 +188,12 @@ def _strong(shared: tuple[Likely, Refit], candidate: Screened) -> tuple[Screened
         return candidate, 0.0
     gain, values = short_ascent(base, candidate.key, likely[candidate.key])
     return _fitted(replace(candidate, likely=values), gain), gain
+
+
+def _by_ground(entry: Definition, observations: Observations) -> bool:
+    """Whether a candidate is a smooth force by the ground, or by stretches of it."""
+    curve = entry.curve(entry.facts(observations.columns, observations.sites))
+    return curve is not None and curve.form in ("added_friction", "")
 
 
 def _by_path(entry: Definition, observations: Observations) -> bool:
