@@ -20,6 +20,7 @@ from scipy.special import comb, expit
 from scipy.stats import norm, rankdata
 
 from avahazard.arrays import Floats
+from avahazard.criticism.diagnosis.laws import form_by_place
 from avahazard.criticism.diagnosis.naming import MARGIN
 from avahazard.criticism.diagnosis.refits import (
     Likely,
@@ -36,6 +37,7 @@ from avahazard.effects.columns import EventColumns
 from avahazard.effects.covariate import VOLUME, level_counts, number_column
 from avahazard.effects.effect import (
     MIN_LEVEL,
+    Curve,
     Definition,
     Facts,
     FrictionEffect,
@@ -65,9 +67,9 @@ gain, though a rough likelihood may stop the ascent some nats below the mode."""
 FAR_BEHIND = 30.0
 """Lead (nats) of the best short ascent over a rough mode from which on this gets no star: what the
 leader pays for more parameters is less."""
-WORTH_BESIDE, BOTH_BY_GROUND = 0.5, 0.2
+WORTH_BESIDE, BOTH_BY_PLACE = 0.5, 0.2
 """Share of the largest gain to first order that a candidate must have to be fitted beside it. Of
-two forces by the ground a law may lead whose smooth does not: it follows no narrow band."""
+two forces by the place a law may lead whose smooth does not: it follows no narrow band."""
 WORTH_INSTEAD = 0.7
 """Share of the evidence for groups that a candidate must gain to first order to be tried in their
 place."""
@@ -120,11 +122,12 @@ def fitted_in_full(
     screening = replace(screening, candidates=tuple(sorted(strong, key=lambda c: -c.surprise)))
     worth: list[str] = []
     families: Counter[str] = Counter()
-    first = max(screening.candidates, key=lambda c: c.gain, default=None)
+    most = max((c.gain for c in screening.candidates), default=0.0)
+    curves = {c.key: _curve_of(c.definition, observations) for c in screening.candidates}
+    by_place = {key for key, curve in curves.items() if form_by_place(curve) is not None}
+    place_leads = any(c.gain == most and c.key in by_place for c in screening.candidates)
     for c in screening.candidates:
-        assert first is not None
-        both = all(_by_ground(one.definition, observations) for one in (first, c))
-        least = (BOTH_BY_GROUND if both else WORTH_BESIDE) * first.gain
+        least = most * (BOTH_BY_PLACE if place_leads and c.key in by_place else WORTH_BESIDE)
         families[c.definition.family] += 1
         rare = not c.definition.beyond or families[c.definition.family] <= OF_A_FAMILY
         if rare and c.surprise > WORTH_A_FIT and c.gain >= least and len(worth) < FITTED:
@@ -171,9 +174,14 @@ def _smooth_of(
     entry = next((c.definition for c in candidates if c.key == key), None)
     if entry is None or shape is None:
         return None
-    curve = entry.curve(entry.facts(observations.columns, observations.sites))
+    curve = _curve_of(entry, observations)
     assert curve is not None
     return key, curve.values_of(shape(candidate.likely, curve.x))
+
+
+def _curve_of(entry: Definition, observations: Observations) -> Curve | None:
+    """The curve of a candidate on these observations; None for what is no curve."""
+    return entry.curve(entry.facts(observations.columns, observations.sites))
 
 
 def _strong(shared: tuple[Likely, Refit], candidate: Screened) -> tuple[Screened, float]:
@@ -188,12 +196,6 @@ def _strong(shared: tuple[Likely, Refit], candidate: Screened) -> tuple[Screened
         return candidate, 0.0
     gain, values = short_ascent(base, candidate.key, likely[candidate.key])
     return _fitted(replace(candidate, likely=values), gain), gain
-
-
-def _by_ground(entry: Definition, observations: Observations) -> bool:
-    """Whether a candidate is a smooth force by the ground, or by stretches of it."""
-    curve = entry.curve(entry.facts(observations.columns, observations.sites))
-    return curve is not None and curve.form in ("added_friction", "")
 
 
 def _by_path(entry: Definition, observations: Observations) -> bool:

@@ -214,10 +214,10 @@ def with_laws(
     lead, whose laws are returned, from their fits.
     """
     leader = max(evidence, key=lambda key: evidence[key], default=None)
-    if leader is None or _by_place(fits[leader], leader) is None:
+    if leader is None or form_by_place(curve_of(fits[leader], leader)) is None:
         return dict(evidence), {}
-    places = [key for key in evidence if _by_place(fits[key], key) is not None]
-    states = [key for key in places if _by_place(fits[key], key)]
+    places = [key for key in evidence if form_by_place(curve_of(fits[key], key)) is not None]
+    states = [key for key in places if form_by_place(curve_of(fits[key], key))]
     found = dict(evidence) | {key: evidence[key] + _law_gain(fits[key], key) for key in states}
     top = max(found[key] for key in places)
     close = [key for key in states if found[key] > top - max(NEAR, RIVAL_SHARE * top)]
@@ -230,9 +230,8 @@ def with_laws(
     return found, laws
 
 
-def _by_place(fit: Refit, key: str) -> str | None:
+def form_by_place(curve: Curve | None) -> str | None:
     """The form of a force by the place, empty for stretches of paths; None for all else."""
-    curve = curve_of(fit, key)
     return curve.form if curve is not None and curve.form in ("added_friction", "") else None
 
 

@@ -27,9 +27,10 @@ def evidence_beside_places(fit: Refit, key: str) -> float:
     which the others are the shape. inf where it is no force, acts on single paths, or no path has
     tracks enough.
     """
-    if "beside places" not in fit.kept:
-        fit.kept["beside places"] = _beside_places(fit, key)
-    return float(fit.kept["beside places"])
+    kept = f"{key} beside places"
+    if kept not in fit.kept:
+        fit.kept[kept] = _beside_places(fit, key)
+    return float(fit.kept[kept])
 
 
 def _beside_places(fit: Refit, key: str) -> float:

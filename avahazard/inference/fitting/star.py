@@ -43,7 +43,7 @@ REACH, LONGER = 4.0, 1.6
 on it its arms may be at a bound before it is made anew, once: the peak does not show what goes with
 a coordinate there."""
 FALLS, LEAST_FALL, MOST_FALL = 5, 2.0, 18.0
-"""Distances tried for these, and the falls of the log density (nats) that tell them."""
+"""Distances tried for a standard deviation, and falls of the log density (nats) that give it."""
 POINTS, MOST_POINTS = 4, 16
 """Points of an arm besides the centre, and the most that it gets where it errs."""
 MOST_STARS, MOST_ERROR = 8, 2.0
@@ -90,7 +90,7 @@ def starred(posterior: Posterior, peak: Peak) -> tuple[Posterior, Mode]:
         held = _held(local, mode.u[None], EDGE_NEAR) > 0.0
         wanted = _size_wanted(local, (peak if sized else mode).covariance, held)
         longer = np.diag(back @ wanted @ back.T) > LONGER**2 * np.diag(back @ size @ back.T)
-        if held.any() or not (sized or not longer.any()):
+        if held.any() or (longer.any() and not sized):
             u, size, sized = mode.u if held.any() else u, wanted, True
             continue
         errors = _errors(local, mode, u)

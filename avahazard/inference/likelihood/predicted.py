@@ -112,7 +112,9 @@ def run_blocks(
             for site, resistance in zip(sites, resistances, strict=True):
                 site.keep_terrain(resistance)
         cells = list(ordered_map(Site.cells, sites, resistances))
-        near = list(ordered_map(_table, sites, cells, asked[first:] if asked else repeat(None)))
+        near = list(
+            ordered_map(_table, sites, cells, repeat(None) if asked is None else asked[first:])
+        )
         tables += near
         tracks = [track for k in range(len(sites)) for track in of_path.get(first + k, ())]
         its = [int(path[track.event]) for track in tracks]

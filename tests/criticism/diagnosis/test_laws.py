@@ -206,8 +206,8 @@ def test_a_law_of_the_ground_is_held_against_stretches_of_paths(
     monkeypatch: pytest.MonkeyPatch, by_law: float, leads: str
 ) -> None:
     """Stretches may follow a band of elevation on several paths, which its law has at once."""
-    forms = {"force:distance": "", "force:elevation": "added_friction", "force:slope": None}
-    monkeypatch.setattr(laws, "_by_place", lambda _, key: forms[key])
+    forms = {"force:distance": "", "force:elevation": "added_friction", "force:slope": "other"}
+    monkeypatch.setattr(laws, "curve_of", lambda _, key: SimpleNamespace(form=forms[key]))
     monkeypatch.setattr(laws, "_law_gain", lambda *_: 20.0)
     fitted = (SimpleNamespace(evidence=by_law),)
     monkeypatch.setattr(laws, "found_laws", lambda _, of: dict.fromkeys(of, fitted))
