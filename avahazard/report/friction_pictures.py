@@ -44,7 +44,6 @@ def law_figure(view: FrictionView, volume: Floats, friction: Floats) -> Figure:
     return Figure(
         "law",
         "Friction against volume",
-        "",
         [*law_traces(view), points],
         layout(axis("volume (m³)", type="log"), upwards),
     )

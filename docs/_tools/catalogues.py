@@ -52,7 +52,7 @@ def messages() -> Catalog:
         for _, text, _, _ in extract_from_file("python", file, {"say": None, "plural": (1, 2)}):
             found.add(text, locations=[(str(file.relative_to(ROOT)), None)])
     for _, text, _, _ in extract_from_file(
-        "jinja2.ext:babel_extract", TEMPLATE, {"_": None}, options=JINJA
+        "jinja2.ext:babel_extract", TEMPLATE, {"_": None, "ngettext": (1, 2)}, options=JINJA
     ):
         found.add(text, locations=[(str(TEMPLATE.relative_to(ROOT)), None)])
     for text in (*SENTENCES.values(), *_said_of_itself()):

@@ -11,20 +11,10 @@ from markupsafe import Markup
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.report.html.content import PathView, ReportContent
 from avahazard.report.html.vector_pictures import profile_picture, terrain_picture
-from avahazard.report.language import plural, say, spoken
+from avahazard.report.language import say, spoken
 from avahazard.report.model_tables import failing
-from avahazard.report.sentences import verdict_text
 from avahazard.report.tables import far_text, farthest_text, past_text
-from avahazard.report.words import (
-    amount,
-    coordinate_text,
-    metres,
-    paths,
-    place,
-    share,
-    some,
-    span,
-)
+from avahazard.report.words import amount, metres, place, share, span
 from avahazard.results.hazard import Design, HazardRow, PlaceQuantiles
 
 USUAL_YEARS = 100.0
@@ -40,112 +30,15 @@ def shown_period(content: ReportContent) -> float | None:
     return min(known, key=lambda t: abs(np.log(t / USUAL_YEARS)), default=None)
 
 
-def conclusion(content: ReportContent) -> list[str]:
-    """How far, how sure, and whether something is missing: three sentences."""
-    return [_how_far(content), _how_sure(content), _what_lacks(content)]
+def passed(content: ReportContent, rows: Iterable[HazardRow]) -> list[str]:
+    """The names of the paths on which recorded avalanches went past the median of a row."""
+    return [content.names[r.path_id] for r in rows if r.design and r.design.records_beyond]
 
 
-def _how_far(content: ReportContent) -> str:
-    period = shown_period(content)
-    rows = [r for r in content.rows if r.design and r.return_period_years == period]
-    if flows := [view for view in content.paths if view.flow]:
-        return say(
-            "Where flow comes to once in 10 to 300 years is mapped for {paths}.",
-            paths=paths(len(flows)),
-        )
-    if not rows:
-        return say("No design runout was computed.")
-    past = [content.names[r.path_id] for r in rows if r.design and r.design.records_beyond]
-    values = {"period": f"{period:g}", "paths": paths(len(rows))}
-    if past:
-        names = spoken().few(past, MOST_NAMES)
-        return say(
-            "The {period}-year design runout is given for {paths}; recorded avalanches went past "
-            "its median on {names}.",
-            names=names,
-            **values,
-        )
-    return say(
-        "The {period}-year design runout is given for {paths}; no recorded avalanche went past "
-        "its median.",
-        **values,
-    )
-
-
-def _how_sure(content: ReportContent) -> str:
-    found = content.comparison
-    if found is None:
-        return say("How far the model errs is not known: it was never compared.")
-    held = found.held_out.runout
-    return say(
-        "On held-out records the mean error of the model (CRPS) is {crps} of {coordinate}; {share} "
-        "of them lie in the 90 % interval.",
-        crps=amount(held.crps_m, found.coordinate, 0),
-        coordinate=coordinate_text(found.coordinate),
-        share=share(held.coverage_90),
-    )
-
-
-def _what_lacks(content: ReportContent) -> str:
-    if not content.model.diagnostics.converged:
-        return say("The chains of the sampler have not converged: every number is provisional.")
-    if content.records_changed:
-        return say("The records have changed since the model was calibrated: calibrate it again.")
-    if content.diagnosis is None:
-        return say("Whether an effect is missing is not known: the model was not diagnosed.")
-    return verdict_text(content.diagnosis).split(". ")[0].rstrip(".") + "."
-
-
-def rests_on(content: ReportContent) -> list[str]:
-    """The records behind the model."""
-    events = content.events
-    years = [event.year for event in events if event.year is not None]
+def few_records(content: ReportContent) -> list[str]:
+    """The names of the paths with few records; empty where all have few."""
     bare = [view.name for view in content.paths if len(view.events) < FEW_EVENTS]
-    return some(
-        years
-        and say(
-            "Records of {n} events, {first} to {last}: {volumes} with a volume, {left} beyond "
-            "the profile; {speeds} measured speeds.",
-            n=len(events),
-            first=str(min(years)),
-            last=str(max(years)),
-            volumes=sum(event.volume_m3 is not None for event in events),
-            left=sum(event.left_profile for event in events),
-            speeds=content.n_speeds,
-        ),
-        any(row.extrapolated for row in content.rows)
-        and say("Return periods past twice the observed years are extrapolated."),
-        0 < len(bare) < len(content.paths)
-        and plural(
-            "{paths} has fewer than {few} records: its design runout rests on the other paths.",
-            "{paths} have fewer than {few} records: their design runouts rest on the other paths.",
-            len(bare),
-            paths=spoken().few(bare),
-            few=FEW_EVENTS,
-        ),
-    )
-
-
-def limits(content: ReportContent) -> list[str]:
-    """The limits of every report, a line each."""
-    return [
-        say("The terrain is that of the import, in cells: what is smaller is not in it.")
-        if any(view.flow for view in content.paths)
-        else say(
-            "The avalanche is one block on one line: a runout is a point on that line, not an "
-            "outline on the map."
-        ),
-        say("Dams, new forest and other works count only as far as the profile shows them."),
-        say(
-            "Climate, forest and recording are taken to be the same in the future as in the "
-            "observed years."
-        ),
-        say("Avalanches that were not recorded are not considered."),
-        say(
-            "The report does not replace a decision: hazard limits are drawn by specialists who "
-            "know the site."
-        ),
-    ]
+    return bare if len(bare) < len(content.paths) else []
 
 
 @dataclass(frozen=True, slots=True)

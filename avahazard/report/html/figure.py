@@ -125,11 +125,6 @@ def runout_bar(
     return traces
 
 
-def joined(*sentences: object) -> str:
-    """Those sentences that there are, in a row."""
-    return " ".join(some(*sentences))
-
-
 def rows_axis(names: Sequence[str] | None = None, **more: Any) -> dict[str, Any]:
     """An axis of names from the top down: in the order of the traces, or in that of `names`."""
     order = {"autorange": "reversed"} if names is None else {"categoryarray": names[::-1]}
@@ -196,17 +191,18 @@ def by_path(
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """Traces and layout of Plotly, with a title and words on how to read them.
+    """Traces and layout of Plotly; `key` is the figure's name in the page.
 
-    `key` is the figure's name in the page.
+    How to read it stands in the template, with the `counts`, or is the `caption`.
     Numbers keep `digits` significant digits. `states` are what a switch of the page changes.
     """
 
     key: str
     title: str
-    caption: str
     data: list[Trace]
     layout: dict[str, Any]
+    caption: str = ""
+    counts: Mapping[str, int] = field(default_factory=dict)
     digits: int = 5
     states: States = field(default_factory=dict)
 

@@ -22,7 +22,6 @@ from avahazard.report.html.figure import (
     Trace,
     axis,
     event_marks,
-    joined,
     label,
     layout,
     line,
@@ -159,7 +158,6 @@ def map_figure(k: int, view: PathView) -> Figure | None:
     return Figure(
         f"map-{k}",
         say("Seen from above"),
-        _caption(plan),
         data,
         _layout(plan, east, north, ratio),
         digits=9,
@@ -217,16 +215,3 @@ def _runout(plan: PlanView, row: HazardRow, color: str, width: float) -> list[Tr
     white = {"color": "white", "width": 1}
     look = {"symbol": "diamond", "size": 10, "color": color, "line": white}
     return runout_bar(plan.at, found, float(plan.x[-1]), name, own, look)
-
-
-def _caption(plan: PlanView) -> str:
-    return joined(
-        say("Coordinates are longitude and latitude.")
-        if plan.crs is None
-        else say("Coordinates are those of {crs}.", crs=plan.crs),
-        say(
-            "The coloured line is the 90 % credible interval of the design runout, the diamond its "
-            "median; for a given volume, 90 % of its avalanches."
-        ),
-        plan.ground and say("The shading is that of the terrain model of the import."),
-    )

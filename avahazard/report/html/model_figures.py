@@ -23,14 +23,13 @@ from avahazard.report.html.figure import (
     by_path,
     error_bar,
     event_marks,
-    joined,
     label,
     layout,
     line,
     marks,
     rows_axis,
 )
-from avahazard.report.language import plural, say, spoken
+from avahazard.report.language import say, spoken
 from avahazard.report.model_tables import OFFSET
 from avahazard.report.words import number, unit_text
 from avahazard.results.calibration import ParameterSummary
@@ -67,44 +66,28 @@ def friction_figure(
         look = {"color": color, "symbol": symbol, "size": 7, "opacity": 0.8}
         volume, mu = [e.volume_m3 for e in selected], [e.mu_reference for e in selected]
         data.append(event_marks(volume, mu, look, selected, names, hover, name=label(name)))
-    lacking = len(events) - len(shown)
+    counts = {"shown": len(shown), "lacking": len(events) - len(shown)}
+    if view.scatter is not None:
+        counts["inside"] = _inside(view.volume, view.scatter, shown)
     return Figure(
         "friction",
         say("Friction against volume"),
-        joined(
-            say(
-                "Apparent friction is the one whose block, with the model’s effects on its motion, "
-                "stops where the record says; what effects on friction and the path itself add to "
-                "it is taken off, as it is from the curve. Large avalanches run farther where the "
-                "curve falls. The model itself was fitted to the records, not to these points."
-            ),
-            None if view.scatter is None else _inside(view, shown),
-            lacking
-            and plural(
-                "{n} event has no volume, or no friction stops the block at its record, and is "
-                "not shown.",
-                "{n} events have no volume, or no friction stops the block at their record, and "
-                "are not shown.",
-                lacking,
-            ),
-        ),
         data,
         layout(
             axis(say("volume (m³)"), type="log", exponentformat="power", dtick=1),
             axis(say("friction μ")),
             height=470,
         ),
+        counts=counts,
     )
 
 
-def _inside(view: FrictionView, events: Sequence[EventView]) -> str:
+def _inside(volume: Floats, scatter: Floats, events: Sequence[EventView]) -> int:
     """How many points lie in the wide band."""
-    assert view.scatter is not None
     log_volume = np.log([e.volume_m3 or np.nan for e in events])
-    low, high = (np.interp(log_volume, np.log(view.volume), view.scatter[k]) for k in (0, 3))
+    low, high = (np.interp(log_volume, np.log(volume), scatter[k]) for k in (0, 3))
     mu = np.array([e.mu_reference for e in events], np.float64)
-    n = int(np.sum((mu >= low) & (mu <= high)))
-    return say("{n} of {total} lie in the band of 90 %.", n=n, total=len(events))
+    return int(np.sum((mu >= low) & (mu <= high)))
 
 
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
@@ -144,14 +127,6 @@ def density_figure(densities: Sequence[FrictionDensity], names: Mapping[str, str
     return Figure(
         "density",
         say("How apparent friction is spread"),
-        joined(
-            say(
-                "The area under each curve is 1; the number of events is in brackets. Dotted parts "
-                "lie beyond the records: they are an assumption of the method (Holy 1997). Thin "
-                "lines are normal distributions of the same mean and standard deviation."
-            ),
-            say("Tap a name in the legend to show its path.") if many else None,
-        ),
         data,
         layout(
             axis(say("apparent friction μ"), range=[max(0.0, span[0]), span[-1]]),
@@ -208,10 +183,6 @@ def offsets_figure(
     return Figure(
         "offsets",
         say("What sets the paths apart"),
-        say(
-            "A path to the left of the line has less friction than the law says for its volumes, "
-            "for a reason that the records do not hold."
-        ),
         [
             marks(
                 middle,
@@ -255,7 +226,6 @@ def _histogram(k: int, name: str, values: Floats, summary: ParameterSummary) -> 
     return Figure(
         f"posterior-{k + 1}",
         name,
-        numbers,
         [histogram, normal],
         layout(
             _small_axis(title, range=[edges[0], edges[-1]]),
@@ -265,6 +235,7 @@ def _histogram(k: int, name: str, values: Floats, summary: ParameterSummary) -> 
             showlegend=False,
             bargap=0,
         ),
+        numbers,
     )
 
 
@@ -288,7 +259,6 @@ def _joint(one: tuple[str, Floats], other: tuple[str, Floats]) -> Figure:
     return Figure(
         "posterior-joint",
         say("{one} and {other} together", one=name, other=named),
-        say("correlation {r}; the ellipses of a normal hold 50 and 90 %", r=r),
         data,
         layout(
             _small_axis(label(name)),
@@ -297,4 +267,5 @@ def _joint(one: tuple[str, Floats], other: tuple[str, Floats]) -> Figure:
             margin={**SMALL_MARGIN, "l": 88},
             showlegend=False,
         ),
+        say("correlation {r}; the ellipses of a normal hold 50 and 90 %", r=r),
     )

@@ -377,7 +377,7 @@ def path_figure(
     last = "y" if len(panels) == 1 else f"y{len(panels)}"
     x_axis = axis(say("distance along the path x (m)"), anchor=last, range=[view.smooth.x_min, end])
     whole = layout(x_axis, axes.pop("yaxis"), height=total + 130, margin=WIDE_MARGIN, **axes)
-    return Figure(f"path-{k}", say("Along the path"), "", data, whole, states=states)
+    return Figure(f"path-{k}", say("Along the path"), data, whole, states=states)
 
 
 def shown_end(view: PathView, more: Sequence[float] = ()) -> float:

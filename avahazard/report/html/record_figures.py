@@ -22,14 +22,13 @@ from avahazard.report.html.figure import (
     by_path,
     error_bar,
     event_marks,
-    joined,
     label,
     layout,
     line,
     marks,
     rows_axis,
 )
-from avahazard.report.language import plural, say, spoken
+from avahazard.report.language import say, spoken
 from avahazard.report.words import axis_text, shape_text
 from avahazard.results.base import RATIO
 
@@ -77,26 +76,13 @@ def _predicted(
     if stopped:
         ends = np.concatenate([observed, middle])
         data.append(_equal(float(ends.min()), float(ends.max())))
-    left, inside = len(rows) - len(stopped), int(np.sum((low <= observed) & (observed <= high)))
+    inside = int(np.sum((low <= observed) & (observed <= high)))
     return Figure(
         f"predicted-{coordinate}",
         title,
-        joined(
-            say(
-                "Each mark is an event: the predicted median across, the record upwards; the bar "
-                "is its 90 % interval. {inside} of {n} records lie within their bar (in-sample).",
-                n=len(stopped),
-                inside=inside,
-            ),
-            left
-            and plural(
-                "{n} event ran beyond its profile and has no stop to show.",
-                "{n} events ran beyond their profile and have no stop to show.",
-                left,
-            ),
-        ),
         data,
         layout(axis(predicted, **_range(stopped, states)), axis(recorded), height=520),
+        counts={"stopped": len(stopped), "inside": inside, "left": len(rows) - len(stopped)},
         states=changes,
     )
 
@@ -181,25 +167,12 @@ def residuals_figure(events: Sequence[EventView], names: Names, loop: LoopView) 
         more = {"name": label(name), "opacity": 0.8}
         data.append(event_marks(x, own.error[rows], look, selected, names, hover, **more))
     most = ROOM * max(float(np.nanmax(np.abs(state.error))) for state in states)
-    lost = len(events) - len(with_volume)
     upwards = say("predicted minus recorded ({unit})", unit="H/L" if ratio else "m")
     volumes = axis(say("volume (m³)"), type="log", exponentformat="power", dtick=1)
     zero = {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": 0, "y1": 0, "line": DASHED}
     return Figure(
         "residuals",
         say("What the model misses"),
-        joined(
-            say(
-                "Each mark is an event: the predicted mean minus the record, in the unit of the "
-                "record. A model that lacks nothing scatters evenly about the dashed line."
-            ),
-            lost
-            and plural(
-                "{n} event without a volume is left out.",
-                "{n} events without a volume are left out.",
-                lost,
-            ),
-        ),
         data,
         layout(volumes, axis(upwards, range=[-most, most]), height=420, shapes=[zero]),
         states=changes,
@@ -230,11 +203,6 @@ def failed_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> 
     return Figure(
         "failed",
         say("Where “{model}” failed: recorded against predicted", model=before.key),
-        say(
-            "Each mark is an event: the predicted median across with its 90 % interval, the record "
-            "upwards. Under the line the model overshoots. Orange-red: events of the levels (path, "
-            "volume, column) where it fails beyond chance."
-        ),
         data,
         layout(
             axis(say("predicted distance x of the stop (m)")),
@@ -292,11 +260,6 @@ def suspect_figure(events: Sequence[EventView], names: Names, loop: LoopView) ->
     return Figure(
         "suspect",
         say("Missing effect: {effects}", effects=effects),
-        say(
-            "Each mark is an event; upwards: the log friction that it needs without the effect, "
-            "less the law (0.1 is about 10 %). Orange: what the effect, as fitted, adds. Marks "
-            "that follow it speak for the effect; their scatter about it is left to explain."
-        ),
         data,
         layout(
             axis(across, type="category", categoryorder="category ascending")
@@ -352,16 +315,6 @@ def force_shape_figure(events: Sequence[EventView], names: Names, loop: LoopView
     return Figure(
         "force-shape",
         say("Missing effect: {effects}", effects=name),
-        joined(
-            say("Orange: the resistance that the effect adds, as fitted, with its band."),
-            measured
-            and say(
-                "Each mark is a stretch of a measured track: the force that resisted there, minus "
-                "the friction of its avalanche and the other effects of the model. Marks that "
-                "follow the curve speak for the effect; errors of the speeds scatter them."
-            ),
-            not measured and say("No speeds were measured: the curve rests on the stops alone."),
-        ),
         data,
         places,
     )
@@ -398,22 +351,9 @@ def record_figure(events: Sequence[EventView], paths: Sequence[PathView]) -> Fig
         if selected:
             x, y = [e.year for e in selected], [_row(e, names) for e in selected]
             data.append(event_marks(x, y, marker, selected, names, name=name))
-    undated = len(events) - len(dated)
     return Figure(
         "record",
         say("The record through the years"),
-        joined(
-            say(
-                "Each mark is an event; larger marks are larger volumes. Empty stretches are years "
-                "without events, or years in which nobody looked."
-            ),
-            undated
-            and plural(
-                "{n} event without a date is not shown.",
-                "{n} events without a date are not shown.",
-                undated,
-            ),
-        ),
         data,
         layout(
             axis(say("year")),

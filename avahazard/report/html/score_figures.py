@@ -15,13 +15,12 @@ from avahazard.report.html.figure import (
     Figure,
     axis,
     bars,
-    joined,
     label,
     layout,
     marks,
     rows_axis,
 )
-from avahazard.report.language import plural, say, spoken
+from avahazard.report.language import say, spoken
 from avahazard.report.words import (
     SIGNIFICANT,
     amount,
@@ -92,20 +91,9 @@ def ladder_figure(ladder: Sequence[LadderEntry], name: str) -> Figure | None:
              "font": {"color": VERMILION, "size": 12}}
         ]  # fmt: skip
         places["margin"]["t"] = 28
-    lost = len(ladder) - len(rows)
     return Figure(
         "ladder",
         say("Held-out error of each model"),
-        joined(
-            say(
-                "Held-out CRPS. The dashed line is the measurement-error floor (errors of recorded "
-                "runout, volume and release); natural variability comes on top for every model."
-            ),
-            lost
-            and plural(
-                "Left out: {n} model never compared.", "Left out: {n} models never compared.", lost
-            ),
-        ),
         [
             bars(
                 [row.held_out_crps_m for row in rows],
@@ -160,13 +148,6 @@ def budget_figure(
     return Figure(
         "budget",
         say("Where the error comes from"),
-        say(
-            "Independent errors add up by their squares, so the bars are squares; the figures in "
-            "them are {unit}, in-sample. Errors of the records are no fault of the model. Scatter "
-            "is what varies between avalanches of one volume: it may be natural, or missing in "
-            "the model.",
-            unit="H/L" if ratio else say("metres"),
-        ),
         data,
         layout(
             axis(
@@ -198,19 +179,9 @@ def effects_figure(diagnosis: Diagnosis) -> Figure | None:
         else BLUE
         for row in rows
     ]  # fmt: skip
-    cut = len(diagnosis.candidates) - len(rows)
     return Figure(
         "effects",
         say("Candidate effects"),
-        joined(
-            say(
-                "Gain in log likelihood with the effect. The grey bar is what chance alone reaches "
-                "19 times in 20 in a dataset that lacks nothing; among many candidates some pass "
-                "it, and the p-value allows for that. Orange-red: named as missing; orange: "
-                "significant, but not named."
-            ),
-            cut and say("{n} more candidates, weaker than these, are in the table alone.", n=cut),
-        ),
         [
             bars([row.chance_gain for row in rows], names, "#CFCFCF", name=say("chance alone")),
             marks(
@@ -264,7 +235,7 @@ def bias_figure(found: Comparison) -> Figure | None:
         height=130 + 24 * len(rows),
         barmode="overlay",
     )
-    return Figure("bias", "Where it fails", "", data, places)
+    return Figure("bias", "Where it fails", data, places)
 
 
 def force_figure(force: Sequence[MeasuredForce]) -> Figure:
@@ -283,7 +254,6 @@ def force_figure(force: Sequence[MeasuredForce]) -> Figure:
     return Figure(
         "force",
         say("Force measured along the tracks"),
-        say("Flat: Coulomb friction, as in the base model. Rising with the square of speed: drag."),
         data,
         layout(
             axis(say("speed (m/s)")), axis(say("resisting force per mass (m/s²)"), zeroline=True)

@@ -5,14 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from avahazard.notes import Note
-from avahazard.report.html.annex import (
-    assumptions,
-    every_note,
-    notes_of,
-    reading_text,
-    unknown_text,
-)
+from avahazard.report.html.annex import every_note, notes_of
 from avahazard.report.html.content import ReportContent
+from tests.report.html.pages import section_words
 from tests.report.html.world import NAMES
 
 
@@ -41,13 +36,14 @@ def test_notes_are_a_line_each_kind_and_every_one_is_there(content: ReportConten
 
 def test_what_is_not_known_is_counted(content: ReportContent) -> None:
     event = replace(content.events[0], volume_m3=None, date=None, left_profile=True, path_id=None)
-    text = " ".join(unknown_text(replace(content, events=(event,), covariates={"snow": 1})))
-    for words in ("no volume", "no date", "beyond its profile", "no path", "“snow”", "No speeds"):
+    events = (event, *content.events[1:])
+    text = section_words(replace(content, events=events, covariates={"snow": 1}), "data")
+    for words in ("no volume", "no date", "ran beyond", "no path", "“snow”", "No speeds"):
         assert words in text
 
 
 def test_every_picture_of_speed_carries_the_caveat(content: ReportContent) -> None:
-    assert "no drag" in " ".join(assumptions(content))
-    assert "no drag" in " ".join(reading_text(content))
     limited = replace(content, speed_limited=True)
-    assert "no drag" not in " ".join((*assumptions(limited), *reading_text(limited)))
+    for key in ("paths", "limits"):
+        assert "The model has no drag" in section_words(content, key)
+        assert "The model has no drag" not in section_words(limited, key)

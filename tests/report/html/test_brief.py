@@ -6,24 +6,17 @@ from dataclasses import replace
 from typing import Any
 
 from avahazard.notes import Note
-from avahazard.report.html.brief import (
-    conclusion,
-    limits,
-    path_cards,
-    rests_on,
-    shown_period,
-)
+from avahazard.report.html.brief import path_cards, shown_period
 from avahazard.report.html.content import ReportContent
 from avahazard.results.base import Rows
 from avahazard.results.comparison import Failure
+from tests.report.html.pages import section_words
 from tests.report.html.world import NAMES
 from tests.telling import untold
 
 
 def concluded(content: ReportContent, **change: Any) -> str:
-    found = conclusion(replace(content, **change))
-    assert len(found) == 3
-    return " ".join(found)
+    return section_words(replace(content, brief=True, **change), "brief")
 
 
 def test_the_conclusion_is_how_far_how_sure_and_what_lacks(content: ReportContent) -> None:
@@ -81,8 +74,8 @@ def test_the_baseline_is_minded_where_it_parts_from_the_answer(content: ReportCo
 
 
 def test_it_says_what_it_rests_on(content: ReportContent) -> None:
-    text = " ".join(rests_on(content))
+    text = concluded(content)
     assert untold(text, "61 events", "extrapolated") == []
     few = replace(content.paths[0], events=())
-    assert "fewer than 5" in " ".join(rests_on(replace(content, paths=(few, *content.paths[1:]))))
-    assert len(limits(content)) == 5
+    assert "fewer than 5" in concluded(content, paths=(few, *content.paths[1:]))
+    assert "one block on one line" in text

@@ -28,8 +28,8 @@ def test_numbers_keep_the_digits_that_a_screen_shows(value: object, short: objec
 
 def test_a_figure_keeps_its_own_digits() -> None:
     data = [{"x": [380123.456789]}]
-    plain = Figure("k", "t", "c", data, {"height": 300})
-    fine = Figure("k", "t", "c", data, {"height": 300}, digits=9)
+    plain = Figure("k", "t", data, {"height": 300})
+    fine = Figure("k", "t", data, {"height": 300}, digits=9)
     assert json.loads(plain.json)["data"][0]["x"] == [380120]
     assert json.loads(fine.json)["data"][0]["x"] == [380123.457]
     assert plain.height == 300

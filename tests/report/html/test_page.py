@@ -16,7 +16,8 @@ import pytest
 from markupsafe import Markup
 
 from avahazard.report.html.content import ReportContent
-from avahazard.report.html.page import kept_together, made_table, render
+from avahazard.report.html.page import kept_together, render
+from tests.report.html.pages import section_words
 from tests.report.html.world import EVENT, NAMES
 from tests.results.samples import NOT_COMPARED
 
@@ -142,12 +143,16 @@ def test_what_is_missing_is_said_with_its_command(content: ReportContent) -> Non
     assert not re.search(r"\bNone\b", re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL))
 
 
+def test_words_under_a_figure_count_what_is_not_in_it(content: ReportContent) -> None:
+    more = replace(content, ladder=[*content.ladder, NOT_COMPARED])
+    assert "Left out: 1 model never compared." in render(more)
+
+
 def test_how_it_was_made_names_seed_versions_and_fingerprint(content: ReportContent) -> None:
-    made = dict(made_table(content).rows)
-    assert made["fingerprint of the records (SHA-256)"] == content.model.data_fingerprint
-    assert made["version of avahazard"] == content.versions["avahazard"]
-    assert made["seed"] == "0"
-    text = str(made_table(replace(content, effect_sha256="ab" * 32)).rows)
+    text = section_words(replace(content, effect_sha256="ab" * 32), "made")
+    assert f"fingerprint of the records (SHA-256) {content.model.data_fingerprint}" in text
+    assert f"version of avahazard {content.versions['avahazard']}" in text
+    assert " seed 0 " in text
     assert "ab" * 32 in text
 
 
