@@ -111,22 +111,13 @@ class Avalanches:
         )
 
 
-def least_scatter(avalanches: Avalanches) -> Floats:
-    """The scatter of friction, never quite zero; zero for one with scatter in metres."""
-    whole = (
-        np.zeros_like(avalanches.scatter) if avalanches.sigma_m is not None else avalanches.scatter
-    )
-    return np.maximum(whole, LEAST_SCATTER)
-
-
 def friction_below(avalanches: Avalanches, mu: Floats) -> Floats:
     """Chance that the friction of an avalanche lies under `mu`.
 
     `mu` is of any shape that goes with `[n_parameters, n_classes, n_nodes]`, as is the chance;
     friction that is normal is taken given that it is over 0.
     """
-    scatter = least_scatter(avalanches)
-    mu = np.maximum(mu, 0.0)
+    scatter, mu = np.maximum(avalanches.scatter, LEAST_SCATTER), np.maximum(mu, 0.0)
     if avalanches.in_log:
         with np.errstate(divide="ignore"):
             return below((np.log(mu) - avalanches.location) / scatter, avalanches.student)
@@ -202,7 +193,7 @@ def friction_shares(
     first, kind = _kinds(avalanches)
     shares = share_curves(
         np.ascontiguousarray(avalanches.location[:, first]),
-        np.ascontiguousarray(least_scatter(avalanches)[:, first]),
+        np.ascontiguousarray(np.maximum(avalanches.scatter, LEAST_SCATTER)[:, first]),
         avalanches.share,
         (float(np.log(ends[0])), float(np.log(ends[1]))) if avalanches.in_log else ends,
         in_log=avalanches.in_log,
@@ -236,8 +227,6 @@ def _thresholds_between(falling: Floats) -> tuple[float, float]:
 def _kinds(avalanches: Avalanches) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """A class of each kind of friction `[n_kinds]`, and the kind of each class `[n_classes]`."""
     location, scatter = avalanches.location, avalanches.scatter
-    if np.all(location == location[:, :1]) and np.all(scatter == scatter[:, :1]):
-        return np.zeros(1, np.int64), np.zeros(avalanches.n_classes, np.int64)
     rows = np.hstack([location[0], scatter[0]])
     _, first, kind = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     kind = kind.ravel()
@@ -271,8 +260,7 @@ def exceedance_in_metres(avalanches: Avalanches) -> Callable[[Floats], Floats]:
 
     def chance(place: Floats) -> Floats:
         height = np.interp(place, x, lowest)[:, None, None]
-        stays = np.zeros_like(height, dtype=bool) | (not ends_lowest)
-        stays &= place[:, None, None] >= floor
+        stays = (not ends_lowest) & (place[:, None, None] >= floor)
         with np.errstate(invalid="ignore"):
             passes = ndtr((height - stop) / sigma)
         return np.where(np.isneginf(stop), 1.0, np.where(stays, 0.0, passes))
@@ -296,18 +284,6 @@ def _stop_elevation(avalanches: Avalanches) -> Floats:
 N_LEVELS = 199
 """Probabilities at which the natural variability is followed."""
 N_PLACES = 60
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Reach:
-    """Annual chance of reaching places: `x`, `elevation` (m), `chance` `[n_places, 3]`.
-
-    The three are its 5, 50 and 95 % over the uncertainty of the parameters.
-    """
-
-    x: Floats
-    elevation: Floats
-    chance: Floats
 
 
 def exceeded_runout(avalanches: Avalanches, return_period_years: float) -> Floats:
@@ -335,16 +311,16 @@ def reach(
     avalanches: Avalanches,
     n_places: int = N_PLACES,
     rates: Callable[[Floats], Floats] | None = None,
-) -> Reach:
-    """Annual chance that one or more avalanches pass each of `n_places` places below the release.
+) -> tuple[Floats, Floats]:
+    """Places x (m) `[n_places]`, and the annual chance that one or more avalanches pass each.
 
-    1 - exp(-λ P(X > x)), x evenly from the highest release to the end of the profile. `rates(x)`
-    `[n_places, n_parameters]` are those of these avalanches, or of an average over models.
+    x runs evenly from the highest release to the end of the profile. The chance
+    1 - exp(-λ P(X > x)) is `[3, n_places]`, 5, 50 and 95 % over the uncertainty of the parameters.
+    `rates(x)` `[n_places, n_parameters]` are those of an average over models.
     """
     x = np.linspace(*path_ends(avalanches), n_places)
     often = rates_past(avalanches, x) if rates is None else rates(x)
-    found = np.quantile(-np.expm1(-often), QUANTILES, axis=1).T
-    return Reach(x, np.asarray(avalanches.site.smooth.height(x)), found)
+    return x, np.quantile(-np.expm1(-often), QUANTILES, axis=1)
 
 
 def at_volume(avalanches: Avalanches, log_volume: Floats) -> Avalanches:
@@ -354,13 +330,9 @@ def at_volume(avalanches: Avalanches, log_volume: Floats) -> Avalanches:
     """
     nodes = avalanches.volumes.log_volume
     n = avalanches.n_parameters
-    if len(nodes) == 1:
-        k, part = np.zeros(n, np.int64), np.zeros(n)
-    else:
-        place = np.interp(log_volume, nodes, np.arange(len(nodes)))
-        k = np.minimum(place.astype(np.int64), len(nodes) - 2)
-        part = place - k
-    draw = np.arange(n)
+    place = np.interp(log_volume, nodes, np.arange(len(nodes)))
+    k = np.minimum(place.astype(np.int64), max(len(nodes) - 2, 0))
+    part, draw = place - k, np.arange(n)
 
     def between(values: Floats) -> Floats:
         values = values.reshape(n, avalanches.n_classes, -1, len(nodes))
@@ -377,11 +349,8 @@ def at_volume(avalanches: Avalanches, log_volume: Floats) -> Avalanches:
 
 def at_the_middle(avalanches: Avalanches) -> Avalanches:
     """The same path with one draw: rate, shares, friction and tables at their medians."""
-
-    def middle(values: Floats) -> Floats:
-        return np.asarray(np.median(values, axis=0, keepdims=True))
-
-    one = avalanches.of_draws(middle, avalanches.group[[avalanches.n_parameters // 2]])
+    group = avalanches.group[[avalanches.n_parameters // 2]]
+    one = avalanches.of_draws(lambda values: np.median(values, axis=0, keepdims=True), group)
     share = one.volumes.share / one.volumes.share.sum(axis=1, keepdims=True)
     return replace(one, volumes=replace(one.volumes, share=share))
 
@@ -400,8 +369,10 @@ def with_unseen(avalanches: Avalanches, limit: Floats) -> Avalanches:
         return avalanches
     share = volumes.share / np.maximum(chance_seen(avalanches, limit), LEAST_SEEN)
     whole = share.sum(axis=1)
-    more = replace(volumes, rate=volumes.rate * whole, share=share / whole[:, None])
-    return replace(avalanches, volumes=replace(more, seen_only=False))
+    share /= whole[:, None]
+    return replace(
+        avalanches, volumes=EventVolumes(volumes.rate * whole, volumes.log_volume, share)
+    )
 
 
 def chance_seen(avalanches: Avalanches, limit: Floats) -> Floats:

@@ -81,8 +81,7 @@ def share_curves(
     low = np.maximum(np.min(location - reach * scatter, axis=2), ends[0])
     high = np.minimum(np.max(location + reach * scatter, axis=2), ends[1])
     step = np.min(scatter, axis=2) / PER_SCATTER
-    n_nodes = np.ceil(np.maximum(high - low, 0.0) / step) + 1.0
-    n_nodes = np.maximum(n_nodes, 2.0)
+    n_nodes = np.maximum(np.ceil(np.maximum(high - low, 0.0) / step) + 1.0, 2.0)
     whole = int(min(n_nodes.max(), MAX_NODES + 1))
     nodes = np.zeros((*low.shape, 0 if whole > MAX_NODES else whole, 3))
     curves = ShareCurves(

@@ -73,16 +73,14 @@ def draw_stops(
     run went beyond the profile, and their number by status `[3]`.
     """
     ends = np.arange(1, len(location) + 1) * n_draws // len(location)
-    x, y = np.empty(n_draws), np.empty(n_draws)
-    counts = np.zeros(3, dtype=np.int64)
-    n = _stops(rng, *curves, of, location, scatter, ends, in_log, x, y, counts)
-    return x[:n], y[:n], counts
+    x, y, counts = _stops(rng, *curves, of, location, scatter, ends, n_draws, in_log)
+    return x, y, counts
 
 
 @kernel
-def _stops(rng, rows, status, of, location, sd, ends, in_log, x, y, counts):  # type: ignore[no-untyped-def]
-    i = 0
-    n = 0
+def _stops(rng, rows, status, of, location, sd, ends, n_draws, in_log):  # type: ignore[no-untyped-def]
+    x, y, counts = np.empty(n_draws), np.empty(n_draws), np.zeros(3, np.int64)
+    i, n = 0, 0
     for p in range(len(location)):
         row, kind = rows[of[p]], status[of[p]]
         while i < ends[p]:
@@ -96,18 +94,16 @@ def _stops(rng, rows, status, of, location, sd, ends, in_log, x, y, counts):  # 
                 y[n] = row[k, 2] + row[k, 3] * t
                 counts[kind[k]] += 1
                 n += 1
-    return n
+    return x[:n], y[:n], counts
 
 
 def spread(values: Floats) -> Spread:
     """Summary of stops `[n]`, infinite where the profile was left."""
     if not len(values):
         return Spread(None, None, None, None)
-    q05, q50, q95 = _known(order_statistics(values, QUANTILES))
-    mean = None
-    if None not in (q05, q50, q95):
-        mean = float(values[np.isfinite(values)].mean())
-    return Spread(mean, q05, q50, q95)
+    found = _known(order_statistics(values, QUANTILES))
+    mean = None if None in found else float(values[np.isfinite(values)].mean())
+    return Spread(mean, *found)
 
 
 def _known(values: Floats) -> list[float | None]:
@@ -342,15 +338,14 @@ def runout_interval(avalanches: Avalanches, x: Floats, interval: Note) -> Runout
 
 def annual_reach(models: Sequence[Weighted]) -> ReachChance:
     """The annual chance of reaching places on the path."""
-    found = reach(
-        models[0].path.avalanches,
+    first = models[0].path.avalanches
+    x, chance = reach(
+        first,
         rates=lambda x: by_weight(models, [rates_past(one.path.avalanches, x) for one in models]),
     )
-    low, middle, high = (tuple(chances) for chances in found.chance.T.tolist())
+    height = first.site.smooth.height(x)
     return ReachChance(
-        x_m=tuple(found.x.tolist()),
-        elevation_m=tuple(found.elevation.tolist()),
-        p_per_year=YearlyChances(low, middle, high),
+        tuple(x.tolist()), tuple(height.tolist()), YearlyChances(*map(tuple, chance.tolist()))
     )
 
 

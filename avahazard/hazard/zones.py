@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Annotated
 
 import numpy as np
@@ -14,7 +15,6 @@ from avahazard.effects.site import Site
 from avahazard.hazard.exceedance import (
     QUANTILES,
     Avalanches,
-    Reach,
     exceeded_runout,
     friction_shares,
     reach,
@@ -211,20 +211,17 @@ def _squares(avalanches: Avalanches, group: int, x: Floats) -> Floats:
 
     For each class and friction of `MU`, those of the block where it is then.
     """
-    kinds: dict[tuple[int, float], Floats] = {}
-    cells = avalanches.site.cells(avalanches.resistances[group])
-    for release, ahead in zip(avalanches.release, avalanches.ahead[group], strict=True):
-        kind = (int(release), float(ahead))
-        if kind not in kinds:
-            release_x = float(avalanches.site.release_x[release])
-            place = _behind(avalanches.site, x, float(ahead))
-            kinds[kind] = avalanches.site.speeds(cells, release_x, place).T ** 2
-    squares = [
-        kinds[int(release), float(ahead)]
-        for release, ahead in zip(avalanches.release, avalanches.ahead[group], strict=True)
-    ]
+    site, classes = avalanches.site, zip(avalanches.release, avalanches.ahead[group], strict=True)
+    cells = site.cells(avalanches.resistances[group])
+
+    @cache
+    def squares(release: int, ahead: float) -> Floats:
+        release_x = float(site.release_x[release])
+        return site.speeds(cells, release_x, _behind(site, x, ahead)).T ** 2
+
+    found = np.array([squares(int(release), float(ahead)) for release, ahead in classes])
     # Rounding may lift a speed by an ulp over that of a lower friction.
-    return np.ascontiguousarray(np.minimum.accumulate(np.array(squares), axis=2))
+    return np.ascontiguousarray(np.minimum.accumulate(found, axis=2))
 
 
 def _behind(site: Site, x: Floats, distance: float) -> Floats:
@@ -407,8 +404,9 @@ def path_zones(
     avalanches = path.avalanches
     rng = generator(seed, "density", path.path_id)
     densities = draw_densities(density.mean, density.sd, avalanches.n_parameters, rng)
-    chances = reach(avalanches, N_PLACES)
-    speeds = exceeded_speeds(avalanches, chances.x, periods)
+    x, chance = reach(avalanches, N_PLACES)
+    elevation = avalanches.site.smooth.height(x)
+    speeds = exceeded_speeds(avalanches, x, periods)
     pressures = pressure_kpa(densities, speeds)
     exceeded = {
         period: Exceeded(exceeded_runout(avalanches, period), pressures[k], period in extrapolated)
@@ -417,13 +415,15 @@ def path_zones(
     # [n_periods, 3, n_places]
     speed = np.quantile(speeds, QUANTILES, axis=1).swapaxes(0, 1)
     pressure = np.quantile(pressures, QUANTILES, axis=1).swapaxes(0, 1)
-    held = _held(avalanches, chances)
+    # By the first place below the release.
+    started = -np.log1p(-chance[1, 1])
+    held = float(np.clip(1.0 - started / np.median(avalanches.volumes.rate), 0.0, 1.0))
     return ZonedPath(
         path_id=path.path_id,
         limits=limits.name,
         density_kg_m3=density,
-        release_x_m=float(chances.x[0]),
-        end_x_m=float(chances.x[-1]),
+        release_x_m=float(x[0]),
+        end_x_m=float(x[-1]),
         interval=Note("interval_zones"),
         designs=Rows(
             PeriodDesign(period, found.extrapolated, design_of(path, found.runout_x))
@@ -431,9 +431,9 @@ def path_zones(
         ),
         places=Rows(
             Place(
-                x_m=float(chances.x[i]),
-                elevation_m=float(chances.elevation[i]),
-                p_reach_per_year=float(chances.chance[i, 1]),
+                x_m=float(x[i]),
+                elevation_m=float(elevation[i]),
+                p_reach_per_year=float(chance[1, i]),
                 by_return_period=Rows(
                     ExceededHere(
                         return_period_years=period,
@@ -444,18 +444,12 @@ def path_zones(
                     for k, period in enumerate(periods)
                 ),
             )
-            for i in range(len(chances.x))
+            for i in range(len(x))
         ),
         p_not_released=held,
-        zones=zone_pieces(limits, chances.x, exceeded),
+        zones=zone_pieces(limits, x, exceeded),
         notes=_notes(path.path_id, held, [p for p in periods if p in extrapolated]),
     )
-
-
-def _held(avalanches: Avalanches, chances: Reach) -> float:
-    """Median share of avalanches that stop at their release, by the first place below it."""
-    started = -np.log1p(-chances.chance[1, 1])
-    return float(np.clip(1.0 - started / np.median(avalanches.volumes.rate), 0.0, 1.0))
 
 
 def _notes(path_id: str, held: float, extrapolated: Sequence[float]) -> tuple[Note, ...]:

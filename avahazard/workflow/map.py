@@ -181,9 +181,8 @@ def _part(
 def _fill(part: MapPart, avalanches: Avalanches, limits: ZoneSystem) -> None:
     """Compute the chances of a path."""
     if not part.runs:
-        found = reach(avalanches, N_PLACES)
-        part.x = found.x
-        part.bands = dict(zip(("chance_q05", "chance", "chance_q95"), found.chance.T, strict=True))
+        part.x, chances = reach(avalanches, N_PLACES)
+        part.bands = dict(zip(("chance_q05", "chance", "chance_q95"), chances, strict=True))
         return
     from avahazard.gis.avaframe_project import STOP_KPA, ground  # noqa: PLC0415 (may be missing)
 

@@ -115,11 +115,11 @@ def test_two_kinds_are_exceeded_as_often_in_simulated_years() -> None:
 
 def test_the_chance_of_reaching_falls_to_one_in_t_at_the_runout_of_t() -> None:
     avalanches = avalanches_of(draws(SIGMA, 2), one_volume(VOLUME, 2, 0.3))
-    found = reach(avalanches, 400)
-    assert (np.diff(found.chance[:, 1]) <= 0.0).all()
-    assert found.chance[0, 1] == pytest.approx(-np.expm1(-0.3), rel=1e-3)
+    places, (_, chance, _) = reach(avalanches, 400)
+    assert (np.diff(chance) <= 0.0).all()
+    assert chance[0] == pytest.approx(-np.expm1(-0.3), rel=1e-3)
     for period in (10.0, 100.0):
-        x = float(np.interp(-1 / period, -found.chance[:, 1], found.x))
+        x = float(np.interp(-1 / period, -chance, places))
         assert exceeded_runout(avalanches, period)[0] == pytest.approx(x, abs=6.0)
 
 
