@@ -359,13 +359,9 @@ def gpd_draws(
     return np.exp(_spread(LOG_SCALES, i, rng)), _spread(SHAPES, k, rng)
 
 
-def over_locations(likelihood: Floats) -> Floats:
-    """The log likelihood of scale and shape alone `[n_scales, n_shapes]`."""
-    return np.asarray(_over_locations(likelihood))
-
-
 @kernel
-def _over_locations(likelihood):  # type: ignore[no-untyped-def]
+def over_locations(likelihood):  # type: ignore[no-untyped-def]
+    """The log likelihood of scale and shape alone `[n_scales, n_shapes]`."""
     n_scales, n_shapes, n_locations = likelihood.shape
     result = np.full((n_scales, n_shapes), -np.inf)
     part, memory = np.empty(n_locations), exp_memory(n_locations)

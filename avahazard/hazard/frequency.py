@@ -114,19 +114,20 @@ def fit_volume_frequency(
         )
     likelihood = region.likelihood(path_id)
     others = region.others(path_id, likelihood) if len(own) < ENOUGH_MAXIMA else None
-    pooled = others is not None and others.n_paths > 0
-    if len(own) < FEWEST_TELLING and not pooled:
+    if others is not None and others.n_paths == 0:
+        others = None
+    if len(own) < FEWEST_TELLING and others is None:
         raise AvahazardError(
             f"Too few {what} for a return period: path {path_id} has {len(own)}, "
             "and no path has 3.",
             USE_VOLUME,
         )
-    if len(own) > 1 and np.ptp(own) == 0.0 and not pooled:
+    if len(own) > 1 and np.ptp(own) == 0.0 and others is None:
         raise AvahazardError(f"All {what} of path {path_id} are equal.", USE_VOLUME)
     error = region.error(path_id)
     prior = shape_prior(error)
-    if others is not None and pooled:
-        prior = regional_prior(others.likelihood, region.common_error)
+    if others is not None:
+        prior = regional_prior(others.likelihood, region.error(*region.recorded))
     draws: FrequencyDraws
     if region.family == "gev":
         middle = float(region.recorded[path_id].log_volumes.mean())
@@ -139,8 +140,8 @@ def fit_volume_frequency(
     return VolumeFrequency(
         path_id=path_id,
         draws=draws,
-        method=_words(region, record, own, others if pooled else None),
-        pooled=pooled,
+        method=_words(region, record, own, others),
+        pooled=others is not None,
         known_years=record.known_years,
         record=record,
     )
@@ -164,14 +165,15 @@ def return_volume(frequency: VolumeFrequency, return_period_years: float) -> Ret
 
     Raises `AvahazardError` where events are rarer than T.
     """
-    period = return_period_years
-    observed = frequency.record
-    if observed is not None and observed.event_year_chance * period <= 1:
-        raise AvahazardError(
-            f"Path {observed.path_id} has an event in {observed.n_event_years} of "
-            f"{observed.n_years} years: no volume returns every {period:g} years.",
-            f"Ask for a return period over {1 / observed.event_year_chance:.0f} years.",
-        )
+    period, observed = return_period_years, frequency.record
+    if observed is not None:
+        often = observed.n_event_years / observed.n_years
+        if often * period <= 1:
+            raise AvahazardError(
+                f"Path {observed.path_id} has an event in {observed.n_event_years} of "
+                f"{observed.n_years} years: no volume returns every {period:g} years.",
+                f"Ask for a return period over {1 / often:.0f} years.",
+            )
     low, middle, high = np.exp(
         np.quantile(frequency.draws.log_volume(1.0 / period), [0.05, 0.5, 0.95])
     )
@@ -180,7 +182,7 @@ def return_volume(frequency: VolumeFrequency, return_period_years: float) -> Ret
         volume_m3=float(middle),
         q05_m3=float(low),
         q95_m3=float(high),
-        extrapolated=not _between(period, frequency.known_years),
+        extrapolated=_extrapolated(period, frequency.known_years),
     )
 
 
@@ -204,7 +206,7 @@ def _words(
             f"; scale and shape with a prior from {counted(others.n_paths, 'other path')} "
             f"({counted(others.n_values, 'volume')})"
         )
-    n = record.n_unobserved
+    n = len(record.gaps)
     unobserved = f", {counted(n, record.seasons[:-1])} not observed" if n else ""
     text += (
         f"; {counted(record.n_events, 'record')} over {record.seasons} {record.first_year} to "
@@ -246,21 +248,20 @@ class TableDraws:
 
     def log_volume(self, chance: float | Floats) -> Floats:
         """The volume of the rate of years with one or more."""
-        if len(self.log_rates) == 1:
-            return np.full(N_DRAWS, self.log_volumes[0])
         return np.full(N_DRAWS, self._at_rate(np.log(-np.log1p(-chance))))
 
     def ends(self) -> tuple[float, float]:
         """From the first row to ten times the last one's period."""
-        if len(self.log_rates) == 1:
-            return float(self.log_volumes[0]), float(self.log_volumes[0])
         high = self._at_rate(self.log_rates[-1] - np.log(FARTHEST))
         return float(self.log_volumes[0]), float(high)
 
     def _at_rate(self, log_rate: float | Floats) -> Floats:
         """Log volumes, between the rows and past them."""
-        line = make_interp_spline(self.log_rates[::-1], self.log_volumes[::-1], k=1)
-        return np.asarray(line(log_rate))
+        if len(self.log_rates) == 1:
+            return np.asarray(self.log_volumes[0])
+        return np.asarray(
+            make_interp_spline(self.log_rates[::-1], self.log_volumes[::-1], k=1)(log_rate)
+        )
 
 
 class ReturnVolumeRow(Row):
@@ -326,8 +327,8 @@ def table_frequency(path_id: str, rows: Sequence[tuple[float, float]]) -> Volume
     )
 
 
-def _between(period: float, years: tuple[float, float]) -> bool:
-    return years[0] <= period <= years[1]
+def _extrapolated(period: float, known_years: tuple[float, float]) -> bool:
+    return not known_years[0] <= period <= known_years[1]
 
 
 def known_volumes(records: Records) -> list[DatedVolumes]:
@@ -406,8 +407,8 @@ class Frequencies:
         """Whether a return period (years) is too long for what is known of a path."""
         rows = (self.table or {}).get(path_id)
         if rows is not None:
-            return not _between(return_period, (rows[0][0], rows[-1][0]))
-        return not _between(return_period, self.region.records[path_id].known_years)
+            return _extrapolated(return_period, (rows[0][0], rows[-1][0]))
+        return _extrapolated(return_period, self.region.records[path_id].known_years)
 
 
 def volume_frequencies(

@@ -28,7 +28,6 @@ from avahazard.inference.seeds import generator
 from avahazard.notes import Note
 from avahazard.physics.cells import Resistance
 from avahazard.physics.runout_curve import RunoutCurve
-from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.collection import Profile, Records, of_path
 from avahazard.results.hazard import FarthestRecord, MapPoint
 
@@ -66,18 +65,6 @@ class RecordedStops:
             return None
         east, north = (float(np.interp(x, along, coordinate)) for coordinate in xy.T)
         return MapPoint(east, north, crs)
-
-
-def recorded_stops_of(records: Records, path_id: str, smooth: SmoothProfile) -> RecordedStops:
-    """What is recorded on a path whose regularised profile is `smooth`."""
-    selected = of_path(records, path_id)
-    places = stop_places(smooth, selected.events)
-    (profile,) = selected.profiles
-    return RecordedStops(
-        np.array([np.inf if x is None else x for x in places], np.float64),
-        tuple(event.date for event in selected.events),
-        profile,
-    )
 
 
 WORTH_A_NOTE = 0.05
@@ -192,10 +179,16 @@ def path_hazard(
     varying = Varying(released, by_columns, not model.ignores_volume)
     found = hazard_of_events(model, future, volumes, at, varying, seed=seed)
     log_volume = model.columns.log_volume
+    selected = of_path(records, path_id)
+    places = stop_places(future.site.smooth, selected.events)
     return replace(
         found,
         rising=rising_friction(model.friction, future, found.draws.u, log_volume),
-        recorded=recorded_stops_of(records, path_id, future.site.smooth),
+        recorded=RecordedStops(
+            np.array([np.inf if x is None else x for x in places], np.float64),
+            tuple(event.date for event in selected.events),
+            selected.profiles[0],
+        ),
     )
 
 
@@ -320,8 +313,7 @@ def _avalanches(
         draws.u,
         *friction_of_volumes(model.friction, future, draws.u, np.exp(volumes.log_volume)),
     )
-    kinds = model.friction.kinds(draws.u)
-    kind_share = np.ones((len(draws.u), 1)) if kinds is None else kinds.share
+    kind_share = np.ones((len(draws.u), 1)) if draws.kinds is None else draws.kinds.share
     shift = draws.shift(generator(seed, "avalanches", path_id))[:, None, None]
     location = model.friction.shifted(location, shift)
     # Fewer draws of the model than of the volumes serve several times.
@@ -366,16 +358,15 @@ def _at_volumes(
     at: Sequence[float],
 ) -> dict[float, VolumeFriction]:
     """Friction of each of the volumes `at` (m3); `curves` are those of any volume."""
-    found: dict[float, VolumeFriction] = {}
     if not at:
-        return found
+        return {}
+    found: dict[float, VolumeFriction] = {}
     different = tuple(dict.fromkeys(at))
     location, scatter = friction_of_volumes(model.friction, future, u, np.array(different))
-    # Runs know nothing of volumes; only how far the front is ahead may.
-    alike = not of_kind(model.effects, FrontEffect)
     for k, volume in enumerate(different):
         own = curves
-        if not alike:
+        # Runs know nothing of volumes; only how far the front is ahead may.
+        if of_kind(model.effects, FrontEffect):
             columns = future.at_volumes(np.array([volume]))
             ahead = [front_ahead(columns, model.effects, v) for v in groups.values]
             own = _fronts(future, groups, ahead)

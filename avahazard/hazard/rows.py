@@ -414,7 +414,7 @@ def hazard_row(
                 "n_records": record.n_events,
                 "first_year": record.first_year,
                 "last_year": record.last_year,
-                "years_not_observed": record.n_unobserved,
+                "years_not_observed": len(record.gaps),
                 "years_from": record.window,
                 "events_per_year": record.events_per_year,
             }

@@ -85,15 +85,11 @@ def _rate(records: list[VolumeRecord], first: int, last: int) -> Slope | None:
     years = np.concatenate([np.empty(0, np.int64), *(r.event_years for r in records)])
     if not _enough(years):
         return None
-    seen = [r.observed_years() for r in records]
-    n = [r.n_events for r in records]
+    seen = [(r.observed_years(), r.n_events) for r in records]
     total, slope = float(np.sum(years)), 0.0
-    expected = np.zeros(last - first + 1)
-    variance = 1.0
     for _ in range(50):
-        mean, variance = 0.0, 0.0
-        expected[:] = 0.0
-        for t, n_events in zip(seen, n, strict=True):
+        mean, variance, expected = 0.0, 0.0, np.zeros(last - first + 1)
+        for t, n_events in seen:
             weight = np.exp(slope * (t - t.mean()))
             weight *= n_events / weight.sum()
             middle = float(weight @ t) / n_events

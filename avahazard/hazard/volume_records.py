@@ -75,11 +75,6 @@ class VolumeRecord:
         """Whether the path itself says in which years it was watched."""
         return self.window == WINDOWS[False, False]
 
-    @property
-    def n_unobserved(self) -> int:
-        """Years without observation."""
-        return len(self.gaps)
-
     def observed_years(self) -> Ints:
         """The years, less those not observed."""
         years = np.arange(self.first_year, self.last_year + 1)
@@ -88,7 +83,7 @@ class VolumeRecord:
     @property
     def n_years(self) -> int:
         """Observed years, both ends counted, without the gaps."""
-        return self.last_year - self.first_year + 1 - self.n_unobserved
+        return self.last_year - self.first_year + 1 - len(self.gaps)
 
     @property
     def known_years(self) -> tuple[float, float]:
@@ -99,11 +94,6 @@ class VolumeRecord:
     def events_per_year(self) -> float:
         """Rate of events."""
         return self.n_events / self.n_years
-
-    @property
-    def event_year_chance(self) -> float:
-        """Share of the observed years that had an event."""
-        return self.n_event_years / self.n_years
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -244,13 +234,11 @@ def without_record_error(records: Sequence[VolumeRecord]) -> list[VolumeRecord]:
     error σ is drawn in by √(spread² / (spread² + σ²)), so that what remains spreads as the
     avalanches do.
     """
-    within = [(r.log_volumes, r.volumes_sigma) for r in records if len(r.log_volumes) >= 2]
+    within = [r for r in records if len(r.log_volumes) >= 2]
     if not within:
         return list(records)
-    free = sum(len(v) - 1 for v, _ in within)
-    total = sum(float(np.sum((v - v.mean()) ** 2)) for v, _ in within) / free
-    error = float(np.mean(np.concatenate([s for _, s in within]) ** 2))
-    spread2 = max(total - error, LEAST_SPREAD**2)
+    error = float(np.mean(np.concatenate([r.volumes_sigma for r in within]) ** 2))
+    spread2 = max(_variance_within([r.log_volumes for r in within]) - error, LEAST_SPREAD**2)
 
     def drawn(values: Floats, sigma: Floats, centre: float) -> Floats:
         return np.asarray(centre + np.sqrt(spread2 / (spread2 + sigma**2)) * (values - centre))
@@ -311,21 +299,13 @@ class RegionVolumes:
         values = self.records[path_id].log_volumes
         return float(np.median(values)) if len(values) else 0.0
 
-    def error(self, path_id: str) -> float:
-        """What errors add to the spread of the yearly maxima of a path (log m3, sd).
+    def error(self, *path_ids: str) -> float:
+        """What errors add to the spread of the yearly maxima of paths (log m3, sd).
 
         The largest of several errs less than each: as maxima spread less than all volumes. 0 for
         excesses over a threshold, which are free of errors.
         """
-        return self._error_of([self.recorded[path_id]])
-
-    @cached_property
-    def common_error(self) -> float:
-        """The same of all paths together."""
-        return self._error_of(list(self.recorded.values()))
-
-    def _error_of(self, records: Sequence[VolumeRecord]) -> float:
-        sigma = np.concatenate([np.empty(0), *(record.maxima_sigma for record in records)])
+        sigma = np.concatenate([np.empty(0), *(self.recorded[p].maxima_sigma for p in path_ids)])
         if self.family == "gpd" or not len(sigma):
             return 0.0
         return self.of_maxima * float(np.sqrt(np.mean(sigma**2)))
@@ -333,10 +313,10 @@ class RegionVolumes:
     @cached_property
     def of_maxima(self) -> float:
         """Spread of yearly maxima over that of all volumes, within paths; 1 at most."""
-        known = list(self.recorded.values())
-        maxima = _spread_within([r.log_maxima for r in known])
-        volumes = _spread_within([r.log_volumes for r in known])
-        return min(maxima / volumes, 1.0) if volumes > 0.0 else 1.0
+        known = self.recorded.values()
+        maxima = np.sqrt(_variance_within([r.log_maxima for r in known]))
+        volumes = np.sqrt(_variance_within([r.log_volumes for r in known]))
+        return min(float(maxima / volumes), 1.0) if volumes > 0.0 else 1.0
 
     def likelihood(self, path_id: str) -> Floats:
         """Log likelihood over the grids of `extremes`, of a GEV over its location too."""
@@ -386,11 +366,11 @@ def _likelihood(family: Family, sample: Floats, error: float) -> Floats:
     return gpd_likelihood(sample) if family == "gpd" else gev_likelihood(sample, error)
 
 
-def _spread_within(samples: Sequence[Floats]) -> float:
-    """Standard deviation about the mean of each sample; 0 where none has two values."""
+def _variance_within(samples: Sequence[Floats]) -> float:
+    """Variance about the mean of each sample; 0 where none has two values."""
     free = sum(max(len(v) - 1, 0) for v in samples)
     total = sum(float(np.sum((v - v.mean()) ** 2)) for v in samples if len(v))
-    return float(np.sqrt(total / free)) if free else 0.0
+    return total / free if free else 0.0
 
 
 def region_of(

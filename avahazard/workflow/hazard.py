@@ -321,7 +321,7 @@ def _entry(
         n_volumes=None if record is None else len(record.log_volumes),
         first_year=None if record is None else record.first_year,
         last_year=None if record is None else record.last_year,
-        years_not_observed=None if record is None else record.n_unobserved,
+        years_not_observed=None if record is None else len(record.gaps),
         events_per_year=None if record is None else record.events_per_year,
         levels=_levels(frequency, periods),
         maxima=_maxima(frequencies, frequency.path_id),

@@ -53,7 +53,6 @@ def test_largest_volume_of_each_winter() -> None:
     np.testing.assert_allclose(np.exp(record.log_maxima), [1000, 3000, 500])
     assert (record.n_years, record.n_events, record.n_event_years) == (40, 4, 4)
     assert record.events_per_year == pytest.approx(0.1)
-    assert record.event_year_chance == pytest.approx(4 / 40)
     assert record.n_left_out == 1
     assert record.window == "observed_from to observed_to"
     np.testing.assert_allclose(np.exp(record.log_volumes), [1000, 3000, 500])
@@ -67,7 +66,7 @@ def test_gaps_are_taken_from_the_years_and_their_records_left_out() -> None:
         covariates={"not_observed": "1935-1944; 1950;1979 - 1990"},
     )
     record = record_of(path, EVENTS)
-    assert (record.n_unobserved, record.n_years) == (4 + 1 + 2, 33)
+    assert (len(record.gaps), record.n_years) == (4 + 1 + 2, 33)
     assert (record.n_events, record.n_left_out) == (3, 2)
     assert record.events_per_year == pytest.approx(3 / 33)
 
@@ -269,12 +268,12 @@ def test_the_error_of_all_is_that_of_all_maxima(records: list[VolumeRecord]) -> 
     region = region_of(records)
     sigma = np.concatenate([r.maxima_sigma for r in records])
     expected = region.of_maxima * np.sqrt(np.mean(sigma**2))
-    assert region.common_error == pytest.approx(expected)
+    assert region.error(*region.recorded) == pytest.approx(expected)
     (one,) = (r for r in records if r.path_id == "P3")
     alone = region.of_maxima * np.sqrt(np.mean(one.maxima_sigma**2))
     assert region.error("P3") == pytest.approx(alone)
     without = replace(one, log_maxima=np.empty(0), maxima_sigma=np.empty(0))
-    assert region_of([without]).common_error == 0.0
+    assert region_of([without]).error(without.path_id) == 0.0
 
 
 def test_workers_are_given_what_all_say_where_records_are_asked(
