@@ -40,7 +40,6 @@ from avahazard.results.calibration import (
     ModelSummary,
     Provenance,
     Rerun,
-    Surroundings,
 )
 from avahazard.results.comparison import BeforeAndAfter
 from avahazard.store import results as store
@@ -73,13 +72,8 @@ def calibrate(
     method, paths = request.method, request.paths
     left_out = [definition(key) for key in request.without]
     keys = _kept_effects(request.with_, left_out)
-    asked = spec.Specification(
-        law=request.law,
-        scatter=request.scatter,
-        distribution=request.distribution,
-        tails=request.tails,
-        forward=request.forward,
-    )
+    options = ("law", "scatter", "distribution", "tails", "forward")
+    asked = spec.Specification(**{key: getattr(request, key) for key in options})
     for entry in left_out:
         if entry.in_base and entry.changes is not None:
             asked = asked.put(entry.changes, entry.changes.without)
@@ -111,8 +105,8 @@ def calibrate(
         progress=lambda share: report(f"Calibrating {name}", share, 1.0),
     )
     result = calibration_result(found, name, records, seed=request.seed)
+    document = request_document(request)
     with writing(database) as session:
-        document = request_document(request)
         save_calibrated(session, found, result, paths=tuple(paths), request=document)
     report(f"Calibrating {name}", 1.0, 1.0)
     return replace(result, next=next_step(database, name))
@@ -136,23 +130,18 @@ def _kept_effects(with_: Sequence[str], left_out: Sequence[Definition]) -> list[
     return [key for key in dict.fromkeys(with_) if key not in away]
 
 
-Numbers = Mapping[str, Sequence[float]]
-"""Mean and standard deviation by parameter."""
-
-
 def with_given_priors(
     specification: spec.Specification,
-    numbers: Numbers,
+    numbers: Mapping[str, Sequence[float]],
     effects: Sequence[Effect],
     observations: Observations,
 ) -> spec.Specification:
-    """The specification with these priors, of parameters as `model NAME` lists them.
+    """The specification with priors of these means and standard deviations by parameter.
 
-    Raises `AvahazardError` where the model has no such parameter, it cannot have such a prior, or
-    the law has its prior from other records.
+    Parameters are those that `model NAME` lists. Raises `AvahazardError` where the model has no
+    such parameter, it cannot have such a prior, or the law has its prior from other records.
     """
-    speeds = bool(observations.speeds)
-    layout = build_layout(specification, tuple(effects), speeds=speeds)
+    layout = build_layout(specification, tuple(effects), speeds=bool(observations.speeds))
     others = layout.beside_the_law()
     in_log = {*layout.logs, *layout.spreads.values()}
     positive = {
@@ -167,18 +156,18 @@ def with_given_priors(
                 f"The prior of {name} has {len(pair)} of two numbers.",
                 "It is two: a mean and a standard deviation.",
             )
-        stated = spec.GivenPrior(name, float(pair[0]), float(pair[1]))
-        given += (stated,)
-        if stated.name not in known:
+        if name not in known:
             raise AvahazardError(
-                f"There is no prior of '{stated.name}' in this model ({specification.law} law).",
+                f"There is no prior of '{name}' in this model ({specification.law} law).",
                 f"It may be of {', '.join(sorted(known))}.",
             )
-        spec.require_possible(stated, stated.name in positive)
-        if stated.name in others:
-            k = others[stated.name]
+        stated = spec.GivenPrior(name, *map(float, pair))
+        given += (stated,)
+        spec.require_possible(stated, name in positive)
+        if name in others:
+            k = others[name]
             _require_in_range(stated, layout, k)
-            spec.require_width(stated.name, in_coordinate(layout, k, stated)[1], layout.slots[k].sd)
+            spec.require_width(name, in_coordinate(layout, k, stated)[1], layout.slots[k].sd)
     prior = spec.given_law_prior(layout.law, given)
     if prior is not None and specification.prior is not None:
         raise AvahazardError(
@@ -310,21 +299,21 @@ def add(
     if specification == parent.specification:
         raise AvahazardError(f"The model {name} has {', '.join(effects)} already.")
     facts = {**parent.facts, **new_facts}
-    before_it = parent.calibration
+    theirs = parent.calibration
     fresh = before is None and parent.sigma_m is None
     tell = steps(report, (2.0, 3.0, 3.0 if fresh else 0.0))
     found = calibrate_model(
         observations,
         specification,
         facts,
-        n_chains=before_it.chains if parent.knows_errors else N_CHAINS,
-        n_draws=before_it.draws if parent.knows_errors else METHODS[DEFAULT_METHOD].n_draws,
-        seed=before_it.seed,
+        n_chains=theirs.chains if parent.knows_errors else N_CHAINS,
+        n_draws=theirs.draws if parent.knows_errors else METHODS[DEFAULT_METHOD].n_draws,
+        seed=theirs.seed,
         own=definitions,
         start=start_from(parent, assemble(observations, specification, facts, definitions)),
         progress=lambda share: tell[0](f"Calibrating {new_name}", share, 1.0),
     )
-    result = calibration_result(found, new_name, training, seed=before_it.seed, parent=name)
+    result = calibration_result(found, new_name, training, seed=theirs.seed, parent=name)
     after = comparison(new_name, found, lambda share: tell[1](f"Comparing {new_name}", share, 1.0))
     if fresh:
         before = comparison(name, parent, lambda share: tell[2](f"Comparing {name}", share, 1.0))
@@ -375,9 +364,6 @@ def start_from(parent: FittedModel, child: Posterior) -> Floats | None:
     return np.array(start)
 
 
-IN_SHORT = ("model", "parent", "law", "scatter", "distribution", "method", "effects", "n_events")
-
-
 def show_models(database: str) -> Rows[ModelSummary]:
     """One entry a model, oldest first: what it is made of, whether it converged, and when.
 
@@ -386,9 +372,9 @@ def show_models(database: str) -> Rows[ModelSummary]:
     rows = []
     with reading(database) as session:
         for model in store.list_models(session):
-            found = {key: model.result[key] for key in IN_SHORT}
-            found["converged"] = model.result["diagnostics"]["converged"]
-            rows.append(ModelSummary.from_dict(found | {"created": _utc(model.created)}))
+            converged = model.result["diagnostics"]["converged"]
+            besides = {"converged": converged, "created": _utc(model.created)}
+            rows.append(ModelSummary.from_dict(model.result | besides))
     return Rows(rows)
 
 
@@ -418,25 +404,15 @@ def show_provenance(database: str, name: str) -> Provenance:
     with reading(database) as session:
         model = store.load_model(session, name)
         records = load_records(session)
-    kept, settings = model.specification, model.settings
-    made_with = settings.get("made_with")
-    training = only_paths(records, model.paths)
-    return Provenance(
-        model=name,
-        parent=model.parent,
-        created=_utc(model.created),
-        data_fingerprint=model.result["data_fingerprint"],
-        records_changed=data_fingerprint(training) != model.result["data_fingerprint"],
-        specification=kept["specification"],
-        method=kept["method"],
-        paths=model.paths,
-        chains=settings["chains"],
-        draws=settings["draws"],
-        seed=model.result["seed"],
-        effect_sha256=model.effect_sha256,
-        made_with=None if made_with is None else Surroundings.from_dict(made_with),
-        now=surroundings(),
-    )
+    today = data_fingerprint(only_paths(records, model.paths))
+    besides = {
+        "created": _utc(model.created),
+        "records_changed": today != model.result["data_fingerprint"],
+        "effect_sha256": model.effect_sha256,
+        "now": surroundings(),
+    }
+    kept = {"made_with": None, **model.settings, **model.specification, **model.result}
+    return Provenance.from_dict(kept | besides)
 
 
 def rerun(

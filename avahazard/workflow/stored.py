@@ -22,7 +22,6 @@ from avahazard.effects.site import Site
 from avahazard.inference.fitted_model import FittedModel, in_slots
 from avahazard.inference.fitting.star import REACH
 from avahazard.inference.likelihood.assemble import build_effects, definitions_of
-from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model import specification as spec
 from avahazard.inference.model.choices import BLOCK
 from avahazard.inference.model.friction_model import friction_model
@@ -123,30 +122,19 @@ def load_stored(
     effect_files: Sequence[FilePath] = (),
     own: Sequence[Definition] | None = None,
 ) -> tuple[FittedModel, Records]:
-    """The model `name` on the records of its calibration, and all records of the database.
+    """The model `name` on the records of its calibration, and all records of the same moment.
 
-    All of one moment. `effect_files` hold the user's effects, which are never run from the
-    database; or these are known already (`own`). Raises `AvahazardError` where there is no such
-    model, its own effects are not given as they were, or there is nothing left of the records that
-    it was calibrated on.
+    `effect_files` hold the user's effects, which are never run from the database; or these are
+    known already (`own`). Raises `AvahazardError` where there is no such model, its own effects are
+    not given as they were, or nothing is left of the records that it was calibrated on.
     """
     with reading(database) as session:
         model = _load(session, name, effect_files, own)
         records = load_records(session)
     training = only_paths(records, model.paths)
     observations = build_observations(training, forward=model.specification.forward)
-    posterior = Posterior(observations, model.specification, model.effects, model.layout.arms)
-    slots = [slot.name for slot in model.layout.slots]
-    fitted = replace(
-        model,
-        friction=posterior.friction,
-        columns=observations.columns,
-        draws=in_slots(posterior.layout, slots, model.draws),
-        likelihood=posterior,
-        records_changed=data_fingerprint(training) != model.calibration.data_fingerprint,
-    )
-    # The paper's methods take volumes as exact.
-    return fitted if model.knows_errors else fitted.on(observations), records
+    changed = data_fingerprint(training) != model.calibration.data_fingerprint
+    return replace(model.on(observations), records_changed=changed), records
 
 
 def load_for_paths(
@@ -284,14 +272,14 @@ def calibration_result(
     found: FittedModel, name: str, records: Records, *, seed: int, parent: str | None = None
 ) -> results.Calibration:
     """Sum up what was found of a model on `records`: its parameters, convergence, with notes."""
-    specification, chains = found.specification, found.chains
-    checks, sites = chains.diagnostics, found.observations.sites
+    specification, chains, observations = found.specification, found.chains, found.observations
+    checks = chains.diagnostics
     notes = [*_of_other_models(found, name), *found.notes]
     if not checks.converged:
         notes.append(Note("not_converged", rhat=checks.rhat_max, ess=checks.ess_min))
-    notes += (*prior_notes(found, name), *record_notes(records, sites), *volume_notes(found, name))
-    for column, rank in found.observations.outcomes.items():
-        notes.append(Note("outcome_column", column=column, rank=rank))
+    notes += prior_notes(found, name)
+    notes += (*record_notes(records, observations.sites), *volume_notes(found, name))
+    notes += (Note("outcome_column", column=k, rank=r) for k, r in observations.outcomes.items())
     return results.Calibration(
         model=name,
         parent=parent,
@@ -338,8 +326,7 @@ def prior_notes(model: FittedModel, name: str) -> Iterator[Note]:
 
     specification, layout = model.specification, model.layout
     for given in specification.given:
-        told = {"mean": given.mean, "sd": given.sd}
-        yield Note("prior_given", parameter=given.name, model=name, **told)
+        yield Note("prior_given", parameter=given.name, model=name, mean=given.mean, sd=given.sd)
     law_prior = specification.prior
     if law_prior is not None and not law_prior.source.startswith(spec.GIVEN):
         yield Note("prior_from", model=name, source=law_prior.source)
