@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Bools, Floats
 from avahazard.criticism.scoring import error_budget as budgets
 from avahazard.criticism.scoring import scores as scoring
 from avahazard.criticism.scoring import speed_misfit as speeds_of
@@ -77,8 +77,7 @@ def compare(
     """Compare the stored model `name` with its measurements, and store the comparison.
 
     `plot` is a picture of where it fails. Raises `AvahazardError` where there is no such model, its
-    records have changed, or its method has no predictive distribution of the friction, or `plot` is
-    not the name of a picture.
+    records have changed, its method does not predict friction, or `plot` is no picture's name.
     """
     require_picture(plot)
     stored, _ = load_stored(database, name, effect_files)
@@ -87,11 +86,9 @@ def compare(
     found = comparison(name, stored, lambda share: report(f"Comparing {name}", share, 1.0))
     found = replace(found, notes=(*notes_of_fit(stored), *_on_held_out(found)))
     with writing(database) as session:
-        parent = store.load_model(session, name).parent
-        if parent is not None:
-            before = latest_comparison(session, parent)
-            of_parent = store.load_model(session, parent).effects
-            added = [key for key in stored.specification.effects if key not in of_parent]
+        if parent := stored.calibration.parent:
+            before, known = latest_comparison(session, parent), store.load_model(session, parent)
+            added = [key for key in stored.specification.effects if key not in known.effects]
             found = budgets.with_explained(found, before, added)
         store.save_result(session, store.COMPARISON, name, plain(found, keyed=True))
     if plot is not None:
@@ -134,13 +131,12 @@ def comparison(
         model=name,
         coordinate=coordinate_name(observations),
         scores=results.Scores(
-            runout=scoring.runout_scores(expected, pit, budget.floor),
+            **_runout_scores(expected, pit, observations, budget),
             speed=_speed_scores(speeds),
             elpd_loo=loo.elpd,
             elpd_loo_se=loo.se,
             pareto_k_bad=loo.n_bad,
             pareto_k_refitted=loo.n_refitted,
-            runout_x=scoring.x_scores(expected, observations, budget.floor),
         ),
         held_out=_held_out_scores(held, others, observations, budget),
         where_it_fails=where_it_fails(axes, expected.error, pit, observations.columns.path_index),
@@ -156,10 +152,8 @@ def coordinate_name(observations: Observations) -> str:
     """The coordinate of the records: elevation, x, length, h_over_l, or mixed."""
     if observations.in_ratio:
         return RATIO
-    names = {
-        COORDINATES[int(kind)] for kind in np.unique(observations.kind[observations.kind != LEFT])
-    }
-    return names.pop() if len(names) == 1 else ("mixed" if names else "elevation")
+    names = {COORDINATES[int(kind)] for kind in observations.kind if kind != LEFT} or {"elevation"}
+    return names.pop() if len(names) == 1 else "mixed"
 
 
 def _held_out_scores(
@@ -169,25 +163,34 @@ def _held_out_scores(
     budget: budgets.ErrorBudget,
 ) -> results.HeldOutScores:
     pit = scoring.record_pit(others.records, generator(0, "held out scores"))
-    elpd, se = _summed(others.log_density)
     return results.HeldOutScores(
         by=held.by,
-        runout=scoring.runout_scores(others.records, pit, budget.floor),
+        **_runout_scores(others.records, pit, observations, budget),
         speed=_speed_scores(others.speeds),
-        elpd_loo=elpd,
-        elpd_loo_se=se,
-        runout_x=scoring.x_scores(others.records, observations, budget.floor),
+        **_summed(others.log_density),
         groups=group_errors(held, others, observations),
         n_fits=len(np.unique(held.fits)),
     )
 
 
-def _summed(log_density: Floats) -> tuple[float, float | None]:
+def _runout_scores(
+    records: scoring.ExpectedRecords,
+    pit: Floats,
+    observations: Observations,
+    budget: budgets.ErrorBudget,
+) -> dict[str, Any]:
+    """The scores of runouts, in their own coordinates and in x."""
+    return {
+        "runout": scoring.runout_scores(records, pit, budget.floor),
+        "runout_x": scoring.x_scores(records, observations, budget.floor),
+    }
+
+
+def _summed(log_density: Floats) -> dict[str, Any]:
     """The log density of all records `[n]`, and its standard error; None of a single one."""
     n = len(log_density)
-    return float(np.sum(log_density)), (
-        float(np.sqrt(n) * np.std(log_density, ddof=1)) if n > 1 else None
-    )
+    se = float(np.sqrt(n) * np.std(log_density, ddof=1)) if n > 1 else None
+    return {"elpd_loo": float(np.sum(log_density)), "elpd_loo_se": se}
 
 
 def _speed_scores(speeds: speeds_of.MatchedSpeeds | None) -> results.SpeedScores | None:
@@ -197,11 +200,7 @@ def _speed_scores(speeds: speeds_of.MatchedSpeeds | None) -> results.SpeedScores
     return scoring.speed_scores(speeds.draws, speeds.observed, speeds.sigma, pit)
 
 
-SCORES = [
-    f.name
-    for f in fields(results.LadderEntry)
-    if f.name in {of.name for of in fields(results.Standing)}
-]
+SCORES = {f.name for f in fields(results.LadderEntry)} & {f.name for f in fields(results.Standing)}
 """The scores of an entry of the ladder."""
 
 
@@ -231,7 +230,7 @@ def ladder(database: str, *, plot: Path | None = None, report: Report = silent) 
     if plot is not None:
         from avahazard.report.figure_pictures import draw_ladder  # noqa: PLC0415 (slow)
 
-        drawn = {name: found for name, found in known.items() if found is not None}
+        drawn = {name: found for name, found in known.items() if found}
         draw_ladder(plot, results.Ladder(rows), drawn)
     with reading(database) as session:
         stored = StoredModels(session)
@@ -258,7 +257,7 @@ def ladder_rows(
             results.LadderEntry(
                 model=model.name,
                 parent=model.parent,
-                added=tuple(key for key in effects[model.name] if key not in before),
+                added=tuple(key for key in model.effects if key not in before),
                 coordinate=None if found is None else found.coordinate,
                 notes=(*notes.get(model.name, ()), *_on_held_out(found)),
                 **{key: scores.get(key) for key in SCORES},
@@ -269,9 +268,9 @@ def ladder_rows(
 
 def _on_held_out(found: results.Comparison | None) -> list[Note]:
     """That held-out groups differ from those of the parent."""
-    if found is None or found.held_out.parent_crps_m is None:
+    error = None if found is None else found.held_out.parent_crps_m
+    if found is None or error is None:
         return []
-    error = found.held_out.parent_crps_m
     return [Note("held_out_by_event", model=found.model, crps=error)]
 
 
@@ -304,48 +303,44 @@ def predict(
 ) -> results.Prediction:
     """Predict the stop of every event in `file` by the stored model `name`; nothing is stored.
 
-    Numbers are elevations of the stop in m, of the avalanche itself and not of a record with its
-    error; that of a release (`release_sigma_m`) is in them. For events without a profile they are
-    runout lengths, or H/L where that alone is known, and `coordinate` says so. A draw beyond the
-    profile counts as reaching its end. Raises `AvahazardError` where there is no such model, or
-    it cannot predict these events; `RejectedRows` for rows of the file that cannot be taken.
+    Numbers are elevations (m) of the stop itself, not of a record with its error; the error of a
+    release (`release_sigma_m`) is in them. For events without a profile they are runout lengths, or
+    H/L where that alone is known (`coordinate`). A draw beyond the profile counts as its end.
+    Raises `AvahazardError` where there is no such model, or it cannot predict these events;
+    `RejectedRows` for rows of the file that cannot be taken.
     """
     stored, records = load_stored(database, name, effect_files)
     require_friction_scatter(stored)
-    new = _new_events(file, records)
-    if not new.events:
+    events = _new_events(file, records).events
+    if not events:
         raise AvahazardError(f"{file} has no events.", "A row for each: event_id, path_id, …")
     of_all = [*notes_of_fit(stored)]
     on = partial(on_events, stored, records)
-    model = on(new.events)
+    model = on(events)
     stops = predict_stops(model, STOP_DRAWS, generator(0, "predict"))
     values, left = told(model.observations, stops.record, stops.elevation), stops.left
-    sigma = stated_release_sigma(new.events, {p.path_id: p for p in records.paths})
+    sigma = stated_release_sigma(events, {p.path_id: p for p in records.paths})
     unsure = np.flatnonzero(sigma > 0.0)
     if len(unsure):
-        values[unsure], left[unsure] = stops_over_releases(
-            on,
-            [new.events[i] for i in unsure],
-            sigma[unsure],
-            STOP_DRAWS,
-            generator(0, "predict release"),
-        )
+        some, rng = [events[i] for i in unsure], generator(0, "predict release")
+        released = stops_over_releases(on, some, sigma[unsure], STOP_DRAWS, rng)
+        values[unsure], left[unsure] = released
     if stops.n_nonpositive:
         share = stops.n_nonpositive / stops.friction.size
         of_all.append(Note("friction_not_positive", share=share))
     rows = Rows(
-        _row(e, v, left, (*_of_volume(stored, e.path_id, e.volume_m3), *of_all))
-        for e, v, left in zip(new.events, values, left, strict=True)
+        _row(e, v, left, (*_of_volume(stored, e), *of_all))
+        for e, v, left in zip(events, values, left, strict=True)
     )
     notes = dict.fromkeys(note for row in rows for note in row.notes)
     if model.observations.in_ratio:
         notes[Note("in_ratio")] = None
     elif np.any(model.observations.kind == LENGTH):
         notes[Note("in_lengths")] = None
-    measured = tuple(e for e in new.events if _has_runout(e))
+    measured = tuple(e for e in events if _has_runout(e))
     scores = None
     if measured:
-        scores = _scores(model if len(measured) == len(new.events) else on(measured))
+        scores = _scores(model if len(measured) == len(events) else on(measured))
     return results.Prediction(rows, scores, tuple(notes))
 
 
@@ -358,22 +353,21 @@ def _new_events(file: Path, records: Records) -> Records:
         raise
 
 
-def _of_volume(model: FittedModel, path_id: str | None, volume_m3: float | None) -> list[Note]:
+def _of_volume(model: FittedModel, event: Event) -> list[Note]:
     """Notes on a volume beyond the records, or with a friction that no avalanche has."""
-    if volume_m3 is None or model.ignores_volume:
+    if event.volume_m3 is None or model.ignores_volume:
         return []
-    of = () if path_id is None else (path_id,)
-    return extrapolation(model, path_id, volume_m3, *of)
+    of = () if event.path_id is None else (event.path_id,)
+    return extrapolation(model, event.path_id, event.volume_m3, *of)
 
 
 def _has_runout(event: Event) -> bool:
-    e = event
-    found = (e.runout_x_m, e.runout_elevation_m, e.runout_length_m, e.h_over_l)
-    return e.left_profile or any(value is not None for value in found)
+    found = (event.runout_x_m, event.runout_elevation_m, event.runout_length_m, event.h_over_l)
+    return event.left_profile or any(value is not None for value in found)
 
 
 def _row(
-    event: Event, values: Floats, left: NDArray[np.bool_], notes: tuple[Note, ...]
+    event: Event, values: Floats, left: Bools, notes: tuple[Note, ...]
 ) -> results.PredictedEvent:
     q05, q50, q95 = np.quantile(values, [0.05, 0.5, 0.95])
     return results.PredictedEvent(
@@ -403,12 +397,9 @@ def _scores(model: FittedModel) -> results.PredictionScores:
         )
         for k in model.thinned(DENSITY_DRAWS)
     ]
-    elpd, se = _summed(logsumexp(given, axis=0) - np.log(len(given)))
     return results.PredictionScores(
-        runout=scoring.runout_scores(expected, pit, budget.floor),
+        **_runout_scores(expected, pit, model.observations, budget),
         speed=None,
-        elpd_loo=elpd,
-        elpd_loo_se=se,
+        **_summed(logsumexp(given, axis=0) - np.log(len(given))),
         coordinate=coordinate_name(model.observations),
-        runout_x=scoring.x_scores(expected, model.observations, budget.floor),
     )

@@ -6,12 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from avahazard.criticism.diagnosis.diagnose import (
-    Findings,
-    Together,
-    diagnose,
-    error_of,
-)
+from avahazard.criticism.diagnosis.diagnose import Findings, Together, diagnose, error_of
 from avahazard.criticism.diagnosis.laws import FoundLaw
 from avahazard.criticism.diagnosis.measurements import measurement_gains
 from avahazard.criticism.diagnosis.nuisances import MOST_CROSSED
@@ -47,7 +42,7 @@ def diagnose_model(
     data cannot tell it, its records have changed, none of them stopped on its profile, or its
     method has no likelihood that effects could be tested in.
     """
-    expect, plot, file = request.expect, request.plot, request.write_effect
+    expect, plot, file = tuple(request.expect), request.plot, request.write_effect
     if file is not None and file.exists():
         raise AvahazardError(f"{file} is there already.", "Name another file.")
     require_picture(plot)
@@ -73,7 +68,7 @@ def diagnose_model(
         stored.specification,
         stored.facts,
         own,
-        expected=tuple(expect),
+        expected=expect,
         seed=request.seed,
         progress=lambda share: report(f"Diagnosing {name}", share, 1.0),
     )
@@ -83,7 +78,7 @@ def diagnose_model(
     told = replace(told, notes=(*of_fit, *told.notes), where=_where(database, stored, found, own))
     if expect:
         at = store.now().isoformat(timespec="seconds")
-        told = replace(told, declared=results.Declared(tuple(expect), f"{at}Z"))
+        told = replace(told, declared=results.Declared(expect, f"{at}Z"))
     if file is not None and found.laws:
         write_effect_file(file, _law_file(stored, told, found.laws[0], request.seed))
         told = replace(told, effect_file=str(file))
@@ -98,19 +93,19 @@ def diagnose_model(
 
 def _law_file(stored: FittedModel, told: results.Diagnosis, law: FoundLaw, seed: int) -> str:
     """The effect file of a law, with where it comes from."""
-    lawful, record = told.lawful, stored.calibration.data_fingerprint
+    record, lawful = stored.calibration.data_fingerprint, told.lawful
     assert lawful is not None
-    assert lawful.laws is not None
+    laws = lawful.laws or Rows()
     lines = [
         f"The leading law of {lawful.effect}, found by `avahazard diagnose {stored.name}`.",
         "",
         f"On {stored.observations.n_events} events (data fingerprint {record}), seed {seed}.",
         "Evidence over the model without it (nats), of all laws within 3 nats of the first:",
-        *(f"- {one.form}, {one.formula}: {one.evidence:.1f}" for one in lawful.laws),
+        *(f"- {one.form}, {one.formula}: {one.evidence:.1f}" for one in laws),
         "Parameters of the first (median, 90 % credible interval):",
         *(
             f"- {name}: {p.q50:.3g} ({p.q05:.3g} to {p.q95:.3g}) {p.unit}".rstrip()
-            for name, p in lawful.laws[0].parameters.items()
+            for name, p in laws[0].parameters.items()
         ),
         "The priors below were those of this fit. Constants in capitals are not fitted again.",
     ]
@@ -160,19 +155,18 @@ def _where(
     notes = [] if compared is None else failing_paths(compared)
     tried = {c.effect for c in found.candidates}
     for key in found.missing:
-        if key in tried:
-            seen = find_definition(key, own).seen_in(observations.columns, observations.sites)
-            notes += [Note.read(seen)] if seen else []
+        if key in tried and (
+            seen := find_definition(key, own).seen_in(observations.columns, observations.sites)
+        ):
+            notes.append(Note.read(seen))
     return tuple(notes)
 
 
 def failing_paths(compared: Comparison) -> list[Note]:
     """A note on the paths on which a model fails beyond chance, and which way; or none."""
     paths = [row for row in compared.where_it_fails if row.axis == "path" and row.p_value < CHANCE]
-    if not paths:
-        return []
     shown = [Note("path_bias", path=row.level, bias=row.bias_m) for row in paths[:MOST_PATHS]]
-    return [Note("fails_on", paths=shown)]
+    return [Note("fails_on", paths=shown)] if shown else []
 
 
 def diagnosis(name: str, found: Findings, seed: int) -> results.Diagnosis:
@@ -215,13 +209,11 @@ def _pair(more: Together) -> results.Pair:
 
 def _measure_next(found: Findings, seed: int) -> Rows[results.Measurement]:
     """What would part the two best explanations, or show an effect that is too small to see."""
-    fits = list(found.fits.values())
-    if len(fits) > 1:
-        return measurement_gains(fits[0], fits[1], seed)
-    if fits:
-        return measurement_gains(fits[0], found.base, seed)
+    if found.fits:
+        first, other = [*found.fits.values(), found.base][:2]
+        return measurement_gains(first, other, seed)
     # An effect as large as the smallest detectable gains in proportion to the events.
-    n = found.base.posterior.observations.n_events
-    ratio = coordinate_name(found.base.posterior.observations) == RATIO
-    key, size = "more_events_ratio" if ratio else "more_events", found.detectable.metres / 2**0.5
-    return Rows([results.Measurement(Note(key, n=n, size=size), found.screening.critical_gain)])
+    observations = found.base.posterior.observations
+    key = "more_events_ratio" if coordinate_name(observations) == RATIO else "more_events"
+    more = Note(key, n=observations.n_events, size=found.detectable.metres / 2**0.5)
+    return Rows([results.Measurement(more, found.screening.critical_gain)])

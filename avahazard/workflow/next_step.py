@@ -14,18 +14,8 @@ from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
 from avahazard.results.calibration import Calibration
 from avahazard.results.diagnosis import Diagnosis
+from avahazard.store import results as store
 from avahazard.store.records import load_events
-from avahazard.store.results import (
-    AVERAGE,
-    BOUNDS,
-    COMPARISON,
-    DIAGNOSIS,
-    Kind,
-    free_name,
-    latest_result,
-    latest_run,
-    list_models,
-)
 from avahazard.store.session import Session, reading
 from avahazard.workflow.by_path import Survey, fingerprint_of, survey
 
@@ -57,15 +47,19 @@ def after_import(database: str) -> Note | None:
         return _step(("calibrate", "base"), Note("why_calibrate"))
 
 
+def latest_diagnosis(session: Session, name: str) -> Diagnosis | None:
+    """The last diagnosis of a model that is stored, None where there is none."""
+    document = store.latest_result(session, store.DIAGNOSIS, name)
+    return None if document is None else Diagnosis.from_dict(document)
+
+
 class StoredModels:
     """What is stored of all models, and what to do next with each."""
 
     def __init__(self, session: Session, done: Collection[str] = ()) -> None:
         self.session, self.done = session, done
-        self.models = {model.name: model for model in list_models(session)}
-        self.found = {
-            name: Calibration.from_dict(model.result) for name, model in self.models.items()
-        }
+        self.models = {model.name: model for model in store.list_models(session)}
+        self.found = {n: Calibration.from_dict(m.result) for n, m in self.models.items()}
         self.today: dict[tuple[str, ...], str] = {}
 
     @cached_property
@@ -75,18 +69,20 @@ class StoredModels:
 
     def error(self, name: str) -> float | None:
         """The held-out CRPS of a model; None where it was not compared."""
-        document = self._latest(COMPARISON, name)
-        return None if document is None else float(document["held_out"]["runout"]["crps_m"])
+        held_out = self._held_out(name)
+        return float(held_out["runout"]["crps_m"]) if held_out else None
+
+    def _held_out(self, name: str) -> dict[str, Any]:
+        document = store.latest_result(self.session, store.COMPARISON, name)
+        return {} if document is None else dict(document["held_out"])
 
     def worse(self, name: str) -> bool:
         """Whether the held-out error of a child is larger than its parent's on the same records."""
         child, parent = self.found[name], self.found.get(self.found[name].parent or "")
         if parent is None or parent.data_fingerprint != child.data_fingerprint:
             return False
-        before, after = self.error(parent.model), self.error(name)
-        document = self._latest(COMPARISON, name)
-        if document and document["held_out"].get("parent_crps_m") is not None:
-            before = float(document["held_out"]["parent_crps_m"])
+        before, after = self._held_out(name).get("parent_crps_m"), self.error(name)
+        before = self.error(parent.model) if before is None else before
         return before is not None and after is not None and after > before
 
     def best(self) -> str:
@@ -99,9 +95,8 @@ class StoredModels:
         """Whether the records have changed since a model was calibrated."""
         paths = self.models[name].paths
         if paths not in self.today:
-            self.today[paths] = (
-                fingerprint_of(self.session, paths) if paths else self.survey.fingerprint
-            )
+            found = fingerprint_of(self.session, paths) if paths else self.survey.fingerprint
+            self.today[paths] = found
         return self.today[paths] != self.found[name].data_fingerprint
 
     def step(self, name: str) -> Note | None:
@@ -120,48 +115,46 @@ class StoredModels:
     def _open(self, found: Calibration) -> Note | None:
         """What is not known yet of a model, or what its diagnosis asks for."""
         name, method = found.model, METHODS[found.method]
-        if not method.in_metres and self._latest(COMPARISON, name) is None:
+        if not method.in_metres and not self._held_out(name):
             return self._with_files(("compare", name), Note("why_compare", model=name))
         if not method.knows_errors:
             return None
-        document = self._latest(DIAGNOSIS, name)
-        if document is None:
+        diagnosis = latest_diagnosis(self.session, name)
+        if diagnosis is None:
             return self._with_files(("diagnose", name), Note("why_diagnose", model=name))
-        return self._by_verdict(Diagnosis.from_dict(document))
+        return self._by_verdict(diagnosis)
 
     def _by_verdict(self, found: Diagnosis) -> Note | None:
         """What a diagnosis asks for; None where it asks for nothing that was not tried."""
-        name, missing = found.model, found.missing
-        effects = found.pairs[-1].effects if found.pairs else missing
-        if not found.pairs and found.verdict != "missing-effect":
-            effects = ()
-            if found.verdict == "unexplained":
-                effects = tuple(key for key in missing if _is_effect(key))
-                if not effects:
-                    file = f"{name}-effect.py"
-                    why = Note("why_unexplained", model=name, along=list(missing))
-                    return _step(("effect", "new", file), why)
+        name, missing = found.model, list(found.missing)
+        effects: tuple[str, ...] = ()
+        if found.pairs:
+            effects = found.pairs[-1].effects
+        elif found.verdict == "missing-effect":
+            effects = found.missing
+        elif found.verdict == "unexplained":
+            effects = tuple(key for key in missing if _is_effect(key))
+            if not effects:
+                why = Note("why_unexplained", model=name, along=missing)
+                return _step(("effect", "new", f"{name}-effect.py"), why)
         law, written = found.leading_law, found.effect_file
         if law is not None and written is not None:
             # Its law, which has been written, stands for the smooth.
             effects = tuple(law.effect if k == missing[0] else k for k in effects) or (law.effect,)
-        if effects:
-            tried = self._child(name, effects)
-            if tried is None:
-                child = free_name(f"{name}+{'+'.join(effects)}", self.models)
-                why = Note("why_missing", model=name, effects=list(effects))
-                words = ("add", name, *effects, "--as", child, *self._own_files(name))
-                if written is None and (law := found.sharper_law) is not None:
-                    lead = {"law": law.effect, "nats": law.evidence_over_curve}
-                    why = Note("why_write_law", model=name, effects=list(missing), **lead)
-                    words = ("diagnose", name, "--write-effect", f"{name}-law.py")
-                    return _step((*words, *self._own_files(name)), why)
-                if written is not None:
-                    why = Note("why_law", model=name, effects=list(missing), file=written)
-                    words += ("--effect-file", written)
-                return _step(words, why)
+        if not effects:
+            return None
+        if tried := self._child(name, effects):
             return None if self.worse(tried) else self.step(tried)
-        return None
+        if written is None and (law := found.sharper_law) is not None:
+            lead = {"law": law.effect, "nats": law.evidence_over_curve}
+            why = Note("why_write_law", model=name, effects=missing, **lead)
+            return self._with_files(("diagnose", name, "--write-effect", f"{name}-law.py"), why)
+        child = store.free_name(f"{name}+{'+'.join(effects)}", self.models)
+        words = ("add", name, *effects, "--as", child, *self._own_files(name))
+        if written is None:
+            return _step(words, Note("why_missing", model=name, effects=list(effects)))
+        why = Note("why_law", model=name, effects=missing, file=written)
+        return _step((*words, "--effect-file", written), why)
 
     def _unclear(self, found: Calibration) -> Diagnosis | None:
         """The diagnosis that cannot tell what is missing: of a model, or of the one it stems from.
@@ -169,8 +162,7 @@ class StoredModels:
         Of the latter where the model has one of the effects that may be missing.
         """
         for name in (found.model, found.parent):
-            document = self._latest(DIAGNOSIS, name) if name in self.models else None
-            told = None if document is None else Diagnosis.from_dict(document)
+            told = latest_diagnosis(self.session, name or "")
             if told is None or told.verdict != "ambiguous" or told.pairs:
                 continue
             children = [self._child(told.model, (key,)) for key in told.missing if _is_effect(key)]
@@ -193,14 +185,14 @@ class StoredModels:
             return Note("next", command=f"measure {best.measurement}", why=why)
         for key, child in children.items():
             if child is None:
-                words = ["add", base, key, "--as", free_name(f"{base}+{key}", self.models)]
+                new = store.free_name(f"{base}+{key}", self.models)
                 why = Note("why_each", model=base, effects=told)
-                return _step([*words, *self._own_files(base)], why)
+                return self._with_files(("add", base, key, "--as", new), why)
         names = [child for child in children.values() if child is not None]
-        averaged = latest_run(self.session, AVERAGE, names[0]) is not None
+        averaged = store.latest_run(self.session, store.AVERAGE, names[0]) is not None
         if averaged or "hazard" in self.done or not self.survey.with_profile:
             return self._report(names[0])
-        words = ["hazard", *names, *self._own_files(base)]
+        words = ("hazard", *names, *self._own_files(base))
         return _step(words, Note("why_average", model=base, effects=told))
 
     def _answer(self, name: str) -> Note | None:
@@ -208,7 +200,7 @@ class StoredModels:
         if self.models[name].specification["specification"].get("forward", BLOCK) != BLOCK:
             words = ("map", name, "-o", f"{name}.tif")
             return self._with_files(words, Note("why_map", model=name))
-        stored = latest_run(self.session, BOUNDS, name) is not None
+        stored = store.latest_run(self.session, store.BOUNDS, name) is not None
         if self.survey.with_profile and not (stored or "hazard" in self.done):
             return self._with_files(("hazard", name), Note("why_hazard", model=name))
         return self._report(name)
@@ -230,7 +222,7 @@ class StoredModels:
 
     def _calibrate(self, found: Calibration) -> tuple[str, ...]:
         """The command that makes a model of the same kind on the records of today."""
-        words = ["calibrate", free_name(found.model, self.models)]
+        words = ["calibrate", store.free_name(found.model, self.models)]
         for key, usual in OPTIONS.items():
             if (value := getattr(found, key)) != usual:
                 words += [f"--{key}", value]
@@ -243,8 +235,7 @@ class StoredModels:
         """Options that name the effect files of a model, of those that a diagnosis has written."""
         effects, words = self.models[name].effects, list[str]()
         for other in self.models if self.models[name].effect_sha256 else ():
-            document = self._latest(DIAGNOSIS, other)
-            found = None if document is None else Diagnosis.from_dict(document)
+            found = latest_diagnosis(self.session, other)
             if found and found.effect_file and (law := found.leading_law) and law.effect in effects:
                 words += ["--effect-file", found.effect_file]
         return tuple(words)
@@ -252,9 +243,6 @@ class StoredModels:
     def _with_files(self, words: Sequence[str], why: Note) -> Note:
         """A command on the model `words[1]`, with its effect files."""
         return _step((*words, *self._own_files(words[1])), why)
-
-    def _latest(self, kind: Kind, name: str) -> dict[str, Any] | None:
-        return latest_result(self.session, kind, name)
 
 
 def _step(words: Sequence[str], why: Note) -> Note:
