@@ -26,25 +26,15 @@ from avahazard.physics.terrain import build_terrain
 from avahazard.records.collection import Event, Path, Profile, Records, find_path, find_profile
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
+from avahazard.results import terrain as results
 from avahazard.results.base import Rows, finite
-from avahazard.results.terrain import (
-    PathCheck,
-    PathSummary,
-    ProfileFit,
-    Runout,
-    RunoutAt,
-    RunoutJump,
-    SpeedHere,
-    Stretch,
-    TerrainRunout,
-)
 from avahazard.store.records import load_records, path_summaries
 from avahazard.store.session import reading
 from avahazard.workflow.requests import RunoutRequest
 from avahazard.workflow.stored import limits_speed, load_stored, notes_of_fit
 
 
-def list_paths(database: str) -> Rows[PathSummary]:
+def list_paths(database: str) -> Rows[results.PathSummary]:
     """Return one entry a path: its profile's size, its number of events, their volumes.
 
     Raises `AvahazardError` where the database cannot be used.
@@ -57,14 +47,13 @@ CONTRADICTED = 2.0
 """A given error is contradicted by points that scatter this many times as far."""
 
 
-def view_path(database: str, path_id: str, plot: FilePath | None = None) -> PathCheck:
+def view_path(database: str, path_id: str, plot: FilePath | None = None) -> results.PathCheck:
     """Return a path with its profile's fit and checks.
 
     `rises` and `sharp_bends` list the stretches where the regularised path rises, and where its
     radius of curvature is below `flow_length_m` (the median deposit length of its events, None if
-    none is known). `notes` says it in words. With `plot` a picture of the profile is written there.
-    Raises `AvahazardError` where the database, the path or its profile is missing, or `plot` is not
-    the name of a picture.
+    none is known). `plot` is a picture of the profile. Raises `AvahazardError` where the database,
+    the path or its profile is missing, or `plot` is not the name of a picture.
     """
     with reading(database) as session:
         records = load_records(session)
@@ -76,7 +65,9 @@ def view_path(database: str, path_id: str, plot: FilePath | None = None) -> Path
     if plot is not None:
         from avahazard.report.path_pictures import draw_path  # noqa: PLC0415 (matplotlib is slow)
 
-        releases = [_release(smooth, path, event) for event in events] or [_release(smooth, path)]
+        own = path.release_elevation_m
+        starts = [own if e.release_elevation_m is None else e.release_elevation_m for e in events]
+        releases = [release_place(smooth, elevation) for elevation in starts or [own]]
         stops = [place for e in events if (place := stop_place(smooth, e)) is not None]
         draw_path(plot, path, profile, smooth, np.array(releases), np.array(stops))
     return check
@@ -84,7 +75,7 @@ def view_path(database: str, path_id: str, plot: FilePath | None = None) -> Path
 
 def describe_path(
     path: Path, profile: Profile, smooth: smoothing.SmoothProfile, events: Sequence[Event]
-) -> PathCheck:
+) -> results.PathCheck:
     """Check a path whose profile was regularised as `smooth`; see `view_path`."""
     terrain = build_terrain(smooth)
     x = np.sort(np.concatenate([terrain.x, terrain.gauss_x.ravel()]))
@@ -93,7 +84,7 @@ def describe_path(
     radius = 1.0 / np.maximum(curvature, 1e-12)
     lengths = [e.deposit_length_m for e in events if e.deposit_length_m is not None]
     flow_length = float(np.median(lengths)) if lengths else None
-    check = PathCheck(
+    check = results.PathCheck(
         path_id=path.path_id,
         n_points=len(profile.x_m),
         n_events=len(events),
@@ -110,10 +101,10 @@ def describe_path(
     return replace(check, notes=tuple(_notes(check)))
 
 
-def _fit(profile: Profile, smooth: smoothing.SmoothProfile) -> ProfileFit:
+def _fit(profile: Profile, smooth: smoothing.SmoothProfile) -> results.ProfileFit:
     estimate = point_error(profile.x_m, profile.y_m)
     posterior = smooth.posterior
-    return ProfileFit(
+    return results.ProfileFit(
         method=smooth.method,
         degree=smooth.degree,
         smoothing=smooth.smoothing,
@@ -128,14 +119,14 @@ def _fit(profile: Profile, smooth: smoothing.SmoothProfile) -> ProfileFit:
     )
 
 
-def stretches(x: Floats, holds: NDArray[np.bool_]) -> Rows[Stretch]:
+def stretches(x: Floats, holds: NDArray[np.bool_]) -> Rows[results.Stretch]:
     """Return the first and last x of each run of places `[n]` where `holds` is true."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]])))
     pairs = zip(edges[::2], edges[1::2], strict=True)
-    return Rows(Stretch(float(x[i]), float(x[j - 1])) for i, j in pairs)
+    return Rows(results.Stretch(float(x[i]), float(x[j - 1])) for i, j in pairs)
 
 
-def _notes(check: PathCheck) -> list[Note]:
+def _notes(check: results.PathCheck) -> list[Note]:
     notes = []
     fit = check.fit
     sigma, estimate = fit.elevation_sigma_m, fit.sigma_estimate_m
@@ -151,22 +142,14 @@ def _notes(check: PathCheck) -> list[Note]:
     return notes
 
 
-def _stretches(parts: Sequence[Stretch]) -> list[Note]:
+def _stretches(parts: Sequence[results.Stretch]) -> list[Note]:
     return [Note("stretch", first=part.from_x_m, last=part.to_x_m) for part in parts]
 
 
-def _release(smooth: smoothing.SmoothProfile, path: Path, event: Event | None = None) -> float:
-    elevation = path.release_elevation_m
-    if event is not None and event.release_elevation_m is not None:
-        elevation = event.release_elevation_m
-    return release_place(smooth, elevation)
+def alpha_beta_paths(database: str, path_id: str | None = None) -> Rows[results.TerrainRunout]:
+    """Return the α-β runout by each of `REGRESSIONS`, for one path or all that have a profile.
 
-
-def alpha_beta_paths(database: str, path_id: str | None = None) -> Rows[TerrainRunout]:
-    """Return the α-β runout, for one path or all that have a profile.
-
-    By each of `hazard.alpha_beta.REGRESSIONS`. Raises `AvahazardError` where the database, the path
-    or its profile are missing.
+    Raises `AvahazardError` where the database, the path or its profile are missing.
     """
     with reading(database) as session:
         records = load_records(session)
@@ -195,7 +178,7 @@ SPEED_EVERY_M, MOST_PLACES = 10.0, 100
 """Speeds are reported about so far apart, at so many places at most."""
 
 
-def run_block(database: str, path_id: str, request: RunoutRequest) -> Runout:
+def run_block(database: str, path_id: str, request: RunoutRequest) -> results.Runout:
     """Run the block down a path from its release, by itself or with the effects of a model.
 
     By a model the friction is the posterior median of that of an event of the volume, unless it is
@@ -204,18 +187,19 @@ def run_block(database: str, path_id: str, request: RunoutRequest) -> Runout:
     where there is no such path, profile or model, or `plot` is not the name of a picture.
     """
     require_picture(request.plot)
+    model = None
     if request.model is not None:
         model, records = load_stored(database, request.model, request.effect_files)
     else:
-        model = None
         with reading(database) as session:
             records = load_records(session)
     path = find_path(records, path_id)
     profile = find_profile(records, path)
     if model is None:
         assert request.mu is not None
-        site, resistance = path_site(path, profile), None
-        found = run_site(site, request.mu)
+        site = path_site(path, profile)
+        resistance = no_resistance(site.terrain)
+        found = run_site(site, request.mu, resistance)
     else:
         # One event of that volume, from the path's own release.
         event = Event("", path_id=path_id, volume_m3=request.volume_m3)
@@ -238,22 +222,20 @@ def run_block(database: str, path_id: str, request: RunoutRequest) -> Runout:
 
 def _by_model(
     model: FittedModel, future: FutureEvents, resistance: Resistance, request: RunoutRequest
-) -> Runout:
+) -> results.Runout:
     mu, volume = request.mu, request.volume_m3
     source = "given" if mu is not None else "posterior median"
     if mu is None:
         mu = float(model.median_friction(np.array([volume]), future.columns)[0])
-    notes = list(notes_of_fit(model))
-    path_id = future.site.path.path_id
+    notes, path_id = list(notes_of_fit(model)), future.site.path.path_id
     if volume is not None and not model.ignores_volume:
         notes += extrapolation(model, path_id, volume, path_id)
     found = run_site(future.site, mu, resistance)
     return replace(found, model=model.name, volume_m3=volume, mu_from=source, notes=tuple(notes))
 
 
-def run_site(site: Site, mu: float, resistance: Resistance | None = None) -> Runout:
-    """Run the block down a path from its first release; by itself without any effect."""
-    resistance = no_resistance(site.terrain) if resistance is None else resistance
+def run_site(site: Site, mu: float, resistance: Resistance) -> results.Runout:
+    """Run the block down a path from its first release."""
     terrain = site.terrain_for(resistance)
     cells = build_cells(terrain, resistance)
     start = terrain.node(site.release_x[0])
@@ -262,15 +244,14 @@ def run_site(site: Site, mu: float, resistance: Resistance | None = None) -> Run
     left = status == LEFT_PROFILE
     release_x = float(site.release_x[0])
     end = site.smooth.x_max if left else float(stops.x[0, 0])
-    x = np.linspace(
-        release_x, end, min(MOST_PLACES, int(np.ceil((end - release_x) / SPEED_EVERY_M)) + 1)
-    )
+    n_places = min(MOST_PLACES, int(np.ceil((end - release_x) / SPEED_EVERY_M)) + 1)
+    x = np.linspace(release_x, end, n_places)
     nodes = terrain.x[(terrain.x >= release_x) & (terrain.x <= end)]
     speeds = speeds_along(cells, start, np.array([mu]), np.concatenate([x, nodes]))[0]
     if not left:
         # At the stop itself the interpolation leaves a rest of rounding.
         speeds[len(x) - 1] = 0.0
-    return Runout(
+    return results.Runout(
         path_id=site.path.path_id,
         mu=mu,
         status=STATUS_NAMES[status],
@@ -280,21 +261,18 @@ def run_site(site: Site, mu: float, resistance: Resistance | None = None) -> Run
         runout_elevation_m=None if left else float(stops.y[0, 0]),
         speed_max_m_s=float(speeds.max()),
         lift_off_x_m=finite(stops.lift_off_x[0, 0]),
-        speeds=Rows(
-            SpeedHere(float(place), float(speed)) for place, speed in zip(x, speeds, strict=False)
-        ),
+        speeds=Rows(map(results.SpeedHere, x.tolist(), speeds.tolist())),
     )
 
 
-def with_table(found: Runout, site: Site, resistance: Resistance | None = None) -> Runout:
+def with_table(found: results.Runout, site: Site, resistance: Resistance) -> results.Runout:
     """The run of a site with F(μ), its derivative and its jumps under the same resistance."""
-    resistance = no_resistance(site.terrain) if resistance is None else resistance
     curve = site.table(site.cells(resistance))[0]
     dx, dy = curve.derivative()
     return replace(
         found,
         table=Rows(
-            RunoutAt(
+            results.RunoutAt(
                 mu=round(float(MU[j]), 6),
                 runout_x_m=finite(curve.x[j]),
                 runout_elevation_m=finite(curve.y[j]),
@@ -305,7 +283,7 @@ def with_table(found: Runout, site: Site, resistance: Resistance | None = None) 
             for j in range(len(MU))
         ),
         jumps=Rows(
-            RunoutJump(
+            results.RunoutJump(
                 mu_low=round(float(MU[j]), 6),
                 mu_high=round(float(MU[j + 1]), 6),
                 from_x_m=float(curve.x[j]),

@@ -39,7 +39,7 @@ from avahazard.workflow.database import database_status, import_files, init_data
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.export import export
 from avahazard.workflow.hazard import hazard, hazard_work
-from avahazard.workflow.next_step import next_step
+from avahazard.workflow.next_step import latest_diagnosis, next_step
 from avahazard.workflow.report import write_report
 from avahazard.workflow.stored import notes_of
 from avahazard.workflow.zones import NoDragError, zones, zones_work
@@ -181,16 +181,15 @@ def run_project(
 ) -> ProjectRun:
     """Run the project of `file`, in its own database or else in `database`.
 
-    Import, calibrate, compare, diagnose (and add what is named, if the file says so), hazard,
-    zones, report, export. A stored model is never overwritten: where the records or the file have
-    changed since, the next one is called NAME-2. A dry run says which steps are to do, as far as
-    that does not hang on what an earlier one finds. Raises `AvahazardError` where the file is not
-    that of a project, or a step could not be done; those before it stay done.
+    A stored model is never overwritten: where the records or the file have changed since, the next
+    one is called NAME-2. A dry run says which steps are to do, as far as that does not hang on what
+    an earlier one finds. Raises `AvahazardError` where the file is not that of a project, or a step
+    could not be done; those before it stay done.
     """
     project = read_project(file)
     folder = file.absolute().parent
-    if project.database is not None:
-        named = project.database
+    named = project.database
+    if named is not None:
         database = named if "://" in named else str(folder / named)
     run = RunningProject(project, folder, database, request, report, file.stat().st_mtime)
     if request.dry_run:
@@ -245,14 +244,13 @@ class RunningProject:
 
         `stored` is in words what there is of it already, None where that is out of date.
         """
-        dry_run = self.request.dry_run
         if stored is not None and not self.everything:
             self.steps.append(Step(step, UP_TO_DATE, stored))
             return False
-        if dry_run:
+        if self.request.dry_run:
             self.fresh = True
             self.steps.append(Step(step, TO_DO, ""))
-        return not dry_run
+        return not self.request.dry_run
 
     def done(self, step: str, found: str, notes: Sequence[str] = ()) -> None:
         """A step that found something new."""
@@ -291,8 +289,7 @@ class RunningProject:
         counts = {f.name: getattr(found.records, f.name) for f in fields(found.records)}
         changed = [f"{kind} {c.new + c.updated}" for kind, c in counts.items() if c.new + c.updated]
         words = f"new or changed: {', '.join(changed)}" if changed else "no change"
-        if changed:
-            self.fresh = True
+        self.fresh = bool(changed)
         state = UP_TO_DATE if not changed else TO_DO if found.dry_run else DONE
         self.steps.append(Step("import", state, words))
         self.notes += found.notes
@@ -317,25 +314,21 @@ class RunningProject:
         """The model of the file, on the records as they are."""
         wanted = self.project.model
         asked = request_document(wanted)
-
-        def fits(stored: store.StoredModel) -> bool:
-            return stored.settings.get("request") == asked
-
-        def made(free: str) -> Calibration:
-            return calibrate(self.database, free, wanted, self.report)
-
-        return self._model("calibrate", wanted.name, fits, made)
+        return self._model(
+            "calibrate",
+            wanted.name,
+            fits=lambda stored: stored.settings.get("request") == asked,
+            made=lambda free: calibrate(self.database, free, wanted, self.report),
+        )
 
     def added(self, parent: str, effects: tuple[str, ...]) -> str:
         """The child of a model with the effects that its diagnosis named."""
-
-        def fits(stored: store.StoredModel) -> bool:
-            return stored.parent == parent and set(effects) <= set(stored.effects)
-
-        def made(free: str) -> Calibration:
-            return add(self.database, parent, effects, free, report=self.report)
-
-        return self._model("add", f"{parent}+{'+'.join(effects)}", fits, made)
+        return self._model(
+            "add",
+            "+".join((parent, *effects)),
+            fits=lambda stored: stored.parent == parent and set(effects) <= set(stored.effects),
+            made=lambda free: add(self.database, parent, effects, free, report=self.report),
+        )
 
     def _model(
         self,
@@ -359,14 +352,14 @@ class RunningProject:
         chosen = right[-1] if right and not self.everything else free
         if self.to_do(f"{step} {chosen}", None if chosen == free else ""):
             found = made(free)
-            words = counted(found.n_events, "event")
             bad = "" if found.diagnostics.converged else "; its chains have NOT converged"
-            self.done(f"{step} {free}", words + bad)
+            self.done(f"{step} {free}", counted(found.n_events, "event") + bad)
         return chosen
 
     def compared(self, model: str) -> None:
         """The comparison of a model."""
-        stored = self._stored(store.COMPARISON, model)
+        with reading(self.database) as session:
+            stored = store.latest_result(session, store.COMPARISON, model)
         if self.to_do(f"compare {model}", None if stored is None else ""):
             found = compare(self.database, model, report=self.report)
             error = found.held_out.runout.crps_m
@@ -374,18 +367,15 @@ class RunningProject:
 
     def diagnosed(self, model: str) -> Diagnosis | None:
         """The diagnosis of a model; None where a dry run leaves it open."""
-        wanted, document = self.project.diagnose, self._stored(store.DIAGNOSIS, model)
-        found = None
-        if document is not None and document["seed"] == wanted.seed and not self.everything:
-            found = Diagnosis.from_dict(document)
+        wanted = self.project.diagnose
+        with reading(self.database) as session:
+            found = latest_diagnosis(session, model)
+        if self.everything or (found and found.seed != wanted.seed):
+            found = None
         if self.to_do(f"diagnose {model}", None if found is None else _verdict(found)):
             found = diagnose_model(self.database, model, wanted, self.report)
             self.done(f"diagnose {model}", _verdict(found))
         return found
-
-    def _stored(self, kind: store.Kind, model: str) -> dict[str, Any] | None:
-        with reading(self.database) as session:
-            return store.latest_result(session, kind, model)
 
     def answers(self, model: str) -> None:
         """Bounds, zones, report and exports by a model."""
@@ -447,4 +437,4 @@ class RunningProject:
 def _verdict(found: Diagnosis) -> str:
     if found.cannot_tell:
         return f"{found.verdict}, as far as few data tell"
-    return ": ".join([found.verdict, ", ".join(found.missing)]) if found.missing else found.verdict
+    return f"{found.verdict}: {', '.join(found.missing)}".removesuffix(": ")

@@ -8,13 +8,14 @@ from pathlib import Path as FilePath
 import numpy as np
 import pytest
 
-from avahazard.effects.site import path_site
+from avahazard.effects.site import Site, path_site
 from avahazard.inference.model.laws import LAWS
+from avahazard.physics.cells import no_resistance
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Event, Path, Profile, Records
 from avahazard.records.errors import AvahazardError
 from avahazard.report.path_pictures import with_gaps
-from avahazard.results.terrain import PathCheck, SpeedHere, Stretch
+from avahazard.results.terrain import PathCheck, Runout, SpeedHere, Stretch
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
 from avahazard.workflow.path import (
@@ -140,15 +141,19 @@ def _site(length_m: float = 1900.0):
     return path_site(records.paths[0], records.profiles[0])
 
 
+def run_alone(site: Site, mu: float) -> Runout:
+    return run_site(site, mu, no_resistance(site.terrain))
+
+
 @pytest.mark.parametrize("mu", [0.42, 0.5, 0.6])
 def test_the_stop_is_that_of_small_steps(mu: float) -> None:
-    found = run_site(_site(), mu)
+    found = run_alone(_site(), mu)
     assert found.status == "stopped"
     assert found.runout_x_m == pytest.approx(stop_x(mu), abs=0.05)
 
 
 def test_speeds_run_from_release_to_stop() -> None:
-    found = run_site(_site(), 0.45)
+    found = run_alone(_site(), 0.45)
     x = np.array([place.x_m for place in found.speeds])
     speed = np.array([place.speed_m_s for place in found.speeds])
     assert (x[0], speed[0], speed[-1]) == (0.0, 0.0, 0.0)
@@ -160,13 +165,13 @@ def test_speeds_run_from_release_to_stop() -> None:
 
 
 def test_short_runs_have_a_place_every_ten_metres() -> None:
-    found = run_site(_site(), 0.75)
+    found = run_alone(_site(), 0.75)
     x = [place.x_m for place in found.speeds]
     assert 5.0 < x[1] - x[0] <= 10.0
 
 
 def test_a_run_that_leaves_or_does_not_start() -> None:
-    left = run_site(_site(1000.0), 0.2)
+    left = run_alone(_site(1000.0), 0.2)
     assert (left.status, left.runout_x_m, left.runout_elevation_m) == (
         "left_profile",
         None,
@@ -174,13 +179,13 @@ def test_a_run_that_leaves_or_does_not_start() -> None:
     )
     assert left.speeds[-1].x_m == 1000.0
     assert left.speeds[-1].speed_m_s > 10.0
-    held = run_site(_site(), 0.9)
+    held = run_alone(_site(), 0.9)
     assert (held.status, held.runout_x_m) == ("not_released", 0.0)
     assert held.speeds == (SpeedHere(0.0, 0.0),)
 
 
 def test_the_curve_is_that_of_small_steps() -> None:
-    found = with_table(run_site(_site(), 0.45), _site())
+    found = with_table(run_alone(_site(), 0.45), _site(), no_resistance(_site().terrain))
     assert found.table is not None
     assert found.jumps == ()
     by_mu = {row.mu: row for row in found.table}
@@ -201,14 +206,14 @@ def test_a_terrace_is_a_jump_of_the_curve() -> None:
     slope = np.select([x < 500.0, x < 650.0, x < 1000.0], [0.7, 0.0, 0.7], 0.1)
     y = 1200.0 - np.concatenate([[0.0], np.cumsum(slope[:-1] * np.diff(x))])
     site = path_site(Path("T"), Profile("T", x, y))
-    found = with_table(run_site(site, 0.5), site)
+    found = with_table(run_alone(site, 0.5), site, no_resistance(site.terrain))
     assert found.table is not None
     assert found.jumps
     widest = max(found.jumps, key=lambda jump: jump.from_x_m - jump.to_x_m)
     assert widest.from_x_m - widest.to_x_m > 150.0
     # No run between its frictions stops within, however fine.
     for mu in np.linspace(widest.mu_low, widest.mu_high, 21):
-        place = run_site(site, float(mu)).runout_x_m
+        place = run_alone(site, float(mu)).runout_x_m
         assert place is not None
         assert not widest.to_x_m + 20.0 < place < widest.from_x_m - 20.0
     mu, values = with_gaps(found.table, "runout_x_m", {jump.mu_low for jump in found.jumps})
@@ -221,7 +226,7 @@ def test_from_the_database(database: str) -> None:
     with writing(database) as session:
         save_records(session, bowl())
     found = run_block(database, "B", RunoutRequest(mu=0.45))
-    assert found == run_site(_site(), 0.45)
+    assert found == run_alone(_site(), 0.45)
     assert (found.path_id, found.lift_off_x_m) == ("B", None)
     with pytest.raises(AvahazardError, match="friction is 0"):
         run_block(database, "B", RunoutRequest(mu=0.0))
