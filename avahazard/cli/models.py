@@ -259,7 +259,7 @@ def effect(
     if file is None:
         emit(ask("effects.show_effect", key=key), _effect)
         return
-    written = ask("effects.write_template", file=file)
+    written = ask("effects.write_effect_file", file=file)
     then = f"avahazard add MODEL KEY --as NEW --effect-file {written.file}"
     words = f"Written: {written.file}\nChange it, then: {then}"
     emit(written, lambda console, _: console.print(words, soft_wrap=True))

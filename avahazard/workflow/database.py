@@ -12,6 +12,7 @@ from pathlib import Path as FilePath
 import numpy as np
 
 from avahazard.arrays import Floats
+from avahazard.gis import require_packages
 from avahazard.inference.seeds import generator
 from avahazard.records.crosscheck import dwarfing, repeated, repeated_notes
 from avahazard.records.errors import AvahazardError, RejectedRows
@@ -19,19 +20,8 @@ from avahazard.records.intake import Drawn, merge_records
 from avahazard.records.mapping import BESIDE
 from avahazard.records.reading import find_files, read_files
 from avahazard.records.table import FileTable
+from avahazard.results import files as results
 from avahazard.results.base import Report, Rows, silent
-from avahazard.results.files import (
-    Checked,
-    Copied,
-    Created,
-    DatabaseState,
-    Guessed,
-    GuessedColumns,
-    Import,
-    ImportedRecords,
-    Recomputed,
-    Upgraded,
-)
 from avahazard.store import upkeep
 from avahazard.store.records import load_profiles, load_records, save_records, save_terrain
 from avahazard.store.results import list_models
@@ -44,16 +34,15 @@ SAMPLE = 3
 """Models that a full check calibrates again."""
 
 
-def init_database(database: str) -> Created:
+def init_database(database: str) -> results.Created:
     """Create the tables of `database`; `created` is false where it exists.
 
-    Raises `AvahazardError` where it holds other tables or those of another version, or cannot be
-    written.
+    Raises `AvahazardError` where it holds other tables, or cannot be written.
     """
-    return Created(database_name(database), upkeep.create(database) == "empty")
+    return results.Created(database_name(database), upkeep.create(database) == "empty")
 
 
-def upgrade_database(database: str) -> Upgraded:
+def upgrade_database(database: str) -> results.Upgraded:
     """Run the migrations that `database` lacks; an SQLite file is copied beside itself before.
 
     Raises `AvahazardError` where it is missing, empty, of another program, or newer than this one.
@@ -66,62 +55,55 @@ def upgrade_database(database: str) -> Upgraded:
             backup(database, copy)
     upkeep.upgrade(database)
     after = upkeep.status(database)
-    return Upgraded(after.database, before.revision, after.revision, copy)
+    return results.Upgraded(after.database, before.revision, after.revision, copy)
 
 
-def database_status(database: str) -> DatabaseState:
-    """Return the state of the schema of `database`, its revision and its counts.
-
-    Raises `AvahazardError` where it is missing or cannot be read.
-    """
-    return upkeep.status(database)
+database_status = upkeep.status
 
 
-def check(database: str, *, full: bool = False, report: Report = silent) -> Checked:
+def check(database: str, *, full: bool = False, report: Report = silent) -> results.Checked:
     """Return whether `database` is whole, and the list of its problems.
 
     With `full` up to `SAMPLE` of its models, chosen at random, are calibrated again and held
-    against what is stored, draw by draw. Raises `AvahazardError` where it is missing, of another
-    schema, or cannot be read at all.
+    against what is stored, draw by draw. Raises `AvahazardError` where it cannot be read.
     """
     with reading(database) as session:
         problems = check_database(session)
         names = [model.name for model in list_models(session)]
-    if not full:
-        return Checked(database_name(database), not problems, tuple(problems))
-    rng = generator(len(names), "db check")
-    chosen = sorted(rng.choice(len(names), min(SAMPLE, len(names)), replace=False))
-    again = [_recomputed(database, names[k], report) for k in chosen]
-    problems += [
-        f"{found.model} calibrated again has other draws than those stored ({found.why_not})."
-        for found in again
-        if found.identical is False
-    ]
-    return Checked(database_name(database), not problems, tuple(problems), Rows(again))
+    again = None
+    if full:
+        rng = generator(len(names), "db check")
+        chosen = sorted(rng.choice(len(names), min(SAMPLE, len(names)), replace=False))
+        again = Rows(_recomputed(database, names[k], report) for k in chosen)
+        problems += [
+            f"{found.model} calibrated again has other draws than those stored ({found.why_not})."
+            for found in again
+            if found.identical is False
+        ]
+    return results.Checked(database_name(database), not problems, tuple(problems), again)
 
 
-def _recomputed(database: str, name: str, report: Report) -> Recomputed:
+def _recomputed(database: str, name: str, report: Report) -> results.Recomputed:
     from avahazard.workflow.calibrate import rerun  # noqa: PLC0415 (slow)
 
     try:
         found = rerun(database, name, report=report)
     except AvahazardError as error:
-        return Recomputed(name, None, error.message)
+        return results.Recomputed(name, None, error.message)
     if found.identical:
-        return Recomputed(name, True, None)
-    reasons = (", ".join(found.differences), *found.notes)
-    if found.notes:  # other versions need not give the same bits
-        return Recomputed(name, None, "; ".join(reasons))
-    return Recomputed(name, False, reasons[0])
+        return results.Recomputed(name, True, None)
+    reasons = "; ".join((", ".join(found.differences), *found.notes))
+    # Other versions need not give the same bits.
+    return results.Recomputed(name, None if found.notes else False, reasons)
 
 
-def backup_database(database: str, target: str) -> Copied:
+def backup_database(database: str, target: str) -> results.Copied:
     """Copy an SQLite `database` to the new file `target`, also while it is used.
 
     Raises `AvahazardError` where it is not SQLite or missing, or `target` is there already.
     """
     backup(database, target)
-    return Copied(database_name(database), target)
+    return results.Copied(database_name(database), target)
 
 
 LINES = (".gpkg", ".geojson", ".shp", ".kml", ".kmz", ".gpx")
@@ -129,9 +111,9 @@ LINES = (".gpkg", ".geojson", ".shp", ".kml", ".kmz", ".gpx")
 
 @contextmanager
 def no_search_for_rings() -> Iterator[None]:
-    """Let Python not search for objects that hold each other: records are many, and never do.
+    """Let Python not search for objects that hold each other, half of the time of a large import.
 
-    The search was half of the time of a large import.
+    Records are many, and never do.
     """
     searched = gc.isenabled()
     gc.disable()
@@ -148,22 +130,20 @@ READ_PLAINLY = ImportRequest()
 @no_search_for_rings()
 def import_files(
     database: str, sources: Sequence[str | FilePath], request: ImportRequest = READ_PLAINLY
-) -> Import:
-    """Import `sources` into `database`.
+) -> results.Import:
+    """Import `sources` into `database`, all or nothing.
 
-    Tables (.csv, .xlsx) or folders of them (docs/data_forms.md), and files of lines (GeoPackage,
-    GeoJSON, Shapefile, KML, GPX), each line a path drawn from its top, or of points, the stops of
-    events; folders as AvaFrame has them (`Inputs/`). Rows that are stored already are no change;
-    rows that contradict stored ones are refused unless they are to replace them. Raises
+    Tables or folders of them (docs/data_forms.md), files of `LINES`, each line a path drawn from
+    its top, or of points, the stops of events; folders as AvaFrame has them (`Inputs/`). Raises
     `AvahazardError` where the database or a source cannot be used, or there are lines without a
-    terrain model; `RejectedRows` for rows that cannot be taken, all of them; nothing was stored.
+    terrain model; `RejectedRows` for rows that cannot be taken, all of them.
     """
-    dry_run, columns = request.dry_run, request.columns
+    dry_run = request.dry_run
     of_avaframe = [FilePath(s) for s in sources if (FilePath(s) / "Inputs").is_dir()]
     lines = [FilePath(s) for s in sources if FilePath(s).suffix.lower() in LINES]
     tables = [s for s in sources if FilePath(s) not in lines and FilePath(s) not in of_avaframe]
     if lines or of_avaframe:
-        _require_gis()
+        require_packages()
     points = _points(lines)
     drawn = [one for folder in of_avaframe for one in _of_avaframe(folder, request)]
     if not drawn or lines or request.dem is not None:
@@ -175,7 +155,7 @@ def import_files(
             drawn=drawn,
             points=list(points.values()),
             given=request.conventions,
-            columns=None if columns is None else mapping_file(columns),
+            columns=None if request.columns is None else mapping_file(request.columns),
             convert=_converted,
             profiles_of=partial(load_profiles, session),
         )
@@ -200,18 +180,18 @@ def import_files(
             save_records(session, merge.write)
             crops = [crop for one in drawn for crop in one.terrain]
             save_terrain(session, crops, outdated=[p.path_id for p in merge.write.profiles])
-    return Import(
+    return results.Import(
         dry_run,
         tuple(intake.files),
         tuple(intake.read),
         Rows(intake.understood),
-        ImportedRecords(**merge.counts),
+        results.ImportedRecords(**merge.counts),
         tuple(intake.notes),
         None if dry_run else after_import(database),
     )
 
 
-def guess_columns(sources: Sequence[str | FilePath]) -> GuessedColumns:
+def guess_columns(sources: Sequence[str | FilePath]) -> results.GuessedColumns:
     """Write a first `columns.toml` beside tables of one folder, or the folder, to be corrected.
 
     Raises `AvahazardError` where there is one, or a file holds no table that can be guessed;
@@ -241,10 +221,14 @@ def guess_columns(sources: Sequence[str | FilePath]) -> GuessedColumns:
             )
         tables += [(file.name, table) for table in found if table.guesses]
     target.write_text(as_toml(tables), encoding="utf-8")
-    return GuessedColumns(
+    return results.GuessedColumns(
         tuple(map(str, files)),
         str(target),
-        Rows(Guessed(found.table.file, *guess) for _, found in tables for guess in found.guesses),
+        Rows(
+            results.Guessed(found.table.file, *guess)
+            for _, found in tables
+            for guess in found.guesses
+        ),
         tuple(text for _, found in tables for text in found.open),
     )
 
@@ -257,15 +241,8 @@ def mapping_file(name: str | FilePath) -> FilePath:
     return FilePath(name)
 
 
-def _require_gis() -> None:
-    """Raise `AvahazardError` where the packages for maps are missing."""
-    from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
-
-    require_packages()
-
-
 def _converted(point: Floats, source: str, target: str) -> Floats:
-    _require_gis()
+    require_packages()
     from avahazard.gis.systems import moved, read_system  # noqa: PLC0415 (may be missing)
 
     one, other = read_system(source), read_system(target)
@@ -296,19 +273,18 @@ def _of_avaframe(folder: FilePath, request: ImportRequest) -> list[Drawn]:
 def _drawn(lines: Sequence[FilePath], request: ImportRequest) -> list[Drawn]:
     """The lines on their terrain model; none where no file holds lines."""
     dem, land_cover, crs = request.dem, request.land_cover, request.crs
-    if lines and dem is None:
+    if not lines and not (dem is None and land_cover is None and crs is None):
+        raise AvahazardError(
+            "A terrain model or land cover is read along lines, and no file of lines is named.",
+            f"Name one that ends in {', '.join(LINES)}.",
+        )
+    if not lines:
+        return []
+    if dem is None:
         raise AvahazardError(
             f"{lines[0]} holds lines: their profiles need a terrain model.",
             "Name it: avahazard import LINES --dem DEM.tif",
         )
-    if not lines:
-        if dem is not None or land_cover is not None or crs is not None:
-            raise AvahazardError(
-                "A terrain model or land cover is read along lines, and no file of lines is named.",
-                f"Name one that ends in {', '.join(LINES)}.",
-            )
-        return []
     from avahazard.gis.drawn_lines import read_drawn  # noqa: PLC0415 (may be missing)
 
-    assert dem is not None
     return read_drawn(lines, dem, land_cover, crs)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from avahazard.effects.catalogue import catalogue, definition
 from avahazard.effects.covariate import covariate
-from avahazard.effects.effect import Definition, Parameter
+from avahazard.effects.effect import Definition, Facts, Parameter
 from avahazard.effects.own_file import (
     TEMPLATE,
     EffectFile,
@@ -22,13 +22,8 @@ from avahazard.effects.own_file import (
 )
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.records.errors import AvahazardError
+from avahazard.results import calibration as results
 from avahazard.results.base import Rows, finite
-from avahazard.results.calibration import (
-    EffectDetails,
-    EffectEntry,
-    EffectParameter,
-    WrittenTemplate,
-)
 from avahazard.store.records import load_records
 from avahazard.store.results import StoredModel
 from avahazard.store.session import reading
@@ -37,7 +32,7 @@ from avahazard.whole_file import written_whole
 NO_DATA = "there are no events yet"
 
 
-def list_effects(database: str) -> Rows[EffectEntry]:
+def list_effects(database: str) -> Rows[results.EffectEntry]:
     """Return an entry for every effect, and for every column."""
     observations = _study(database)
     entries = list(catalogue().values())
@@ -47,7 +42,7 @@ def list_effects(database: str) -> Rows[EffectEntry]:
     return Rows(_entry(entry, observations) for entry in entries)
 
 
-def show_effect(database: str, key: str) -> EffectDetails:
+def show_effect(database: str, key: str) -> results.EffectDetails:
     """Return the entry of one effect, what it acts on, and its parameters.
 
     Where an effect is made from the data (levels, ranges) and these are lacking, `acts_on` is None
@@ -56,59 +51,49 @@ def show_effect(database: str, key: str) -> EffectDetails:
     entry = definition(key)
     observations = _study(database)
     result = _entry(entry, observations)
-    effect = None
+    facts: Facts = {}
     if observations is not None and result.lacking is None:
-        effect = entry.build(entry.facts(observations.columns, observations.sites))
-    else:
-        with suppress(KeyError):
-            effect = entry.build({})
-    acts_on = None if effect is None else effect.acts_on
+        facts = entry.facts(observations.columns, observations.sites)
+    parameters, acts_on = Rows[results.EffectParameter](), None
+    with suppress(KeyError):
+        effect = entry.build(facts)
+        parameters, acts_on = Rows(map(_parameter, effect.parameters)), effect.acts_on
     if entry.changes is not None:
         acts_on = entry.changes.acts_on
-    return EffectDetails(
-        **result.to_dict(),
-        acts_on=acts_on,
-        parameters=Rows(() if effect is None else map(_parameter, effect.parameters)),
-    )
+    return results.EffectDetails(**result.to_dict(), acts_on=acts_on, parameters=parameters)
 
 
-def write_template(file: Path) -> WrittenTemplate:
-    """Write a commented effect file to start from. Raises `AvahazardError` where it exists."""
-    return write_effect_file(file, TEMPLATE)
-
-
-def write_effect_file(file: Path, text: str) -> WrittenTemplate:
-    """Write a new effect file. Raises `AvahazardError` where it exists."""
+def write_effect_file(file: Path, text: str = TEMPLATE) -> results.WrittenTemplate:
+    """Write a new effect file, or one to start from. Raises `AvahazardError` where it exists."""
     if file.exists():
         raise AvahazardError(
             f"{file} is there already and is not overwritten.", "Name another file."
         )
     with written_whole(file) as part:
         part.write_text(text, encoding="utf-8")
-    return WrittenTemplate(str(file))
+    return results.WrittenTemplate(str(file))
 
 
 def _study(database: str) -> Observations | None:
     """The observations of the present records; None where there is no database or nothing in it."""
     try:
         with reading(database) as session:
-            records = load_records(session)
-        return build_observations(records)
+            return build_observations(load_records(session))
     except AvahazardError:
         # The catalogue is there before any data are.
         return None
 
 
-def _entry(entry: Definition, observations: Observations | None) -> EffectEntry:
-    lacking = (
-        NO_DATA if observations is None else entry.lacking(observations.columns, observations.sites)
-    )
-    return EffectEntry(entry.key, entry.meaning, entry.needs, lacking)
+def _entry(entry: Definition, observations: Observations | None) -> results.EffectEntry:
+    lacking: str | None = NO_DATA
+    if observations is not None:
+        lacking = entry.lacking(observations.columns, observations.sites)
+    return results.EffectEntry(entry.key, entry.meaning, entry.needs, lacking)
 
 
-def _parameter(p: Parameter) -> EffectParameter:
+def _parameter(p: Parameter) -> results.EffectParameter:
     prior = p.prior_mean, p.prior_sd
-    return EffectParameter(p.name, p.unit, p.neutral, *prior, finite(p.low), finite(p.high))
+    return results.EffectParameter(p.name, p.unit, p.neutral, *prior, finite(p.low), finite(p.high))
 
 
 BETWEEN_FILES = "\n# ======== next effect file ========\n"
@@ -126,12 +111,11 @@ def own_effects(model: StoredModel, files: Sequence[Path]) -> tuple[Definition, 
     Raises `AvahazardError` where a file is missing, is not the model's, or has changed.
     """
     own = read_own_of(model, files)
-    for key in own:
-        if key not in model.effects:
-            raise AvahazardError(
-                f"The model {model.name} does not have the effect '{key}' of the effect file.",
-                "Leave --effect-file out, or name the model that has it.",
-            )
+    if others := [key for key in own if key not in model.effects]:
+        raise AvahazardError(
+            f"The model {model.name} does not have the effect '{others[0]}' of the effect file.",
+            "Leave --effect-file out, or name the model that has it.",
+        )
     return tuple(effect.definition for effect in own.values())
 
 

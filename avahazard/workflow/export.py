@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from avahazard.effects.site import release_place, stop_place
+from avahazard.gis import require_packages
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Path, Records, of_path
@@ -37,11 +38,10 @@ TABLES = {
 def export(database: str, name: str, file: FilePath) -> Export:
     """Write the latest bounds and zones by the model `name` to `file`, for what its name ends in.
 
-    `.gpkg`: paths, releases, recorded stops, runouts and zones as layers with their styles, in the
-    paths' own reference systems; `.geojson`: the same on WGS 84; `.csv`, `.xlsx`: the rows of
-    `hazard`. A file that an export made before is replaced, no other one. Raises `AvahazardError`
-    where there is no such model, no bounds are stored by it, `file` has another ending or is
-    somebody else's, or no path has coordinates.
+    `.gpkg`: layers with their styles, in the paths' own reference systems; `.geojson`: the same on
+    WGS 84; `.csv`, `.xlsx`: the rows of `hazard`. A file that an export made before is replaced, no
+    other one. Raises `AvahazardError` where there is no such model, no bounds are stored by it,
+    `file` has another ending or is somebody else's, or no path has coordinates.
     """
     ending = file.suffix.lower()
     if ending not in ENDINGS:
@@ -68,7 +68,6 @@ def export(database: str, name: str, file: FilePath) -> Export:
         replace_file(file, is_own, lambda part: write(part, bounds))
         return Export(name, str(file), Rows([Layer("hazard", len(rows), None)]), known)
     made, notes = map_layers(records, bounds, [ZonedPath.from_dict(z) for z in zones or ()])
-    notes = [*known, *notes]
     if zones is None:
         notes.append(f"no zones are stored by {name}.")
     from avahazard.gis import map_files  # noqa: PLC0415 (may be missing)
@@ -80,7 +79,7 @@ def export(database: str, name: str, file: FilePath) -> Export:
     else:
         replace_file(file, map_files.is_own_geojson, partial(map_files.write_geojson, layers=made))
     layers = Rows(Layer(m.name, len(m.features), m.code) for m in made)
-    return Export(name, str(file), layers, tuple(notes))
+    return Export(name, str(file), layers, (*known, *notes))
 
 
 def replace_file(
@@ -105,8 +104,6 @@ def map_layers(
 
     Raises `AvahazardError` where no path has coordinates.
     """
-    from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
-
     require_packages()
     from avahazard.gis.hazard_map import hazard_layers  # noqa: PLC0415
 

@@ -27,17 +27,8 @@ from avahazard.records.collection import Event, Records, find_path, only_paths
 from avahazard.records.errors import AvahazardError
 from avahazard.report.html.content import FrictionView
 from avahazard.report.picture import require_picture
+from avahazard.results import friction as results
 from avahazard.results.base import Rows, finite
-from avahazard.results.friction import (
-    ApparentEvent,
-    Fits,
-    FittedParameter,
-    FrictionDensity,
-    Frictions,
-    LeastSquares,
-    PerturbationCheck,
-    PerturbedParameter,
-)
 from avahazard.store.records import load_records
 from avahazard.store.session import reading
 from avahazard.workflow.requests import FrictionRequest
@@ -52,7 +43,7 @@ LAW = "exponential"
 
 def friction_densities(
     mu: Floats, observations: Observations, kappa: float | str = apparent.DEFAULT_KAPPA
-) -> Rows[FrictionDensity]:
+) -> Rows[results.FrictionDensity]:
     """Holy's density of all events and of each path that has at least two frictions.
 
     `mu` `[n_events]` are apparent frictions, nan where there is none; `kappa` as in
@@ -70,7 +61,7 @@ def friction_densities(
         density = apparent.holy_density(mu[members], width)
         x = np.linspace(density.mu[0] - TAIL / width, density.mu[-1] + TAIL / width, N_POINTS)
         densities.append(
-            FrictionDensity(
+            results.FrictionDensity(
                 path_id=name,
                 n=int(np.sum(members)),
                 kappa=float(density.kappa),
@@ -86,11 +77,11 @@ def friction_densities(
 
 def perturbation_check(
     found: apparent.BackCalculation, observations: Observations
-) -> PerturbationCheck:
+) -> results.PerturbationCheck:
     """What the errors of the records do to the frictions, and to the law fitted to them."""
     sd = found.mu_sd[np.isfinite(found.mu_sd)]
     volume = np.exp(observations.columns.log_volume)
-    check = PerturbationCheck(
+    check = results.PerturbationCheck(
         n_replicates=apparent.N_REPLICATES,
         n_events=len(sd),
         mu_sd_median=float(np.median(sd)) if len(sd) else None,
@@ -106,7 +97,8 @@ def perturbation_check(
     spread = moved.mean(axis=0), moved.std(axis=0, ddof=1)
     figures = np.column_stack([fit.parameters, fit.standard_errors, *spread]).tolist()
     parameters = {
-        name: PerturbedParameter(*row) for name, row in zip(fit.law.names, figures, strict=True)
+        name: results.PerturbedParameter(*row)
+        for name, row in zip(fit.law.names, figures, strict=True)
     }
     return replace(check, law=LAW, parameters=parameters)
 
@@ -197,7 +189,7 @@ BY_ITSELF = FrictionRequest()
 
 def show_frictions(
     database: str, path_id: str | None = None, request: FrictionRequest = BY_ITSELF
-) -> Frictions:
+) -> results.Frictions:
     """The apparent friction of every event, of one path or all.
 
     `kappa` "auto" takes, for each density, that with the best held-out likelihood. With `model` the
@@ -225,7 +217,7 @@ def show_frictions(
             records = replace(records, events=_events_of(records, path_id))
         observations = build_observations(records)
         found = apparent.back_calculate(observations, predict_records(observations, (), {}))
-    frictions = Frictions(
+    frictions = results.Frictions(
         model=model,
         notes=None if fitted is None else notes_of_fit(fitted),
         events=_events(found, observations, reference),
@@ -255,10 +247,10 @@ def _events_of(records: Records, path_id: str) -> tuple[Event, ...]:
 
 def _events(
     found: apparent.BackCalculation, observations: Observations, reference: Floats | None
-) -> Rows[ApparentEvent]:
+) -> Rows[results.ApparentEvent]:
     columns = observations.columns
     return Rows(
-        ApparentEvent(
+        results.ApparentEvent(
             event_id=columns.event_id[i],
             path_id=columns.paths[k] if k >= 0 else None,
             mu=finite(found.mu[i]),
@@ -272,7 +264,7 @@ def _events(
     )
 
 
-def fit_laws(database: str, path_id: str | None = None, plot: Path | None = None) -> Fits:
+def fit_laws(database: str, path_id: str | None = None, plot: Path | None = None) -> results.Fits:
     """Fit every law, to the events of one path or of all.
 
     `n_events` of a fit counts the events with a volume and a friction. With `plot` a picture of the
@@ -299,7 +291,7 @@ def fit_laws(database: str, path_id: str | None = None, plot: Path | None = None
             "without a volume, or stopped where no friction stops the block (see "
             "`avahazard friction`)."
         )
-    found = Fits(Rows(_entry(fit, n_events) for fit in fits), tuple(notes))
+    found = results.Fits(Rows(_entry(fit, n_events) for fit in fits), tuple(notes))
     if plot is not None:
         from avahazard.report.friction_pictures import draw_laws  # noqa: PLC0415 (slow)
 
@@ -307,12 +299,14 @@ def fit_laws(database: str, path_id: str | None = None, plot: Path | None = None
     return found
 
 
-def _entry(fit: LawFit, n_events: int) -> LeastSquares:
+def _entry(fit: LawFit, n_events: int) -> results.LeastSquares:
     names, units = fit.law.names, fit.law.units
     values = zip(fit.parameters.tolist(), fit.standard_errors.tolist(), units, strict=True)
-    return LeastSquares(
+    return results.LeastSquares(
         law=fit.law.name,
-        parameters={name: FittedParameter(*of) for name, of in zip(names, values, strict=True)},
+        parameters={
+            name: results.FittedParameter(*of) for name, of in zip(names, values, strict=True)
+        },
         covariance=tuple(tuple(row) for row in fit.covariance.tolist()),
         r2=float(fit.r2),
         aic=float(fit.aic),

@@ -29,16 +29,8 @@ from avahazard.records.collection import find_path
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
 from avahazard.request import many
+from avahazard.results import hazard as results
 from avahazard.results.base import Report, Rows, silent
-from avahazard.results.hazard import (
-    Hazard,
-    HazardRow,
-    PathVolumes,
-    ReturnLevel,
-    Volumes,
-    YearlyMaximum,
-    failed_document,
-)
 from avahazard.store.records import load_records
 from avahazard.store.results import AVERAGE, BOUNDS, read_run
 from avahazard.store.session import reading
@@ -65,28 +57,30 @@ class HazardRun:
     notes: tuple[Note, ...]
     failed: dict[str, str]
 
-    def rows(self) -> Iterator[HazardRow]:
+    def rows(self) -> Iterator[results.HazardRow]:
         """Its rows as the database has them, a few in memory at a time."""
         with reading(self.database) as session:
             for found in read_run(session, self.run):
-                yield from (HazardRow.from_dict(row) for row in found.documents)
+                yield from (results.HazardRow.from_dict(row) for row in found.documents)
 
     def documents(self) -> Iterator[dict[str, Any]]:
         """What `--json` prints: its rows, and in their place why a path failed."""
         with reading(self.database) as session:
             for found in read_run(session, self.run):
                 if found.failed is None:
-                    yield from (HazardRow.from_dict(row).to_dict() for row in found.documents)
+                    yield from (
+                        results.HazardRow.from_dict(row).to_dict() for row in found.documents
+                    )
                 else:
-                    yield failed_document(found.path_id, found.failed)
+                    yield results.failed_document(found.path_id, found.failed)
 
 
 def hazard(
     database: str, names: str | Sequence[str], request: HazardRequest, report: Report = silent
-) -> Hazard:
-    """Compute and store the runout of paths; all rows at once (see `run_hazard`)."""
+) -> results.Hazard:
+    """As `run_hazard`, with all rows in memory."""
     run = run_hazard(database, names, request, report)
-    return Hazard(Rows(run.rows()), run.notes)
+    return results.Hazard(Rows(run.rows()), run.notes)
 
 
 def run_hazard(
@@ -94,12 +88,11 @@ def run_hazard(
 ) -> HazardRun:
     """Compute and store the runout of paths by one model, or by several averaged.
 
-    One row for each path and each return period, with its design runout, or volume, sorted by path;
-    paths without what a return period needs are left out with their reason. Rows are stored as they
-    come; the same call goes on where it was interrupted. Raises `AvahazardError` where there is no
-    such model or path, `effect_files` are not those that the model was made with, a file of
-    `source` cannot be read, no path has what a return period needs, or models stand on other
-    records.
+    One row for each path and each return period, with its design runout, or volume, sorted by path.
+    Rows are stored as they come; the same call goes on where it was interrupted. Raises
+    `AvahazardError` where there is no such model or path, `effect_files` are not the model's, a
+    file of `source` cannot be read, no path has what a return period needs, or models stand on
+    other records.
     """
     work, of_model = hazard_work(database, names, request)
     run, resumed = run_paths(database, work, report)
@@ -126,10 +119,9 @@ def hazard_work(
     database: str, names: str | Sequence[str], request: HazardRequest
 ) -> tuple[PathWork, tuple[Note, ...]]:
     """What is done on each path, and the notes on the models. Raises as `run_hazard`."""
-    periods, sizes = tuple(request.return_periods), tuple(request.volumes)
-    if not periods and not sizes:
-        periods = (DEFAULT_RETURN_PERIOD,)
-    n_draws, seed, source = request.draws, request.seed, request.source
+    sizes, n_draws = tuple(request.volumes), request.draws
+    periods = tuple(request.return_periods) or (() if sizes else (DEFAULT_RETURN_PERIOD,))
+    seed, source = request.seed, request.source
     asked = tuple(dict.fromkeys([names] if isinstance(names, str) else names))
     loaded = [load_for_paths(database, name, request.effect_files) for name in asked]
     models, survey = [model for model, _ in loaded], loaded[0][1]
@@ -174,18 +166,15 @@ def model_weights(
     Raises `AvahazardError` where they stand on other records, or one has no density of them.
     """
     # Slow to load, and of no use to one model.
-    from avahazard.criticism.scoring.loo import (  # noqa: PLC0415
-        leave_one_out,
-        stacking_weights,
-    )
+    from avahazard.criticism.scoring.loo import leave_one_out, stacking_weights  # noqa: PLC0415
 
-    density, records = [], []
+    density, records = [], set()
     for name in names:
         model, _ = load_stored(database, name, effect_files)
         require_friction_scatter(model)
         require_unchanged(model)
-        records.append((model.calibration.data_fingerprint, model.n_events))
-        if records[-1] != records[0]:
+        records.add((model.calibration.data_fingerprint, model.n_events))
+        if len(records) > 1:
             raise AvahazardError(
                 f"{name} was calibrated on other records than {names[0]}: left-out records cannot "
                 "weigh them.",
@@ -206,7 +195,7 @@ def hazard_of_path(
     *,
     n_draws: int,
     seed: int,
-) -> tuple[list[HazardRow], tuple[Note, ...]]:
+) -> tuple[list[results.HazardRow], tuple[Note, ...]]:
     """The rows of a path, for return periods (years) and volumes (m3); `notes` go with each.
 
     By one model, or by several averaged with their weights. Raises `AvahazardError` where it lacks
@@ -245,18 +234,11 @@ def hazard_of_path(
         asked = {s.volume_m3 for s in scenarios if s.volume_m3 is not None}
         model = next(m for m, _ in models if not m.ignores_volume)
         beyond = {v: extrapolation(model, path_id, v) for v in asked}
-    rows = [
-        replace(
-            row,
-            notes=(
-                *(frequencies.notes(path_id) if row.return_period_years and frequencies else ()),
-                *row.notes,
-                *beyond.get(row.volume_m3, ()),
-                *notes,
-            ),
-        )
-        for row in path_rows(each, scenarios, n_draws, seed)
-    ]
+    rows = []
+    for row in path_rows(each, scenarios, n_draws, seed):
+        of_rate = frequencies.notes(path_id) if row.return_period_years and frequencies else ()
+        noted = (*of_rate, *row.notes, *beyond.get(row.volume_m3, ()), *notes)
+        rows.append(replace(row, notes=noted))
     return rows, tuple(Note("left_out", reason=error.message) for error in refused)
 
 
@@ -272,7 +254,7 @@ RETURN_PERIODS = (10.0, 30.0, 100.0, 300.0)
 CURVE = tuple(float(t) for t in np.geomspace(1.2, 1000.0, 60))
 
 
-def volumes(database: str, request: VolumesRequest) -> Volumes:
+def volumes(database: str, request: VolumesRequest) -> results.Volumes:
     """The frequency of volumes of each path, all where none is named; nothing is stored.
 
     Periods that are shorter than the time between avalanches have no level. Raises `AvahazardError`
@@ -305,14 +287,14 @@ def volumes(database: str, request: VolumesRequest) -> Volumes:
         from avahazard.report.friction_pictures import draw_return_levels  # noqa: PLC0415
 
         draw_return_levels(plot, entries, curves)
-    return Volumes(Rows(entries), tuple(notes))
+    return results.Volumes(Rows(entries), tuple(notes))
 
 
 def _entry(
     frequency: VolumeFrequency, frequencies: Frequencies, periods: Sequence[float]
-) -> PathVolumes:
+) -> results.PathVolumes:
     record = frequency.record
-    return PathVolumes(
+    return results.PathVolumes(
         path_id=frequency.path_id,
         method=frequency.method,
         source=frequency.source,
@@ -328,7 +310,7 @@ def _entry(
     )
 
 
-def _levels(frequency: VolumeFrequency, periods: Sequence[float]) -> Rows[ReturnLevel]:
+def _levels(frequency: VolumeFrequency, periods: Sequence[float]) -> Rows[results.ReturnLevel]:
     """The return levels that there are: events may be rarer than a short period."""
     found = []
     for period in periods:
@@ -337,13 +319,13 @@ def _levels(frequency: VolumeFrequency, periods: Sequence[float]) -> Rows[Return
     return Rows(found)
 
 
-def _maxima(frequencies: Frequencies, path_id: str) -> Rows[YearlyMaximum]:
+def _maxima(frequencies: Frequencies, path_id: str) -> Rows[results.YearlyMaximum]:
     """The yearly largest volumes and the return periods of their rank, (n + 1) / rank."""
     record = frequencies.region.records.get(path_id)
     if record is None:
         return Rows()
     largest = np.sort(np.exp(record.log_maxima))[::-1]
     return Rows(
-        YearlyMaximum((record.n_years + 1) / rank, float(volume))
+        results.YearlyMaximum((record.n_years + 1) / rank, float(volume))
         for rank, volume in enumerate(largest, 1)
     )

@@ -1,14 +1,14 @@
 """A map of annual chances: runs of a flow model mixed over friction and volumes, for a GIS.
 
-On the ground of paths that have runs it gives in each cell the probability that an avalanche
-arrives, and that its peak pressure exceeds some limits; on other paths the chance along the line,
-as wide as the flow.
+On paths that have runs it gives in each cell the probability that an avalanche arrives, and that
+its peak pressure exceeds some limits; on others the chance along the line, as wide as the flow.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.engines.com1dfa import ENGINE
+from avahazard.gis import require_packages
 from avahazard.hazard.chance_map import annual_chance, friction_field
 from avahazard.hazard.exceedance import Avalanches, reach
 from avahazard.hazard.frequency import volume_frequencies
@@ -85,8 +86,6 @@ def draw_map(
     Raises `AvahazardError` where there is no such model or path, no path has terrain, the scatter
     of the model is in metres, or `file` has another ending or is somebody else's.
     """
-    from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
-
     require_packages()
     from avahazard.gis.map_files import grid_of  # noqa: PLC0415
 
@@ -97,26 +96,21 @@ def draw_map(
     limits = load_limits(request.limits)
     model, records = load_stored(database, name, request.effect_files)
     parts, left_out = map_parts(database, model, records, request, limits, report)
-    flows = model.specification.forward != BLOCK
     grid = grid_of([part.crop for part in parts])
-    notes = [*notes_of_fit(model), *map(Note.ready, limits.notes)]
+    notes = []
+    if model.specification.forward == BLOCK and any(part.runs for part in parts):
+        notes.append(Note("friction_of_block", model=name))
     if left_out:
-        notes.insert(0, Note("not_on_map", paths=", ".join(left_out)))
-    if not flows and any(part.runs for part in parts):
-        notes.insert(0, Note("friction_of_block", model=name))
+        notes.append(Note("not_on_map", paths=", ".join(left_out)))
+    notes += (*notes_of_fit(model), *map(Note.ready, limits.notes))
     if file.suffix.lower() == ".gpkg":
         bands = _write_areas(file, parts, limits)
     else:
         bands = _write_chances(file, grid, parts)
-    rows = [
-        MappedBy(
-            part.one.path.path_id,
-            ENGINE if part.runs else BLOCK,
-            len(part.runs),
-            float(np.nanmax(part.bands["chance"], initial=0.0)),
-        )
-        for part in parts
-    ]
+    rows = []
+    for part in parts:
+        engine, most = ENGINE if part.runs else BLOCK, np.nanmax(part.bands["chance"], initial=0.0)
+        rows.append(MappedBy(part.one.path.path_id, engine, len(part.runs), float(most)))
     return ChanceMap(name, str(file), grid.crs, grid.transform.a, bands, Rows(rows), tuple(notes))
 
 
@@ -173,8 +167,7 @@ def _part(
         return None
     digest = ground_of(path, find_profile(records, path), crop)
     selected = [run for run in runs if run.path_id == path.path_id and run.ground == digest]
-    drags = {run.drag_per_m for run in selected}
-    least = min(drags, default=0.0)
+    least = min((run.drag_per_m for run in selected), default=0.0)
     return MapPart(one, crop, [run for run in selected if run.drag_per_m == least])
 
 
@@ -205,27 +198,24 @@ def _band(kpa: float) -> str:
 
 def _write_chances(file: FilePath, grid: MapGrid, parts: Sequence[MapPart]) -> tuple[str, ...]:
     """Write the bands; where paths overlap, that any of them comes."""
-    from avahazard.gis.map_files import (  # noqa: PLC0415 (may be missing)
-        is_own_raster,
-        on_grid,
-        strip_on_grid,
-        write_raster,
-    )
+    from avahazard.gis import map_files  # noqa: PLC0415 (may be missing)
 
     names = ("chance", "chance_q05", "chance_q95", *map(_band, PRESSURES_KPA), "engine")
     bands = {name: np.full(grid.shape, np.nan, np.float32) for name in names}
     for part in parts:
+        width = part.one.width_m or DEFAULT_WIDTH_M
         for name in [name for name in names if name in part.bands]:
             if part.runs:
-                selected = on_grid(grid, part.crop, part.bands[name])
+                selected = map_files.on_grid(grid, part.crop, part.bands[name])
             else:
-                width = part.one.width_m or DEFAULT_WIDTH_M
-                selected = strip_on_grid(grid, part.one, part.x, part.bands[name], width)
+                chances = part.bands[name]
+                selected = map_files.strip_on_grid(grid, part.one, part.x, chances, width)
             bands[name] = _either(bands[name], selected)
             if name == "chance":
                 by = np.where(np.isfinite(selected), BY_FLOW if part.runs else BY_BLOCK, np.nan)
                 bands["engine"] = np.fmax(bands["engine"], by.astype(np.float32))
-    replace_file(file, is_own_raster, lambda new: write_raster(new, grid, bands))
+    write = partial(map_files.write_raster, grid=grid, bands=bands)
+    replace_file(file, map_files.is_own_raster, write)
     return tuple(bands)
 
 
@@ -237,36 +227,29 @@ def _either(first: NDArray[np.float32], other: NDArray[np.float32]) -> NDArray[n
 
 def _write_areas(file: FilePath, parts: Sequence[MapPart], limits: ZoneSystem) -> tuple[str, ...]:
     """Write the areas of return periods, the zones, and the lines; of paths with runs."""
+    from avahazard.gis import map_files  # noqa: PLC0415 (may be missing)
     from avahazard.gis.hazard_map import hazard_layers, layers_by_system  # noqa: PLC0415
-    from avahazard.gis.map_files import (  # noqa: PLC0415 (may be missing)
-        areas,
-        grid_of,
-        is_own_geopackage,
-        write_geopackage,
-    )
 
     reached, band, zones = [], [], []
     for part in parts:
         if not part.runs:
             continue
-        grid, line = grid_of([part.crop]), part.one.line
+        grid, line = map_files.grid_of([part.crop]), part.one.line
         about = {"path_id": part.one.path.path_id, "engine": ENGINE}
         for period in PERIOD_COLORS:
             told = {**about, "return_period_years": period, "period": f"{period:g} years"}
-            reached += areas(grid, part.bands["chance"] >= 1.0 / period, line, told)
+            reached += map_files.areas(grid, part.bands["chance"] >= 1.0 / period, line, told)
             for q in ("q95", "q05"):
                 inside = part.bands[f"chance_{q}"] >= 1.0 / period
-                band += areas(grid, inside, line, {**told, "quantile": q})
+                band += map_files.areas(grid, inside, line, {**told, "quantile": q})
         taken = np.zeros(grid.shape, np.bool_)
         for zone in limits.zones:
             inside = np.zeros(grid.shape, np.bool_)
             for rule in zone.rules:
-                kpa = rule.pressure_kpa_min
-                inside |= (
-                    part.bands[_band(kpa) if kpa else "chance"] >= 1.0 / rule.return_period_years
-                )
+                band_of = _band(rule.pressure_kpa_min) if rule.pressure_kpa_min else "chance"
+                inside |= part.bands[band_of] >= 1.0 / rule.return_period_years
             told = {**about, "limits": limits.name, "zone": zone.name, "color": zone.color}
-            zones += areas(grid, inside & ~taken, line, told)
+            zones += map_files.areas(grid, inside & ~taken, line, told)
             taken |= inside
     layers = [
         *layers_by_system("zone_areas", "Polygon", zones),
@@ -275,5 +258,6 @@ def _write_areas(file: FilePath, parts: Sequence[MapPart], limits: ZoneSystem) -
         *hazard_layers([part.one for part in parts], (), ()),
     ]
     day = np.datetime64(now(), "ms")
-    replace_file(file, is_own_geopackage, lambda new: write_geopackage(new, layers, day))
+    write = partial(map_files.write_geopackage, layers=layers, day=day)
+    replace_file(file, map_files.is_own_geopackage, write)
     return tuple(layer.name for layer in layers)

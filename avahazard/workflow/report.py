@@ -35,28 +35,18 @@ from avahazard.records.errors import AvahazardError
 from avahazard.report.html import content as page
 from avahazard.report.language import language_of, speaking
 from avahazard.results.base import RATIO, Report, finite, silent
-from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.files import WrittenReport
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, ZonedPath
 from avahazard.results.terrain import PERIOD_COLORS, TerrainRunout
+from avahazard.store import results as store
 from avahazard.store.records import load_terrain
-from avahazard.store.results import (
-    AVERAGE,
-    BOUNDS,
-    DIAGNOSIS,
-    ZONES,
-    latest_documents,
-    latest_result,
-    latest_run,
-    list_models,
-)
 from avahazard.store.session import Session, reading
 from avahazard.whole_file import written_whole
 from avahazard.workflow import friction as frictions
 from avahazard.workflow.calibrate import show_model
 from avahazard.workflow.compare import COORDINATES, RECORD_DRAWS, ladder_rows, latest_comparison
 from avahazard.workflow.map import map_parts
-from avahazard.workflow.next_step import next_step
+from avahazard.workflow.next_step import latest_diagnosis, next_step
 from avahazard.workflow.path import alpha_beta_paths, describe_path, list_paths, run_site
 from avahazard.workflow.report_loop import QUANTILES, loop_view
 from avahazard.workflow.requests import MapRequest, ReportRequest
@@ -70,6 +60,7 @@ from avahazard.workflow.stored import (
 from avahazard.workflow.zones import knows_speeds, load_limits
 
 ENDINGS = (".html", ".htm")
+R = TypeVar("R", HazardRow, TerrainRunout, ZonedPath)
 
 
 def write_report(
@@ -77,10 +68,9 @@ def write_report(
 ) -> WrittenReport:
     """Write the report of the stored model `name` to `file`; an older one is replaced.
 
-    Nothing is computed anew that a command stores: the report shows the latest comparison,
-    diagnosis, bounds and zones, and says how to get what is missing. Equal databases give equal
-    files. Raises `AvahazardError` where there is no such model, its own effects are not given, or
-    `file` cannot be written or is not the name of a page.
+    It shows the latest comparison, diagnosis, bounds and zones, and says how to get what is
+    missing. Equal databases give equal files. Raises `AvahazardError` where there is no such model,
+    its own effects are not given, or `file` cannot be written or is not the name of a page.
     """
     if file.suffix.lower() not in ENDINGS:
         raise AvahazardError(
@@ -90,9 +80,8 @@ def write_report(
         raise AvahazardError(f"There is no folder {file.parent}.", "Make the folder first.")
     from avahazard.report.html.page import render  # noqa: PLC0415 (plotly and jinja2 are slow)
 
-    language = language_of(request.language)
     content = gather(database, name, request, report)
-    with speaking(language):
+    with speaking(language_of(request.language)):
         text = render(content).encode("utf-8")
     try:
         with written_whole(file) as part:
@@ -116,13 +105,14 @@ def write_report(
 
 def averaged_rows(session: Session, models: Sequence[str], name: str) -> list[HazardRow]:
     """The rows of the latest average that `name` is in; none without one."""
-    runs = [(latest_run(session, AVERAGE, model), model) for model in models]
-    among = [(run, model) for run, model in runs if run and name in run.settings["weights"]]
-    if not among:
-        return []
-    _, kept_with = max(among, key=lambda found: found[0].id)
-    documents = latest_documents(session, AVERAGE, kept_with) or ()
-    return [HazardRow.from_dict(document) for document in documents]
+    runs = [store.latest_run(session, store.AVERAGE, model) for model in models]
+    among = {run.id: run.model for run in runs if run and name in run.settings["weights"]}
+    return _latest(session, store.AVERAGE, among[max(among)], HazardRow) if among else []
+
+
+def _latest(session: Session, kind: store.RunKind, name: str, of: type[R]) -> list[R]:
+    """The rows of the latest run by a model."""
+    return [of.from_dict(row) for row in store.latest_documents(session, kind, name) or ()]
 
 
 def gather(
@@ -134,22 +124,18 @@ def gather(
     """
     stored, records = load_stored(database, name, request.effect_files)
     with reading(database) as session:
-        models = list_models(session)
+        models = store.list_models(session)
         comparisons = {model.name: latest_comparison(session, model.name) for model in models}
-        diagnoses = {
-            model.name: Diagnosis.from_dict(document)
-            for model in models
-            if (document := latest_result(session, DIAGNOSIS, model.name)) is not None
-        }
-        rows = [HazardRow.from_dict(d) for d in latest_documents(session, BOUNDS, name) or ()]
-        averages = averaged_rows(session, [model.name for model in models], name)
-        rows = rows or averages
-        zones = [ZonedPath.from_dict(d) for d in latest_documents(session, ZONES, name) or ()]
+        told = {model.name: latest_diagnosis(session, model.name) for model in models}
+        averages = averaged_rows(session, list(comparisons), name)
+        rows = _latest(session, store.BOUNDS, name, HazardRow) or averages
+        zones = _latest(session, store.ZONES, name, ZonedPath)
         grounds = {
             profile.path_id: ground
             for profile in records.profiles
             if (ground := load_terrain(session, profile.path_id)) is not None
         }
+    diagnoses = {model: diagnosis for model, diagnosis in told.items() if diagnosis}
     report("Writing the report", 0.07, 1.0)
     found, _ = frictions.apparent_friction(stored)
     report("Writing the report", 0.1, 1.0)
@@ -225,7 +211,6 @@ def _lacking(stored: FittedModel, there: set[str]) -> Mapping[str, Note]:
     return lacking
 
 
-R = TypeVar("R", HazardRow, TerrainRunout, ZonedPath)
 MOST_PLACES = 200
 ANY_VOLUME_M3 = 1e4
 """Stands for the volume where the model has no use for it."""
@@ -243,13 +228,11 @@ def path_views(
 ) -> tuple[page.PathView, ...]:
     """The paths that the model was calibrated on or that have bounds, in the order of the store.
 
-    `records` are all of the database; `events` are those of the calibration; `rows`, `alpha_beta`
-    and `zones` are the results of `hazard`, `alpha-beta` and `zones`, `grounds` and `flows` the
-    terrain and what flows there by path.
+    `records` are all of the database, `events` those of the calibration; `grounds` and `flows` are
+    the terrain and what flows there by path.
     """
-    bounded = {row.path_id for row in rows}
-    trained = set(stored.paths) or {path.path_id for path in records.paths}
-    shown = [p for p in records.paths if p.path_id in trained | bounded]
+    wanted = {*stored.paths, *(row.path_id for row in rows)}
+    shown = [p for p in records.paths if not stored.paths or p.path_id in wanted]
     known = {site.path.path_id: site.smooth for site in stored.observations.sites}
     speeds = dict(_speeds(stored, records, rows))
     views = []
@@ -267,13 +250,11 @@ def path_views(
         if selected := tuple(e for e in events if e.path_id == path_id):
             view = replace(view, events=selected)
         own = of_path(records, path_id)
-        for profile in own.profiles:
-            assert view.smooth is not None
-            view = replace(
-                view,
-                notes=describe_path(path, profile, view.smooth, own.events).notes,
-                plan=_plan(profile, grounds.get(path_id), flows.get(path_id)),
-            )
+        if own.profiles and view.smooth is not None:
+            (profile,) = own.profiles
+            notes = describe_path(path, profile, view.smooth, own.events).notes
+            plan = _plan(profile, grounds.get(path_id), flows.get(path_id))
+            view = replace(view, notes=notes, plan=plan)
         views.append(view)
     return tuple(views)
 
@@ -296,11 +277,10 @@ def _speeds(
         resistance = model.resistance(future.site, values)
         lines = []
         for row, mu in zip(selected, friction, strict=True):
-            if row.p_not_released > 0.5:
-                continue
-            found = run_site(future.site, float(mu), resistance).speeds
-            places = np.array([[s.x_m, s.speed_m_s] for s in found])
-            lines.append(page.SpeedLine(row, places[:, 0], places[:, 1]))
+            if row.p_not_released <= 0.5:
+                found = run_site(future.site, float(mu), resistance).speeds
+                places = np.array([[s.x_m, s.speed_m_s] for s in found])
+                lines.append(page.SpeedLine(row, *places.T))
         yield path_id, lines
 
 
@@ -332,25 +312,20 @@ def _plan(
         return None
     xy, crs = profile.on_map
     some = np.unique(np.linspace(0, len(profile.x_m) - 1, MOST_PLACES).round().astype(int))
-    east, north = xy[some].T
-    return page.PlanView(
-        profile.x_m[some],
-        east,
-        north,
-        None if crs == DEGREES else crs or "?",
-        *((ground, flow) if ground is not None and ground.crs == crs else ()),
-    )
+    if ground is None or ground.crs != crs:
+        ground = flow = None
+    (east, north), system = xy[some].T, None if crs == DEGREES else crs or "?"
+    return page.PlanView(profile.x_m[some], east, north, system, ground, flow)
 
 
 def event_views(
     events: tuple[Event, ...], model: FittedModel, mu: Floats
 ) -> tuple[page.EventView, ...]:
     """The events of the model, in its order; `mu` `[n_events]` is their apparent friction."""
-    observations = model.observations
+    observations, metres = model.observations, model.sigma_m is not None
     draws = _predicted(model)
-    metres = model.sigma_m is not None
-    recorded = observations.as_recorded(observations.observed)
-    observed = recorded_elevation(observations) if metres else recorded
+    observed = observations.as_recorded(observations.observed)
+    observed = recorded_elevation(observations) if metres else observed
     smooth = {site.path.path_id: site.smooth for site in observations.sites}
     reference = mu * np.exp(-frictions.from_reference(model))
     views = []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -13,6 +14,7 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.engine import spread_map
 from avahazard.engines.com1dfa import ENGINE, find_python, simulate
+from avahazard.gis import require_packages
 from avahazard.notes import Note
 from avahazard.records.collection import Records, Simulation, find_path, find_profile, ground_of
 from avahazard.records.errors import AvahazardError
@@ -75,22 +77,25 @@ def simulate_paths(database: str, request: SimulateRequest, report: Report = sil
     """
     python = find_python()
     paths, notes = ready_paths(database, request)
-    made: set[tuple[str, float, float]] = set()
+    shared = database, python, paths, request.drag
+    made: list[Task] = []
     rounds = 1 if request.frictions else ROUNDS + 1
     for turn in range(rounds):
         tasks = _left(database, paths, request, refine=turn > 0)
         if not tasks:
             break
-        shared = database, python, paths, request.drag
         words = f"Simulating, round {turn + 1}"
         # Each round to come is taken to have as many runs as this one.
         whole = len(made) + len(tasks) * (rounds - turn)
         report(words, len(made), whole)
-        for path, friction, volume in spread_map(_run, shared, tasks):
-            made.add((paths[path].path_id, friction, volume))
+        for task in spread_map(_run, shared, tasks):
+            made.append(task)
             report(words, len(made), whole)
     report("Simulating", 1.0, 1.0)
-    rows = [_row(path.path_id, _of(database, path, request), made) for path in paths]
+    n_new = Counter(path for path, _, _ in made)
+    rows = [
+        _row(path.path_id, _of(database, path, request), n_new[k]) for k, path in enumerate(paths)
+    ]
     if not made:
         notes = (*notes, Note("simulated_before"))
     return Simulations(Rows(rows), notes)
@@ -119,8 +124,6 @@ def plan_simulations(database: str, request: SimulateRequest) -> SimulationPlan:
 
 def ready_paths(database: str, request: SimulateRequest) -> tuple[list[RunPath], tuple[Note, ...]]:
     """The paths to run, and which have no terrain. Raises as `simulate_paths`."""
-    from avahazard.gis import require_packages  # noqa: PLC0415 (may be missing)
-
     require_packages()
     from avahazard.gis.avaframe_project import drawn_release, ground  # noqa: PLC0415
 
@@ -136,8 +139,7 @@ def ready_paths(database: str, request: SimulateRequest) -> tuple[list[RunPath],
         )
     found = []
     for path in named:
-        crop = crops[path.path_id]
-        if crop is None:
+        if (crop := crops[path.path_id]) is None:
             continue
         one = drawn_path(records, path)
         if isinstance(one, str):
@@ -164,10 +166,9 @@ def volumes_of(records: Records, path_id: str) -> list[float]:
     selected = [v for path, v in known if path == path_id] or [v for _, v in known]
     if not selected:
         raise AvahazardError("No volume is recorded.", "Name volumes: --volume 10000.")
-    ends = np.geomspace(
-        min(selected), max(selected), N_VOLUMES if max(selected) > min(selected) else 1
-    )
-    return [float(f"{v:.3g}") for v in ends]
+    least, most = min(selected), max(selected)
+    evenly = np.geomspace(least, most, N_VOLUMES if most > least else 1)
+    return [float(f"{v:.3g}") for v in evenly]
 
 
 def _left(
@@ -198,8 +199,7 @@ def _between(stops: dict[float, float]) -> list[float]:
 
 def _run(shared: tuple[str, FilePath, list[RunPath], float], task: Task) -> Task:
     """Make a run and store it."""
-    database, python, paths, drag = shared
-    k, friction, volume = task
+    (database, python, paths, drag), (k, friction, volume) = shared, task
     path = paths[k]
     found = simulate(python, path.ground, path.digest, path.corners(volume), friction, volume, drag)
     with writing(database) as session:
@@ -211,23 +211,18 @@ def _of(database: str, path: RunPath, request: SimulateRequest) -> list[Simulati
     """The stored runs of a path on its present ground."""
     with reading(database) as session:
         runs = load_simulations(session, lambda column: column == path.path_id)
-    return [
-        one
-        for one in runs
-        if one.engine == ENGINE and one.ground == path.digest and one.drag_per_m == request.drag
-    ]
+    wanted = ENGINE, path.digest, request.drag
+    return [one for one in runs if (one.engine, one.ground, one.drag_per_m) == wanted]
 
 
-def _row(
-    path_id: str, runs: Sequence[Simulation], made: set[tuple[str, float, float]]
-) -> SimulatedPath:
+def _row(path_id: str, runs: Sequence[Simulation], n_new: int) -> SimulatedPath:
     stops = [one.stop_x_m for one in runs if np.isfinite(one.stop_x_m)]
     friction, volume = [s.friction for s in runs], [s.volume_m3 for s in runs]
     return SimulatedPath(
         path_id=path_id,
         engine=ENGINE,
         n_runs=len(runs),
-        n_new=sum(name == path_id for name, _, _ in made),
+        n_new=n_new,
         friction_min=min(friction),
         friction_max=max(friction),
         volume_min_m3=min(volume),

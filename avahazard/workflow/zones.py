@@ -37,26 +37,24 @@ class NoDragError(AvahazardError):
 
 
 def zones(database: str, name: str, request: ZonesRequest, report: Report = silent) -> Zones:
-    """Find and store speed, pressure and zones along paths.
+    """Find and store speed, pressure and zones along paths: an entry for each that has a rate.
 
-    One entry for each path named, or each that has a profile and a rate of avalanches, by path.
     Raises `AvahazardError` where there is no such model, path or preset, the file of limits cannot
-    be used, `effect_files` are not those of the model, its scatter is in metres (method
-    metropolis), `plot` is not the name of a picture, or no path has a rate; `NoDragError` where
-    neither drag nor measured speeds limit its speeds, without `no_drag`.
+    be used, `effect_files` are not those of the model, its scatter is in metres, `plot` is not the
+    name of a picture, or no path has a rate of avalanches; `NoDragError` where neither drag nor
+    measured speeds limit its speeds, without `no_drag`.
     """
-    plot = request.plot
-    require_picture(plot)
+    require_picture(request.plot)
     work, of_all = zones_work(database, name, request)
     run, resumed = run_paths(database, work, report)
     with reading(database) as session:
         found = list(read_run(session, run))
-    entries = [ZonedPath.from_dict(dict(d)) for one in found for d in one.documents]
+    entries = [ZonedPath.from_dict(document) for one in found for document in one.documents]
     notes = [Note("left_out", reason=one.failed) for one in found if one.failed is not None]
-    if plot is not None:
-        limits = work.settings["limits"]["name"]
+    if request.plot is not None:
+        title = f"Zones by {name}, limits '{work.settings['limits']['name']}'"
         drag = all(note.key != "no_drag" for note in of_all)
-        _draw(plot, database, entries, f"Zones by {name}, limits '{limits}'", drag=drag)
+        _draw(request.plot, database, entries, title, drag=drag)
     of_paths = [note for entry in entries for note in entry.notes if note not in of_all]
     return Zones(Rows(entries), (*resumed, *notes, *of_paths, *of_all))
 
@@ -83,7 +81,8 @@ def zones_work(
         )
     seed, source = request.seed, request.source
     periods = tuple(sorted({*request.return_periods, *wanted.return_periods}))
-    notes = (*map(Note.ready, wanted.notes), *_notes(model))
+    no_drag = () if limits_speed(model) else (Note("no_drag", model=name, effects=_remedies()),)
+    notes = (*map(Note.ready, wanted.notes), *no_drag, *notes_of_fit(model))
     answer = partial(
         zones_of_path,
         model,
@@ -155,13 +154,6 @@ def load_limits(limits: str) -> ZoneSystem:
             f"Name {', '.join(PRESETS)}, or a TOML file of your own.",
         ) from error
     return read_limits(file.name, text)
-
-
-def _notes(model: FittedModel) -> tuple[Note, ...]:
-    """What goes with the zones of every path by a model."""
-    if limits_speed(model):
-        return notes_of_fit(model)
-    return (Note("no_drag", model=model.name, effects=_remedies()), *notes_of_fit(model))
 
 
 def _remedies() -> str:

@@ -19,7 +19,7 @@ from avahazard.workflow.effects import (
     read_own_of,
     show_effect,
     stored_text,
-    write_template,
+    write_effect_file,
 )
 
 KEYS = tuple(catalogue())
@@ -67,21 +67,18 @@ def test_bounds_are_told(snow_database: str) -> None:
     assert show_effect(snow_database, "season").parameters[0].high is None
 
 
-def test_a_template_that_cannot_be_written_leaves_no_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("avahazard.workflow.effects.TEMPLATE", "\ud800")  # no UTF-8 for it
+def test_a_file_that_cannot_be_written_is_not_begun(tmp_path: Path) -> None:
     with pytest.raises(UnicodeEncodeError):
-        write_template(tmp_path / "own.py")
+        write_effect_file(tmp_path / "own.py", "\ud800")  # no UTF-8 for it
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_template_is_never_written_over(tmp_path: Path) -> None:
     file = tmp_path / "own.py"
-    assert write_template(file).file == str(file)
+    assert write_effect_file(file).file == str(file)
     before = file.read_text()
     with pytest.raises(AvahazardError, match="not overwritten"):
-        write_template(file)
+        write_effect_file(file)
     assert file.read_text() == before
 
 
