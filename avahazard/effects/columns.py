@@ -69,21 +69,14 @@ class EventColumns:
         return len(self.event_id)
 
     def at(self, events: Ints) -> EventColumns:
-        """The columns of these `events` `[n]`, in this order, some perhaps several times.
-
-        Without their tracks.
-        """
-        every = {f.name: getattr(self, f.name) for f in fields(self)}
-        rows: dict[str, Any] = {k: v[events] for k, v in every.items() if isinstance(v, np.ndarray)}
-        return replace(
-            self,
-            **rows,
-            event_id=tuple(self.event_id[i] for i in events),
-            numbers={name: column[events] for name, column in self.numbers.items()},
-            texts={name: column[events] for name, column in self.texts.items()},
-            made={name: column[events] for name, column in self.made.items()},
-            tracks=(),
-        )
+        """Those of these `events` `[n]`, in this order, some perhaps several times; no tracks."""
+        rows: dict[str, Any] = {}
+        for name, value in ((f.name, getattr(self, f.name)) for f in fields(self)):
+            if isinstance(value, Mapping):
+                rows[name] = {key: column[events] for key, column in value.items()}
+            elif isinstance(value, np.ndarray):
+                rows[name] = value[events]
+        return replace(self, **rows, event_id=tuple(self.event_id[i] for i in events), tracks=())
 
 
 def build_columns(

@@ -25,6 +25,8 @@ from avahazard.effects.effect import (
     ScatterEffect,
     Setting,
     Sites,
+    known,
+    unless,
 )
 from avahazard.notes import Note
 
@@ -57,36 +59,36 @@ def covariate(column: str) -> Definition:
 
 
 def _lacking(column: str, columns: EventColumns, _sites: Sites) -> str | None:
-    known = _known(columns, column)
-    if len(known) >= MIN_EVENTS and len(np.unique(known)) >= 3:
+    numbers = _known(columns, column)
+    if len(numbers) >= MIN_EVENTS and len(np.unique(numbers)) >= 3:
         return None
     return level_lacking(column, columns)
 
 
 def number_column(columns: EventColumns, name: str) -> Floats | None:
     """A column of numbers by its name in the files; None if there is none."""
-    known = {
+    of_records = {
         VOLUME: columns.log_volume,
         "release_elevation_m": columns.release_elevation,
         "year": columns.year,
         "day_of_winter": columns.day_of_winter,
         "deposit_length_m": columns.deposit_length,
     }
-    return known[name] if name in known else columns.numbers.get(name, columns.made.get(name))
+    return {**columns.made, **columns.numbers, **of_records}.get(name)
 
 
 def _known(columns: EventColumns, name: str) -> Floats:
     """The numbers that a column has, none where it has texts or is not there."""
     values = number_column(columns, name)
-    return np.empty(0) if values is None else values[np.isfinite(values)]
+    return np.empty(0) if values is None else known(values)
 
 
 def _line(columns: EventColumns, name: str) -> Facts | None:
     """Centre and spread of a column of numbers; None of one that has levels."""
-    known = _known(columns, name)
-    if len(np.unique(known)) < 3:
+    numbers = _known(columns, name)
+    if len(np.unique(numbers)) < 3:
         return None
-    return {"centre": float(np.mean(known)), "scale": float(np.std(known))}
+    return {"centre": float(np.mean(numbers)), "scale": float(np.std(numbers))}
 
 
 def design_of(name: str, facts: Facts, columns: EventColumns) -> Floats:
@@ -130,16 +132,14 @@ def _curve(column: str, facts: Facts) -> Curve | None:
     knots, centre = np.array(facts["knots"]), facts["centre"]
     x = np.linspace(knots[0], knots[-1], N_PLACES)
     curves = spline_columns(x, knots, centre, facts["scale"])
-    state = f"number_column(columns, {column!r})"
     return Curve(
         of=column,
         unit="",
         value="log friction",
         x=x,
         columns=curves - np.mean(curves, axis=0),
-        rests=False,
         form="friction",
-        state=f"np.nan_to_num({state}, nan={centre:.6g})",
+        state=f"np.nan_to_num(number_column(columns, {column!r}), nan={centre:.6g})",
         needs=(column,),
     )
 
@@ -175,12 +175,10 @@ MOST_NAMED = 5
 
 def text_column(columns: EventColumns, name: str) -> NDArray[np.str_] | None:
     """A column of text, or of numbers as text; None if there is none."""
-    if name == "section":
-        return columns.section
-    numbers = columns.numbers.get(name, columns.made.get(name))
-    if numbers is not None:
-        return np.array(["" if np.isnan(v) else f"{v:g}" for v in numbers])
-    return columns.texts.get(name)
+    numbers = {**columns.made, **columns.numbers}.get(name)
+    if name == "section" or numbers is None:
+        return {**columns.texts, "section": columns.section}.get(name)
+    return np.array(["" if np.isnan(v) else f"{v:g}" for v in numbers])
 
 
 def level_counts(values: NDArray[np.str_]) -> dict[str, int]:
@@ -218,10 +216,10 @@ def _prior_sd(columns: EventColumns) -> float:
     H/L is the friction of a block on a straight line, whatever the model. What spreads it (volume,
     path, scatter, the levels themselves) is more than a level can be expected to add.
     """
-    known = columns.height_over_length[columns.height_over_length > 0.0]
-    if len(known) < 2 * MIN_LEVEL:
+    ratio = columns.height_over_length[columns.height_over_length > 0.0]
+    if len(ratio) < 2 * MIN_LEVEL:
         return LEAST_SD
-    return round(max(LEAST_SD, SCATTERS * float(np.std(np.log(known)))), 3)
+    return round(max(LEAST_SD, SCATTERS * float(np.std(np.log(ratio)))), 3)
 
 
 def level_text(name: str, columns: EventColumns, _sites: Sites = ()) -> Note | None:
@@ -234,12 +232,10 @@ def level_text(name: str, columns: EventColumns, _sites: Sites = ()) -> Note | N
         return None
     counts = level_counts(values)
     ranked = sorted(counts, key=counts.__getitem__, reverse=True)
-    of_path = all(len(set(values[columns.path_index == k])) == 1 for k in range(len(columns.paths)))
-    if of_path and len(columns.paths) > 1 and len(ranked) > 1:
-        paths = np.array(columns.paths)
-        level = np.array([values[columns.path_index == k][0] for k in range(len(columns.paths))])
+    on_path = {p: set(values[columns.path_index == k]) for k, p in enumerate(columns.paths)}
+    if all(len(own) == 1 for own in on_path.values()) and len(on_path) > 1 and len(ranked) > 1:
         parts = [
-            Note("paths_at_level", paths=sorted(paths[level == k].tolist()), level=k)
+            Note("paths_at_level", paths=sorted(p for p in on_path if k in on_path[p]), level=k)
             for k in ranked
         ]
         return Note("level_of_path", column=name, parts=parts)
@@ -403,12 +399,6 @@ def _winter(columns: EventColumns) -> Floats:
     return np.column_stack([t, t * t])
 
 
-def _few_days(columns: EventColumns, _sites: Sites) -> str | None:
-    days = columns.day_of_winter[np.isfinite(columns.day_of_winter)]
-    enough = len(days) >= MIN_DATES and float(np.std(days)) > 5.0
-    return None if enough else f"fewer than {MIN_DATES} events have a day (not only a year)"
-
-
 DRIFT = (
     Parameter("slope", "log friction per 60 days", 0.0, 0.0, 0.2),
     Parameter("bend", "log friction per (60 days)2", 0.0, 0.0, 0.1),
@@ -419,7 +409,13 @@ SEASON = Definition(
     "Friction then drifts with the day of the winter (counted from 1 November).",
     needs="date",
     build=lambda _: FrictionEffect("season", DRIFT, _winter),
-    lacking=_few_days,
+    lacking=unless(
+        lambda columns: (
+            len(known(columns.day_of_winter)) >= MIN_DATES
+            and np.nanstd(columns.day_of_winter) > 5.0
+        ),
+        f"fewer than {MIN_DATES} events have a day (not only a year)",
+    ),
     event_columns=True,
     order=120,
 )
@@ -435,20 +431,19 @@ def _kilometres(columns: EventColumns) -> Floats:
     return np.nan_to_num(z)[:, None]
 
 
-def _one_height(columns: EventColumns, _sites: Sites) -> str | None:
-    z = columns.release_elevation[np.isfinite(columns.release_elevation)]
-    if len(z) and np.std(z) >= MIN_SPREAD_M:
-        return None
-    return f"release elevations differ by less than {MIN_SPREAD_M:.0f} m"
-
-
 RELEASE_ELEVATION = Definition(
     key="release-elevation",
     meaning="Snow is colder and drier the higher it lies. Avalanches that start high then have "
     "another friction than those that start low.",
     needs="release_elevation_m",
     build=lambda _: FrictionEffect("release-elevation", (SLOPE,), _kilometres),
-    lacking=_one_height,
+    lacking=unless(
+        lambda columns: (
+            len(known(columns.release_elevation)) > 0
+            and np.nanstd(columns.release_elevation) >= MIN_SPREAD_M
+        ),
+        f"release elevations differ by less than {MIN_SPREAD_M:.0f} m",
+    ),
     order=110,
 )
 
@@ -490,10 +485,9 @@ def _there(path: str, columns: EventColumns) -> np.ndarray:
 
 def _alternatives(path: str, columns: EventColumns, _sites: Sites) -> list[Facts]:
     """The dates that are tried: between events, with enough of them on either side."""
-    time = _time(columns)
-    known = np.sort(time[_there(path, columns) & np.isfinite(time)])
-    inner = slice(MIN_LEVEL - 1, len(known) - MIN_LEVEL)
-    between = (0.5 * (known[1:] + known[:-1]))[inner][np.diff(known)[inner] > 0.0]
+    time = np.sort(known(_time(columns)[_there(path, columns)]))
+    inner = slice(MIN_LEVEL - 1, len(time) - MIN_LEVEL)
+    between = (0.5 * (time[1:] + time[:-1]))[inner][np.diff(time)[inner] > 0.0]
     if len(between) > MOST_DATES:
         between = between[np.linspace(0, len(between) - 1, MOST_DATES).round().astype(int)]
     return [{"from_year": round(float(t), 3)} for t in between]
@@ -533,18 +527,17 @@ def _build_change(path: str, facts: Facts) -> FrictionEffect:
     return FrictionEffect(CHANGE + path, (parameter,), design=design, paths=paths)
 
 
-def _needs_volume(columns: EventColumns, _sites: Sites) -> str | None:
-    known = columns.log_volume[np.isfinite(columns.log_volume)]
-    return None if len(known) and np.ptp(known) > 0 else "the events have no (different) volumes"
-
-
+_NEEDS_VOLUME = unless(
+    lambda columns: len(np.unique(known(columns.log_volume))) > 1,
+    "the events have no (different) volumes",
+)
 VOLUME_LAW = Definition(
     key="volume-law",
     meaning="Friction falls with volume along another curve than the model's law. The most "
     "likely of the other laws is taken.",
     needs="volume",
     build=lambda _: Effect("volume-law", ()),
-    lacking=_needs_volume,
+    lacking=_NEEDS_VOLUME,
     changes=Setting("law", "the law of friction against volume"),
     order=70,
 )
@@ -555,7 +548,7 @@ VOLUME_SCATTER = Definition(
     "under and constant beyond. The mean stays, the intervals change.",
     needs="volume",
     build=lambda _: Effect("volume-scatter", ()),
-    lacking=_needs_volume,
+    lacking=_NEEDS_VOLUME,
     changes=Setting("scatter", "the scatter of friction", value="volume"),
     order=80,
 )

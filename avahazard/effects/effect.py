@@ -57,7 +57,7 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Effect:
-    """An effect ready for use: its parameters; of what kind it is says its class.
+    """An effect ready for use, of a kind that its class says.
 
     One of no kind has no parameters: what it means is a `Setting` of the model. `paths` names that
     of each parameter where each acts on one path alone, so that nothing of it is known elsewhere.
@@ -163,9 +163,8 @@ class FrontEffect(RecordEffect):
 
 @dataclass(frozen=True, slots=True)
 class RecordErrorEffect(RecordEffect):
-    """`scale(values)`: factor on the stated errors of the records."""
+    """A factor on the stated errors of the records: its parameter is the log of that."""
 
-    scale: Callable[[Floats], float]
     acts_on: ClassVar[str] = "the error of the record"
 
 
@@ -179,9 +178,8 @@ class LimitEffect(Effect):
 
 @dataclass(frozen=True, slots=True)
 class VolumeErrorEffect(Effect):
-    """`scale(values)`: factor on the stated errors of the volumes."""
+    """A factor on the stated errors of the volumes: its parameter is the log of that."""
 
-    scale: Callable[[Floats], float]
     acts_on: ClassVar[str] = "the error of the volume"
 
 
@@ -203,14 +201,25 @@ Answer = Callable[[EventColumns, Sites], str | None]
 """A sentence on the data, or None."""
 
 
-def needs_profile(columns: EventColumns, _sites: Sites) -> str | None:
-    """What effects lack that act along the profile of a path."""
-    return None if np.any(columns.path_index >= 0) else "no event lies on a path with a profile"
+def unless(enough: Callable[[EventColumns], Any], lack: str) -> Answer:
+    """The sentence `lack`, unless the columns of the data are `enough`."""
+    return lambda columns, _sites: None if enough(columns) else lack
 
 
 def fewest_events(n: int) -> Answer:
     """What effects lack that need so many events."""
-    return lambda columns, _sites: None if len(columns) >= n else f"fewer than {n} events"
+    return unless(lambda columns: len(columns) >= n, f"fewer than {n} events")
+
+
+needs_profile = unless(
+    lambda columns: np.any(columns.path_index >= 0), "no event lies on a path with a profile"
+)
+"""What effects lack that act along the profile of a path."""
+
+
+def known(column: Floats) -> Floats:
+    """The numbers of a column that are not missing."""
+    return column[np.isfinite(column)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -219,8 +228,9 @@ class Curve:
 
     `of` is the state or the column, in `unit`; the curve is of what `value` says, in `columns`
     `[n, n_parameters]` times the parameters, at places `x` `[n]`. It is 0 on average or, where
-    `rests`, at the first place. An effect file has it as the function `form`, whose first argument
-    gives the state by the expression `state`, with `needs`. `path`: that on which it is, if on one.
+    `rests`, at the first place. An effect file, if one can have it, has it as the function `form`,
+    whose first argument gives the state by the expression `state`, with `needs`. `path`: that on
+    which it is, if on one.
     """
 
     of: str
@@ -228,10 +238,10 @@ class Curve:
     value: str
     x: Floats
     columns: Floats
-    rests: bool
-    form: str
-    state: str
-    needs: tuple[str, ...]
+    rests: bool = False
+    form: str = ""
+    state: str = ""
+    needs: tuple[str, ...] = ()
     path: str | None = None
 
     def values_of(self, heights: Floats) -> Floats:
@@ -287,10 +297,11 @@ class Definition:
       such alone is `unexplained`.
     - `column`: the column that the effect is about; a smooth of it would only repeat the effect.
     - `reads`: the column of numbers that it goes by where a smooth of that is another effect.
-    - `settled(columns, sites)`: the data state already what it would estimate, so that it is no
-      candidate.
+    - `already_stated(columns, sites)`: whether the data state what it would estimate, so that it is
+      no candidate.
     - `seen_in(columns, sites)`: where the records have what the effect is about, in a sentence.
     - `order`: its place in the list; equal ones stand by key.
+    - `text`: the effect file that makes it, if it is a user's own.
     """
 
     key: str
@@ -317,6 +328,7 @@ class Definition:
     already_stated: Callable[[EventColumns, Sites], bool] = lambda _columns, _sites: False
     seen_in: Answer = lambda _columns, _sites: None
     order: int = 1000
+    text: str = ""
 
     @property
     def family(self) -> str:

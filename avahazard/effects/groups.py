@@ -21,6 +21,8 @@ from avahazard.effects.effect import (
     Parameter,
     Sites,
     fewest_events,
+    known,
+    unless,
 )
 
 SPREAD = 0.2
@@ -29,7 +31,6 @@ differs with a standard deviation of 0.09, lie in its middle half."""
 
 MIN_PATHS = 5
 """Fewest paths that tell their spread well enough for it to be named or added."""
-MIN_DIFFERENT = 2
 MIN_SHARED = 5
 """Fewest groups of two events or more that tell their spread from the scatter of events."""
 DAYS = 3
@@ -55,10 +56,6 @@ def _few_paths(columns: EventColumns, _sites: Sites) -> str | None:
     return None if n >= MIN_PATHS else f"there are {n} paths, fewer than {MIN_PATHS}"
 
 
-def _one_path(columns: EventColumns, _sites: Sites) -> str | None:
-    return None if _n_paths(columns) >= MIN_DIFFERENT else "there is one path"
-
-
 PATH_EFFECT = Definition(
     key="path-effect",
     meaning="Each path has a friction of its own, for a reason that no column records (roughness, "
@@ -66,7 +63,7 @@ PATH_EFFECT = Definition(
     needs=f">= {MIN_PATHS} paths",
     build=lambda _: GroupEffect("path-effect", _spread("tau"), _by_path),
     lacking=_few_paths,
-    nuisance=_one_path,
+    nuisance=unless(lambda columns: _n_paths(columns) > 1, "there is one path"),
     granted_unasked=True,
     order=130,
 )
@@ -120,7 +117,7 @@ def _storms(columns: EventColumns, _sites: Sites) -> Facts:
     """Location and ordinal of the first day of each storm of two events or more."""
     found: list[list[object]] = []
     for place in np.unique(columns.location):
-        days = np.sort(columns.day[(columns.location == place) & np.isfinite(columns.day)])
+        days = np.sort(known(columns.day[columns.location == place]))
         while len(days):
             within = days <= days[0] + DAYS
             if np.sum(within) > 1:
@@ -141,13 +138,13 @@ def _storm_name(place: str, day: int) -> str:
 
 def _storm_effect(facts: Facts) -> GroupEffect:
     storms = [(str(place), int(day)) for place, day in facts["storms"]]
-    known = {
+    named = {
         (place, day + k): _storm_name(place, day) for place, day in storms for k in range(DAYS + 1)
     }
 
     def labels(columns: EventColumns) -> list[str]:
         places = zip(columns.location, np.nan_to_num(columns.day, nan=-1.0), strict=True)
-        return [known.get((str(place), int(day)), "") for place, day in places]
+        return [named.get((str(place), int(day)), "") for place, day in places]
 
     names = [_storm_name(*storm) for storm in storms]
     return _temporary("storm-effect", "tau_storm", names, labels)

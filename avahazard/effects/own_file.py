@@ -40,28 +40,19 @@ from avahazard.physics.terrain import Terrain
 from avahazard.records.errors import AvahazardError
 
 FORMS = {
-    "friction": "columns",
-    "friction_factor": "track",
-    "added_friction": "track",
-    "resistance": "track",
-    "drag": "track",
-    "speed_factor": "speeds",
-    "speed_resistance": "speeds",
-    "record_shift": "columns",
-    "front": "columns",
+    "friction": ("columns", ""),
+    "friction_factor": ("track", "factor"),
+    "added_friction": ("track", "offset"),
+    "resistance": ("track", "constant"),
+    "drag": ("track", "drag"),
+    "speed_factor": ("speeds", "speed_factor"),
+    "speed_resistance": ("speeds", "speed_constant"),
+    "record_shift": ("columns", ""),
+    "front": ("columns", ""),
 }
-"""The functions that a file may have, as the template explains them, by their first argument.
-
-All but `friction`, which the parameters multiply, take the parameters by name after it."""
-TERMS = {
-    "friction_factor": "factor",
-    "added_friction": "offset",
-    "resistance": "constant",
-    "drag": "drag",
-    "speed_factor": "speed_factor",
-    "speed_resistance": "speed_constant",
-}
-"""The term of `Resistance` that each of those on the motion changes."""
+"""The functions that a file may have, as the template explains them: their first argument, and the
+term of `Resistance` that those on the motion change. All but `friction`, which the parameters
+multiply, take the parameters by name after it."""
 MIN_KNOWN = 5
 GIVEN = frozenset(
     ("profile", "land_cover", "date", "volume_m3", "release_elevation_m", "deposit_length_m",
@@ -69,14 +60,6 @@ GIVEN = frozenset(
 )  # fmt: skip
 """What all observations have a place for."""
 MEND = "Correct the effect file."
-
-
-@dataclass(frozen=True, slots=True)
-class EffectFile:
-    """A user's effect and the text that it stands in."""
-
-    definition: Definition
-    text: str
 
 
 def read_text(file: Path) -> str:
@@ -134,7 +117,7 @@ def definition_from(text: str, name: str) -> Definition:
     needs = _needs(module, name)
     form = _form(module, name)
     parameters = _parameters(module, form, name)
-    wanted = [FORMS[form], *(p.name for p in parameters if form != "friction")]
+    wanted = [FORMS[form][0], *(p.name for p in parameters if form != "friction")]
     if list(inspect.signature(module[form]).parameters) != wanted:
         raise AvahazardError(
             f"{name}: the function {form} does not take the right arguments.",
@@ -151,6 +134,7 @@ def definition_from(text: str, name: str) -> Definition:
         event_columns=True,
         uses_volume=True,
         limits_speed=True,
+        text=text,
     )
 
 
@@ -230,15 +214,13 @@ def _lacking(needs: tuple[str, ...], columns: EventColumns, sites: Sites) -> str
     """What the data lack of the columns that a file needs."""
     for need in needs:
         if need == "profile":
-            lack = needs_profile(columns, sites)
+            if lack := needs_profile(columns, sites):
+                return lack
         elif need == "land_cover":
-            known = any(site.land_cover is not None for site in sites)
-            lack = None if known else "no profile has a land_cover"
-        else:
-            n = known_values(columns, need)
-            lack = None if n >= MIN_KNOWN else f"{n} events have a value of {need}"
-        if lack is not None:
-            return lack
+            if all(site.land_cover is None for site in sites):
+                return "no profile has a land_cover"
+        elif (n := known_values(columns, need)) < MIN_KNOWN:
+            return f"{n} events have a value of {need}"
     return None
 
 
@@ -321,11 +303,9 @@ class _Call:
         return self._array(self._result(columns, values), len(columns), self._missing(columns))
 
     def resistance(self, site: Site, resistance: Resistance, values: Floats) -> Resistance:
-        term = TERMS[self.form]
+        of, term = FORMS[self.form]
         before = getattr(resistance, term)
-        first: Floats | EffectTrack = SPEEDS
-        if FORMS[self.form] == "track":
-            first = track_of(site, site.terrain_for(resistance))
+        first = track_of(site, site.terrain_for(resistance)) if of == "track" else SPEEDS
         given = self._array(self._result(first, values), len(before))
         after = before * given if term.endswith("factor") else before + given
         return replace(resistance, **{term: after})
@@ -386,7 +366,7 @@ def _effect(call: _Call) -> Effect:
             return ShiftEffect(call.key, call.parameters, call.metres)
         case "front":
             return FrontEffect(call.key, call.parameters, call.metres)
-    by_speed = FORMS[call.form] == "speeds"
+    by_speed = FORMS[call.form][0] == "speeds"
     return MotionEffect(call.key, call.parameters, call.resistance, speed_dependent=by_speed)
 
 

@@ -20,7 +20,9 @@ from avahazard.effects.effect import (
     Sites,
     VolumeErrorEffect,
     fewest_events,
+    known,
     needs_profile,
+    unless,
 )
 
 SHIFT = Parameter("shift", "m", 0.0, 0.0, 40.0, -160.0, 160.0)
@@ -36,16 +38,9 @@ def _shift(columns: EventColumns, values: Floats) -> Floats:
     return np.asarray(shift * np.nan_to_num(before))
 
 
-def _few_dates(columns: EventColumns, _sites: Sites) -> str | None:
-    years = columns.year[np.isfinite(columns.year)]
-    if len(years) >= 4 * MIN_LEVEL and np.ptp(years) >= 20:
-        return None
-    return "fewer than 20 dated events over 20 years"
-
-
 def _years(columns: EventColumns, _sites: Sites) -> Facts:
-    years = columns.year[np.isfinite(columns.year)]
-    return {"years": np.unique(np.quantile(years, np.linspace(0.1, 0.9, 9)).round()).tolist()}
+    years = np.quantile(known(columns.year), np.linspace(0.1, 0.9, 9)).round()
+    return {"years": np.unique(years).tolist()}
 
 
 def _epoch_bias(facts: Facts) -> ShiftEffect:
@@ -61,7 +56,12 @@ EPOCH_BIAS = Definition(
     "the powder). Before some year they lie systematically too high or too low.",
     needs="date",
     build=_epoch_bias,
-    lacking=_few_dates,
+    lacking=unless(
+        lambda columns: (
+            len(known(columns.year)) >= 4 * MIN_LEVEL and np.ptp(known(columns.year)) >= 20
+        ),
+        "fewer than 20 dated events over 20 years",
+    ),
     facts=_years,
     order=150,
 )
@@ -71,11 +71,6 @@ def _advance(columns: EventColumns, values: Floats) -> Floats:
     return np.asarray(values[0] * np.nan_to_num(columns.deposit_length))
 
 
-def _few_deposits(columns: EventColumns, _sites: Sites) -> str | None:
-    known = columns.deposit_length[np.isfinite(columns.deposit_length)]
-    return None if len(known) >= 10 else "fewer than 10 events have a deposit length"
-
-
 SHARE = Parameter("share", "of the deposit length", 0.0, 0.5, 0.5, 0.0, 1.5)
 LEADING_EDGE = Definition(
     key="leading-edge",
@@ -83,7 +78,10 @@ LEADING_EDGE = Definition(
     "of mass. The front is ahead by a share of the deposit's length (about a half).",
     needs="deposit length",
     build=lambda _: FrontEffect("leading-edge", (SHARE,), advance=_advance),
-    lacking=_few_deposits,
+    lacking=unless(
+        lambda columns: len(known(columns.deposit_length)) >= 10,
+        "fewer than 10 events have a deposit length",
+    ),
     event_columns=True,
     reads="deposit_length_m",
     order=160,
@@ -97,8 +95,7 @@ FAR_M = 1000.0
 def _highest_stops(columns: EventColumns, sites: Sites) -> Facts:
     highest = {}
     for k, site in enumerate(sites):
-        stops = columns.stop_elevation[columns.path_index == k]
-        stops = stops[np.isfinite(stops)]
+        stops = known(columns.stop_elevation[columns.path_index == k])
         declared = site.path.observed_below_m
         if declared is not None:
             highest[site.path.path_id] = {"declared_m": declared}
@@ -109,8 +106,8 @@ def _highest_stops(columns: EventColumns, sites: Sites) -> Facts:
 
 def _declared(columns: EventColumns, sites: Sites) -> list[bool]:
     """Of each path with events, whether a limit is declared."""
-    known = np.unique(columns.path_index[columns.path_index >= 0])
-    return [sites[k].path.observed_below_m is not None for k in known]
+    with_events = np.unique(columns.path_index[columns.path_index >= 0])
+    return [sites[k].path.observed_below_m is not None for k in with_events]
 
 
 def _few_stops(columns: EventColumns, sites: Sites) -> str | None:
@@ -130,11 +127,11 @@ def _limit(facts: Facts) -> LimitEffect:
     def limit(columns: EventColumns, values: Floats) -> Floats:
         result = np.full(len(columns), np.nan)
         for i, k in enumerate(columns.path_index):
-            known = paths.get(columns.paths[k], {}) if k >= 0 else {}
-            if "declared_m" in known:
-                result[i] = known["declared_m"]
-            elif "highest_m" in known and values[0] < FAR_M:
-                result[i] = known["highest_m"] + values[0]
+            of_path = paths.get(columns.paths[k], {}) if k >= 0 else {}
+            if "declared_m" in of_path:
+                result[i] = of_path["declared_m"]
+            elif "highest_m" in of_path and values[0] < FAR_M:
+                result[i] = of_path["highest_m"] + values[0]
         return result
 
     margin = Parameter("margin", "m above the highest stop seen", FAR_M, 200.0, 400.0, 0.0, FAR_M)
@@ -169,18 +166,13 @@ def _log_factor(high: float = MOST) -> tuple[Parameter, ...]:
     return (Parameter("log_factor", "log of the factor", 0.0, 0.0, PRIOR_SD, -MOST, high),)
 
 
-def _factor(values: Floats) -> float:
-    """The factor at values `[1]` of its log; 1 to the last bit at 0."""
-    return float(np.exp(values[0]))
-
-
 RECORD_ERROR = Definition(
     key="record-error",
     meaning="The stated errors of the records are too small or too large, all by one factor. "
     "Such an error moves the friction that a record asks for more on some ground than on other, "
     "natural scatter does so alike, so the two can be distinguished.",
     needs=f"{4 * MIN_LEVEL} events",
-    build=lambda _: RecordErrorEffect("record-error", _log_factor(), _factor),
+    build=lambda _: RecordErrorEffect("record-error", _log_factor()),
     lacking=fewest_events(4 * MIN_LEVEL),
     order=164,
 )
@@ -198,22 +190,21 @@ def largest_factor(columns: EventColumns) -> float:
 
     inf where no error is stated.
     """
-    known = np.isfinite(columns.log_volume)
-    stated2 = float(np.mean(columns.volume_error[known] ** 2)) if np.any(known) else 0.0
+    stated = columns.volume_error[np.isfinite(columns.log_volume)]
+    stated2 = float(np.mean(stated**2)) if len(stated) else 0.0
     if stated2 == 0.0:
         return np.inf
-    members = [known & (columns.path_index == k) for k in range(-1, len(columns.paths))]
-    total2 = variance_within([columns.log_volume[selected] for selected in members])
+    paths = range(-1, len(columns.paths))
+    total2 = variance_within([known(columns.log_volume[columns.path_index == k]) for k in paths])
     return float(np.sqrt(max(total2 - MIN_SPREAD**2, 0.0) / stated2))
 
 
 def _few_volumes(columns: EventColumns, _sites: Sites) -> str | None:
-    known = np.isfinite(columns.log_volume)
-    if int(np.sum(known)) < 4 * MIN_LEVEL or np.ptp(columns.log_volume[known]) == 0.0:
+    volumes = known(columns.log_volume)
+    if len(volumes) < 4 * MIN_LEVEL or np.ptp(volumes) == 0.0:
         return f"fewer than {4 * MIN_LEVEL} events have (different) volumes"
-    if not np.any(columns.volume_error[known] > 0.0):
-        return "the volumes are stated to be exact"
-    return None
+    exact = not np.any(columns.volume_error[np.isfinite(columns.log_volume)] > 0.0)
+    return "the volumes are stated to be exact" if exact else None
 
 
 def _highest(columns: EventColumns, _sites: Sites) -> Facts:
@@ -226,7 +217,7 @@ VOLUME_ERROR = Definition(
     meaning="The stated errors of the volumes are too small or too large, all by one factor. "
     "Friction then scatters most where the law is steepest in volume, and bends towards its mean.",
     needs=f"{4 * MIN_LEVEL} events with volumes and errors of these",
-    build=lambda facts: VolumeErrorEffect("volume-error", _log_factor(facts["highest"]), _factor),
+    build=lambda facts: VolumeErrorEffect("volume-error", _log_factor(facts["highest"])),
     lacking=_few_volumes,
     facts=_highest,
     order=166,

@@ -110,9 +110,6 @@ def stretch_curve(facts: Facts) -> Curve:
         x=x - start,
         columns=np.array(columns, np.float64).T,
         rests=True,
-        form="",
-        state="",
-        needs=("profile", "speeds"),
         path=first,
     )
 

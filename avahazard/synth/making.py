@@ -42,7 +42,6 @@ def concave_profile(
     power: float = 1.5,
     waves: tuple[tuple[float, float, float], ...] = (),
     tail: tuple[float, float] = (0.0, 0.0),
-    spacing_m: float = SPACING_M,
 ) -> tuple[Floats, Floats]:
     """Profile points x, y `[n_points]` in metres of a path with a given drop.
 
@@ -57,11 +56,11 @@ def concave_profile(
     steps = sum((a * np.sin(2 * np.pi * (k * t + phase)) for a, k, phase in waves), np.zeros(4001))
     slope = slope * (1.0 + in_middle * steps)
     length = drop_m / float(np.trapezoid(slope, t))
-    x = np.arange(0.0, length + tail[0] + spacing_m, spacing_m)
+    x = np.arange(0.0, length + tail[0] + SPACING_M, SPACING_M)
     # The slope bends over 150 m into that of the tail.
     into_tail = np.clip((x - length + 75.0) / 150.0, 0.0, 1.0) * (tail[0] > 0.0)
     at = np.interp(x / length, t, slope) * (1.0 - into_tail) + tail[1] * into_tail
-    fall = cumulative_trapezoid(at, dx=spacing_m, initial=0)
+    fall = cumulative_trapezoid(at, dx=SPACING_M, initial=0)
     return np.round(x, 1), np.round(top_m - fall, 3)
 
 

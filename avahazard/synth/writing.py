@@ -44,37 +44,28 @@ def refuse_full(folder: FilePath) -> None:
 
 
 def write_records(folder: FilePath, records: Records) -> tuple[FilePath, ...]:
-    """Write the records alone as CSV files, over what is there; returns the files."""
-    files = []
-    for name, (columns, rows) in record_tables(records).items():
-        with (folder / name).open("w", newline="", encoding="utf-8") as handle:
-            writer = csv.DictWriter(handle, columns, restval="", lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(rows)
-        files.append(folder / name)
-    return tuple(files)
-
-
-def record_tables(records: Records) -> dict[str, tuple[list[str], list[dict[str, object]]]]:
-    """Columns and rows by the name of the file; those that would be empty are left out."""
+    """Write the records alone as CSV files, over what is there; returns the files, none empty."""
     tables = {
         "paths.csv": _rows(records.paths),
         "profiles.csv": _profile_rows(records),
         "events.csv": _rows(records.events),
         "velocities.csv": _rows(records.speeds),
     }
-    return {
-        name: (list(dict.fromkeys(column for row in rows for column in row)), rows)
-        for name, rows in tables.items()
-        if rows
-    }
+    files = []
+    for name, rows in tables.items():
+        if rows:
+            columns = list(dict.fromkeys(column for row in rows for column in row))
+            with (folder / name).open("w", newline="", encoding="utf-8") as handle:
+                writer = csv.DictWriter(handle, columns, restval="", lineterminator="\n")
+                writer.writeheader()
+                writer.writerows(rows)
+            files.append(folder / name)
+    return tuple(files)
 
 
 def _rows(items: Sequence[Path | Event | Speed]) -> list[dict[str, object]]:
     """One row each: the fields that any of them has, then the covariates."""
-    if not items:
-        return []
-    names = [f.name for f in fields(items[0]) if f.name != "covariates"]
+    names = [f.name for item in items[:1] for f in fields(item) if f.name != "covariates"]
     used = [n for n in names if any(getattr(item, n) is not None for item in items)]
     return [
         {n: _cell(getattr(item, n)) for n in used}

@@ -282,7 +282,7 @@ def add(
         store.refuse_taken_name(session, new_name)
         before = latest_comparison(session, name)
     own = read_own_of(model, effect_files)
-    definitions = tuple(effect.definition for effect in own.values())
+    definitions = tuple(own.values())
     unused = [key for key in own if key not in (*effects, *model.effects)]
     if unused:
         raise AvahazardError(

@@ -47,8 +47,7 @@ def diagnose_model(
         raise AvahazardError(f"{file} is there already.", "Name another file.")
     require_picture(plot)
     with reading(database) as session:
-        own_files = read_own_of(store.load_model(session, name), request.effect_files)
-    own = tuple(effect.definition for effect in own_files.values())
+        own = tuple(read_own_of(store.load_model(session, name), request.effect_files).values())
     stored, _ = load_stored(database, name, own=own)
     if not stored.knows_errors:
         raise AvahazardError(

@@ -13,13 +13,7 @@ from pathlib import Path
 from avahazard.effects.catalogue import catalogue, definition
 from avahazard.effects.covariate import covariate
 from avahazard.effects.effect import Definition, Facts, Parameter
-from avahazard.effects.own_file import (
-    TEMPLATE,
-    EffectFile,
-    declared_key,
-    definition_from,
-    read_text,
-)
+from avahazard.effects.own_file import TEMPLATE, declared_key, definition_from, read_text
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.records.errors import AvahazardError
 from avahazard.results import calibration as results
@@ -99,7 +93,7 @@ def _parameter(p: Parameter) -> results.EffectParameter:
 BETWEEN_FILES = "\n# ======== next effect file ========\n"
 
 
-def stored_text(own: dict[str, EffectFile], effects: Iterable[str]) -> str | None:
+def stored_text(own: dict[str, Definition], effects: Iterable[str]) -> str | None:
     """The text that is stored with a model of these effects; None where none is the user's."""
     texts = [own[key].text for key in sorted(set(effects) & own.keys())]
     return BETWEEN_FILES.join(texts) if texts else None
@@ -116,10 +110,10 @@ def own_effects(model: StoredModel, files: Sequence[Path]) -> tuple[Definition, 
             f"The model {model.name} does not have the effect '{others[0]}' of the effect file.",
             "Leave --effect-file out, or name the model that has it.",
         )
-    return tuple(effect.definition for effect in own.values())
+    return tuple(own.values())
 
 
-def read_own_of(model: StoredModel, files: Sequence[Path]) -> dict[str, EffectFile]:
+def read_own_of(model: StoredModel, files: Sequence[Path]) -> dict[str, Definition]:
     """The effects of these files by key, none of which runs unless it is that of the model.
 
     Files with effects that the model does not have are new ones, and run. Raises
@@ -135,13 +129,14 @@ def read_own_of(model: StoredModel, files: Sequence[Path]) -> dict[str, EffectFi
                 f"SHA-256 is {found[:12]}…); it was not run.",
                 "Name the old file, or add the changed effect to the parent under a new name.",
             )
-    own: dict[str, EffectFile] = {}
+    own: dict[str, Definition] = {}
     for file, text in zip(files, texts, strict=True):
-        effect = EffectFile(definition_from(text, str(file)), text)
-        key = effect.definition.key
-        if key in own:
-            raise AvahazardError(f"Two effect files have the KEY '{key}'.", "Rename one of them.")
-        own[key] = effect
+        entry = definition_from(text, str(file))
+        if entry.key in own:
+            raise AvahazardError(
+                f"Two effect files have the KEY '{entry.key}'.", "Rename one of them."
+            )
+        own[entry.key] = entry
     if not set(texts).issuperset(known):
         raise AvahazardError(
             f"The model {model.name} has an effect from a file of its user's.",

@@ -222,7 +222,7 @@ def test_what_a_function_gives_wrong(body: str, message: str) -> None:
 
 
 def test_every_form_is_in_the_template() -> None:
-    for form, argument in FORMS.items():
+    for form, (argument, _) in FORMS.items():
         assert f"def {form}({argument}" in TEMPLATE
 
 

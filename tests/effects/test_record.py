@@ -120,9 +120,8 @@ def test_the_factor_is_one_at_neutral_and_of_either_side_alike() -> None:
     for entry in (RECORD_ERROR, VOLUME_ERROR):
         effect = entry.build(entry.facts(columns(), ()))
         assert isinstance(effect, RecordErrorEffect | VolumeErrorEffect)
-        assert effect.scale(effect.neutral) == 1.0
-        assert effect.scale(np.array([np.log(2.5)])) == pytest.approx(2.5)
-        assert effect.scale(np.array([-np.log(2.5)])) == pytest.approx(0.4)
+        (log_factor,) = effect.parameters
+        assert (log_factor.neutral, log_factor.low) == (0.0, -MOST)
 
 
 def _volumes(path_means: list[float], deviations: list[float], error: float) -> float:

@@ -292,7 +292,7 @@ class Posterior:
         if not self._volume_errors:
             return self.observations.volumes
         values = self.layout.effect_values(u)
-        factor = float(np.prod([e.scale(values[e.key]) for e in self._volume_errors]))
+        factor = float(np.prod([np.exp(values[e.key][0]) for e in self._volume_errors]))
         if factor == 1.0:
             return self.observations.volumes
         if factor not in self._volumes:

@@ -270,7 +270,7 @@ def record_sigma(observations: Observations, effects: tuple[Effect, ...], values
     """Error of the records `[n_events]` (m), with the factors of effects on it."""
     sigma = observations.sigma
     for effect in of_kind(effects, RecordErrorEffect):
-        sigma = effect.scale(values[effect.key]) * sigma
+        sigma = float(np.exp(values[effect.key][0])) * sigma
     return sigma
 
 
