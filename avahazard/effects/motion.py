@@ -145,12 +145,12 @@ FOREST = "forest"
 
 
 def _in_forest(site: Site, resistance: Resistance, values: Floats) -> Resistance:
-    inside = site.cover(site.terrain_for(resistance)) == FOREST
+    inside = site.cover(site.terrain_for(resistance).middle_x) == FOREST
     return replace(resistance, drag=resistance.drag + values[0] * inside)
 
 
 def _no_forest(columns: EventColumns, sites: Sites) -> str | None:
-    covers = {str(cover) for s in sites if s.land_cover is not None for cover in s.land_cover}
+    covers = {str(cover) for s in sites for cover in s.profile.land_cover or ()}
     there = f" (there is {', '.join(sorted(covers))})" if covers else ""
     return needs_profile(columns, sites) or (
         None if FOREST in covers else f"no profile has land_cover `forest` anywhere{there}"
@@ -159,7 +159,7 @@ def _no_forest(columns: EventColumns, sites: Sites) -> str | None:
 
 def _seen_in(columns: EventColumns, sites: Sites) -> Note | None:
     """The paths with forest, by name."""
-    wooded = [s.path.path_id for s in sites if s.land_cover is not None and FOREST in s.land_cover]
+    wooded = [s.path.path_id for s in sites if FOREST in (s.profile.land_cover or ())]
     if not wooded:
         return None
     events = int(np.isin(np.array([*columns.paths, ""])[columns.path_index], wooded).sum())
@@ -372,18 +372,9 @@ BY_SLOPE, BY_ELEVATION, BY_CURVATURE = (
 )
 
 
-def _distance_facts(columns: EventColumns, sites: Sites) -> Facts:
-    return stretch_facts(columns, sites) or _facts("distance", columns, sites)
-
-
 def _distance_alternatives(columns: EventColumns, sites: Sites) -> list[Facts]:
     parts = all_parts(columns, sites)
     return [_facts("distance", columns, sites), *([parts] if parts else [])]
-
-
-def _along_path(facts: Facts) -> MotionEffect:
-    parts = "stretches" in facts
-    return build_stretches("force:distance", facts) if parts else _build("distance", facts)
 
 
 BY_DISTANCE = Definition(
@@ -391,9 +382,15 @@ BY_DISTANCE = Definition(
     meaning="A stretch of a path holds avalanches back, as a bend or rough ground does; measured "
     "speeds show where. Without them friction varies smoothly with the distance along all paths.",
     needs="profile; speeds help",
-    build=_along_path,
+    build=lambda facts: (
+        build_stretches("force:distance", facts)
+        if "stretches" in facts
+        else _build("distance", facts)
+    ),
     lacking=needs_profile,
-    facts=_distance_facts,
+    facts=lambda columns, sites: (
+        stretch_facts(columns, sites) or _facts("distance", columns, sites)
+    ),
     alternatives=_distance_alternatives,
     curve=lambda facts: stretch_curve(facts) if "stretches" in facts else _curve("distance", facts),
     seen_in=stretches_found,

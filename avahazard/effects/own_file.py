@@ -217,7 +217,7 @@ def _lacking(needs: tuple[str, ...], columns: EventColumns, sites: Sites) -> str
             if lack := needs_profile(columns, sites):
                 return lack
         elif need == "land_cover":
-            if all(site.land_cover is None for site in sites):
+            if all(site.profile.land_cover is None for site in sites):
                 return "no profile has a land_cover"
         elif (n := known_values(columns, need)) < MIN_KNOWN:
             return f"{n} events have a value of {need}"
@@ -264,7 +264,7 @@ def track_of(site: Site, terrain: Terrain) -> EffectTrack:
         y=terrain.middle_y,
         slope=np.degrees(-np.arctan(site.smooth.derivatives(x)[1])),
         **{name: STATES[name][2](terrain) for name in ("elevation", "distance", "curvature")},
-        land_cover=site.cover(terrain),
+        land_cover=site.cover(x),
     )
 
 

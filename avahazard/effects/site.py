@@ -23,7 +23,7 @@ from avahazard.physics.runout_curve import (
     tabulate,
 )
 from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
-from avahazard.physics.speed import filled_speeds, speeds_along, squares_to_rest
+from avahazard.physics.speed import filled_speeds, speeds_along
 from avahazard.physics.terrain import MAX_CELL_M, Terrain, cell_ends, node_of, terrain_at
 from avahazard.records.collection import Event, Path, Profile, Simulation
 
@@ -80,24 +80,24 @@ def stop_table(simulations: Sequence[Simulation], release_x: float, end_x: float
 
 SPEED_CELL_M = 10.0
 """Cell length where friction depends on speed: the step is then of second order only."""
+ALL = slice(None)
 KEPT_TERRAINS = 64
 """Terrains, those asked for last, that are kept: each is 100 times as large as its nodes."""
 
 
 @dataclass(frozen=True, eq=False)
 class Site:
-    """One path: `release_x` `[n_releases]` (m) are nodes of `terrain`, `cover` `[n_cells]`.
+    """One path, cut at `nodes` (m), with releases `release_x` `[n_releases]` (m) among them.
 
-    It is cut at `nodes` (m). What is held of its terrains, which are large, are their nodes: the
-    rest is made when it is asked for, but for those `kept`, if it `keeps` any.
+    What is held of its terrains, which are large, are their nodes: the rest is made when it is
+    asked for, but for those `kept`, if it `keeps` any.
     """
 
     path: Path
+    profile: Profile
     smooth: SmoothProfile
     nodes: Floats
     release_x: Floats
-    profile_x: Floats
-    land_cover: tuple[str, ...] | None
     keeps: bool = True
     kept: dict[bool, Terrain] = field(default_factory=dict, init=False, repr=False)
 
@@ -137,17 +137,17 @@ class Site:
 
     def keep_terrain(self, resistance: Resistance) -> None:
         """Keep the terrain of this resistance as long as the site: other values ask for it too."""
-        if not self.keeps:
-            return
-        terrain = self.terrain_for(resistance)
-        self.kept[terrain is not self.terrain] = terrain
+        if self.keeps:
+            terrain = self.terrain_for(resistance)
+            self.kept[terrain is not self.terrain] = terrain
 
-    def cover(self, terrain: Terrain) -> NDArray[np.str_]:
-        """Land cover of each cell, that of the profile point before it; `open` if unknown."""
-        if self.land_cover is None:
-            return np.full(terrain.n_cells, "open")
-        point = np.searchsorted(self.profile_x, terrain.middle_x, side="right") - 1
-        return np.asarray(self.land_cover)[np.clip(point, 0, len(self.land_cover) - 1)]
+    def cover(self, x: Floats) -> NDArray[np.str_]:
+        """Land cover at places (m), that of the profile point before each; `open` if unknown."""
+        cover = self.profile.land_cover
+        if cover is None:
+            return np.full(len(x), "open")
+        point = np.searchsorted(self.profile.x_m, x, side="right") - 1
+        return np.asarray(cover)[np.clip(point, 0, len(cover) - 1)]
 
     def cells(self, resistance: Resistance) -> Cells:
         """The path in cells with this resistance."""
@@ -161,24 +161,18 @@ class Site:
         """The same near some stops from each release alone (`near_stops`)."""
         return near_stops(cells, np.searchsorted(cells.x, self.release_x), asked)
 
-    def speeds(
-        self, cells: Cells, release_x: float, x: Floats, near: slice | None = None
-    ) -> Floats:
+    def speeds(self, cells: Cells, release_x: float, x: Floats, near: slice = ALL) -> Floats:
         """Speeds (m/s) at places x `[n_x]` for each friction of `MU`, `[n_friction, n_x]`.
 
         Of the block released at `release_x`, one of the site's. Of the frictions `near`, as
         `table_near` has them, each is run; the others have no speed.
         """
-        start, near = node_of(cells.x, release_x), slice(None) if near is None else near
-        if cells.speed_dependent and near == slice(None):
+        start = node_of(cells.x, release_x)
+        if cells.speed_dependent and near == ALL:
             return np.asarray(filled_speeds(speeds_along(cells, start, COARSE_MU, x)))
         speeds = np.zeros((len(MU), len(x)))
         speeds[near] = speeds_along(cells, start, MU[near], x)
         return speeds
-
-    def squares_to_rest(self, cells: Cells, release_x: float, stop_x: float, x: Floats) -> Floats:
-        """u² at places x `[n_x]` of what is released at `release_x` and rests at `stop_x` (m)."""
-        return squares_to_rest(cells, node_of(cells.x, release_x), stop_x, x)
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,19 +219,11 @@ def build_site(
 ) -> Site:
     """Cut the regularised profile at the releases and where the land cover changes."""
     releases = np.unique(np.asarray(release_x, dtype=float))
-    breaks = [releases]
+    nodes = releases
     if profile.land_cover is not None:
         cover = np.asarray(profile.land_cover)
-        breaks.append(profile.x_m[1:][cover[1:] != cover[:-1]])
-    return Site(
-        path=path,
-        smooth=smooth,
-        nodes=np.concatenate(breaks),
-        release_x=releases,
-        profile_x=profile.x_m,
-        land_cover=profile.land_cover,
-        keeps=keeps,
-    )
+        nodes = np.append(releases, profile.x_m[1:][cover[1:] != cover[:-1]])
+    return Site(path, profile, smooth, nodes, releases, keeps)
 
 
 def simulated_site(
@@ -245,15 +231,9 @@ def simulated_site(
 ) -> SimulatedSite:
     """The path with the stops of a flow model's runs, for avalanches of `volume` `[n]` (m3)."""
     start = release_place(smooth, path.release_elevation_m)
+    releases = np.full(len(volume), start)
     return SimulatedSite(
-        path=path,
-        smooth=smooth,
-        nodes=np.array([start]),
-        release_x=np.full(len(volume), start),
-        profile_x=profile.x_m,
-        land_cover=profile.land_cover,
-        volume=volume,
-        runs=tuple(runs),
+        path, profile, smooth, np.array([start]), releases, volume=volume, runs=tuple(runs)
     )
 
 

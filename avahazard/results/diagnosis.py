@@ -10,9 +10,6 @@ from avahazard.results.calibration import Kinds
 
 MOST_MISSED = 0.5
 """Share of the scatter's variance that an effect may be and be missed, for an adequate model."""
-SHARPER = 6.0
-"""Evidence (nats) by which a law must lead its smooth to be the next step: fewer parameters alone
-bring it some."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,12 +192,6 @@ class Diagnosis(Result):
         """The first of them."""
         found = self.lawful
         return found.laws[0] if found and found.laws else None
-
-    @property
-    def sharper_law(self) -> FittedLaw | None:
-        """The leading law, where the smooth follows it too little to stand for it."""
-        law = self.leading_law
-        return law if law and law.evidence_over_curve > SHARPER else None
 
     @property
     def cannot_tell(self) -> bool:

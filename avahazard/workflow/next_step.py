@@ -22,6 +22,9 @@ from avahazard.workflow.by_path import Survey, fingerprint_of, survey
 OPTIONS = {"law": "exponential", "scatter": "constant", "distribution": "lognormal"}
 OPTIONS |= {"tails": "normal", "method": "marginal", "forward": BLOCK}
 """Options of `calibrate` that a new calibration repeats where they are not these."""
+SHARPER = 6.0
+"""Evidence (nats) by which a law must lead its smooth to be the next step: fewer parameters alone
+bring it some."""
 
 
 def next_step(database: str, name: str, done: Collection[str] = ()) -> Note | None:
@@ -145,7 +148,8 @@ class StoredModels:
             return None
         if tried := self._child(name, effects):
             return None if self.worse(tried) else self.step(tried)
-        if written is None and (law := found.sharper_law) is not None:
+        if written is None and law is not None and law.evidence_over_curve > SHARPER:
+            # The smooth follows it too little to stand for it.
             lead = {"law": law.effect, "nats": law.evidence_over_curve}
             why = Note("why_write_law", model=name, effects=missing, **lead)
             return self._with_files(("diagnose", name, "--write-effect", f"{name}-law.py"), why)

@@ -198,11 +198,8 @@ def _at_the_stop(observations: Observations, x: Floats) -> dict[str, Levels]:
         height[selected] = smooth.height(at)
         slope[selected] = np.degrees(np.arctan(-np.asarray(smooth.derivatives(at)[1])))
         share[selected] = (at - smooth.x_min) / (smooth.x_max - smooth.x_min)
-        if site.land_cover is not None:
-            point = np.searchsorted(site.profile_x, at, side="right") - 1
-            cover[selected] = np.asarray(site.land_cover)[
-                np.clip(point, 0, len(site.profile_x) - 1)
-            ]
+        if site.profile.land_cover is not None:
+            cover[selected] = site.cover(at)
     return {
         "predicted_stop_elevation_m": terciles(height, ".0f", " m"),
         "slope_at_predicted_stop": terciles(slope, ".0f", "°"),

@@ -28,11 +28,13 @@ from avahazard.effects.effect import (
     ShiftEffect,
     of_kind,
 )
-from avahazard.effects.site import KEPT_TERRAINS, Site
+from avahazard.effects.site import ALL, KEPT_TERRAINS, Site
 from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Observations, SpeedRecord
 from avahazard.physics.block import LEFT_PROFILE, STOPPED, Asked
 from avahazard.physics.cells import Cells, Resistance, no_resistance
 from avahazard.physics.runout_curve import MU, NearStops, RunoutCurve, as_near_stops
+from avahazard.physics.speed import squares_to_rest
+from avahazard.physics.terrain import node_of
 from avahazard.workers import ordered_map
 
 SITES_AT_ONCE = KEPT_TERRAINS // 2
@@ -150,7 +152,7 @@ def _speeds_of(
     site = observations.sites[int(observations.columns.path_index[track.event])]
     release_x = float(site.release_x[release])
     some = slice(int(near.first[release]), int(near.end[release]))
-    speeds = site.speeds(cells, release_x, track.x, None if whole else some)
+    speeds = site.speeds(cells, release_x, track.x, ALL if whole else some)
     over: list[int] = []
     if observations.kind[track.event] != LEFT:
         curve = near.curve[release]
@@ -159,7 +161,7 @@ def _speeds_of(
         over = [cell for cell in ends.tolist() if curve.is_discontinuous(cell)]
     if not over:
         return speeds, StopAtJump(-1, np.zeros(len(track.x)))
-    square = site.squares_to_rest(cells, release_x, track.stop_x, track.x)
+    square = squares_to_rest(cells, node_of(cells.x, release_x), track.stop_x, track.x)
     return speeds, StopAtJump(int(over[-1]), square)
 
 

@@ -30,8 +30,8 @@ from avahazard.physics.block import LEFT_PROFILE, STOPPED, run
 from avahazard.physics.cells import build_cells, no_resistance
 from avahazard.physics.runout_curve import MU
 from avahazard.physics.smooth_profile import KEPT, GroundPosterior
-from avahazard.physics.speed import speeds_along
-from avahazard.physics.terrain import Terrain
+from avahazard.physics.speed import speeds_along, squares_to_rest
+from avahazard.physics.terrain import Terrain, node_of
 from avahazard.records.collection import Event, Path, Profile, Records, Speed
 from tests.inference.studies import observations, posterior
 
@@ -125,9 +125,8 @@ def test_where_f_jumps_over_the_stop_u2_is_that_of_the_mean_friction() -> None:
     site = given.sites[0]
     resistance = no_resistance(site.terrain)
     release = float(site.release_x[0])
-    expected = site.squares_to_rest(
-        site.cells(resistance), release, 1000.0, np.array([300.0, 700.0])
-    )
+    cells, places = site.cells(resistance), np.array([300.0, 700.0])
+    expected = squares_to_rest(cells, node_of(cells.x, release), 1000.0, places)
     np.testing.assert_array_equal(at_jump.square, expected)
     # More friction than that of the block which passes.
     assert np.all(at_jump.square < found.speeds[0][at_jump.cell] ** 2)
