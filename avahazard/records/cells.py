@@ -20,7 +20,7 @@ from avahazard.records.errors import RowProblem
 from avahazard.records.meanings import MEANINGS, factor, known_unit
 from avahazard.records.table import FileTable, OfRange
 
-Place = tuple[int, str]  # index of the row, column
+Cell = tuple[int, str, str]  # index of the row, column, text
 PLAIN_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 ODD = re.compile("[,\\s'’\u2212]")  # what a number of a file with commas does not hold, unquoted
 ODD_ELSEWHERE = re.compile("[.,\\s'’\u2212]")
@@ -95,20 +95,18 @@ def _with_plain_numbers(
     odd = ODD if table.separator == "," else ODD_ELSEWHERE
     if not any(odd.search("".join(block)) for c in columns for block in table.blocks(c)):
         return table
-    places: list[Place] = []
-    texts: list[str] = []
-    for column in columns:
-        written = table.columns[column].written
-        for k, text in table.values(column):
-            if table.separator or table.lines[k] in written:
-                places.append((k, column))
-                texts.append(text)
-    chosen = decimal or _decided(table, places, texts, problems)
-    if chosen is None or not places:
+    cells = [
+        (k, column, text)
+        for column in columns
+        for k, text in table.values(column)
+        if table.separator or table.lines[k] in table.columns[column].written
+    ]
+    chosen = decimal or _decided(table, cells, problems)
+    if chosen is None or not cells:
         return table
     edits: dict[str, dict[int, str]] = {}
     grouped = False
-    for (k, column), text in zip(places, texts, strict=True):
+    for k, column, text in cells:
         found = canonical(text, chosen)
         if found is not None and found != text:
             grouped = grouped or len(found) < len(text)
@@ -117,29 +115,22 @@ def _with_plain_numbers(
     return _edited(table, edits, [*words, *(["thousands in groups"] if grouped else [])])
 
 
-def _decided(
-    table: FileTable, places: Sequence[Place], texts: Sequence[str], problems: list[RowProblem]
-) -> Decimal | None:
+def _decided(table: FileTable, cells: Sequence[Cell], problems: list[RowProblem]) -> Decimal | None:
     """The decimal sign that the numbers show, None after adding to `problems`."""
-
-    def refuse(which: Sequence[int], accepted: str) -> None:
-        for k in which:
-            row, column = places[k]
-            problems.append(RowProblem(table.file, table.lines[row], column, texts[k], accepted))
-
-    found = weigh(texts)
+    found = weigh([text for _, _, text in cells])
     signs: tuple[Decimal, Decimal] = ("point", "comma")
     sign, rarer = sorted(signs, key=lambda sign: -len(found[sign]))
-    if found[rarer]:
-        first = table.lines[places[found[sign][0]][0]]
-        refuse(found[rarer], f"a decimal {sign}, as in line {first}: one sign in a file")
-        return None
-    if found[sign]:
-        return sign
     # Between commas a point is the decimal one: so programs write numbers.
-    doubtful = [k for k in found["both"] if table.separator != "," or "," in texts[k]]
-    refuse(doubtful, AMBIGUOUS)
-    return None if doubtful else "point"
+    wrong = [k for k in found["both"] if table.separator != "," or "," in cells[k][2]]
+    accepted = AMBIGUOUS
+    if found[rarer]:
+        wrong, first = found[rarer], table.lines[cells[found[sign][0]][0]]
+        accepted = f"a decimal {sign}, as in line {first}: one sign in a file"
+    elif found[sign]:
+        return sign
+    for row, column, text in (cells[k] for k in wrong):
+        problems.append(RowProblem(table.file, table.lines[row], column, text, accepted))
+    return None if wrong else "point"
 
 
 def _with_iso_dates(table: FileTable, order: Order | None, problems: list[RowProblem]) -> FileTable:

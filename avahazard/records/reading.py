@@ -234,52 +234,73 @@ def _ids(column: str, tables: Iterable[FileTable]) -> set[str]:
 MIN_POINTS = 5
 
 
-def build_event(row: EventRow | StraightRow, covariates: Mapping[str, Covariate]) -> Event:
-    """Make an event of its row: default errors, and the volume of its deposit."""
+def build_event(
+    row: EventRow | StraightRow,
+    place: Mapping[str, float],
+    covariates: Mapping[str, Covariate],
+    old: Event | None,
+    header: Collection[str],
+) -> Event:
+    """Make an event of its row, its `place` on the line, and `old` in columns that `header` lacks.
+
+    Defaults follow what they stand on: an error by the year, a volume by the deposit.
+    """
     # The model's own iteration takes four times as long.
     values = {name: value for name, value in row.__dict__.items() if value is not None}
     for name in COORDINATES:
         values.pop(name, None)
-    year = int(row.date[:4]) if row.date is not None else None
-    values.setdefault("runout_sigma_m", runout_sigma_m(year))
+    values |= place
     if isinstance(row, StraightRow):
         height, reach = row.height_and_reach
         values |= {"fall_height_m": height, "runout_length_m": reach}
         values |= {"runout_elevation_m": None, "left_profile": False}
         if height is not None:
             values["h_over_l"] = None
-    event = Event(**values, covariates=covariates)
+    if "runout_sigma_m" in header:
+        values.setdefault("runout_sigma_m", _sigma_of(values))
+    kept = _kept(old, covariates, header)
+    # A row without a path gives its height and reach whole, in one way or another.
+    for name in (*ON_A_LINE, *(ON_A_PATH if isinstance(row, StraightRow) else ())):
+        kept.pop(name, None)
+    if old is not None and old.runout_sigma_m == runout_sigma_m(old.year):
+        kept.pop("runout_sigma_m", None)
+    if old is not None and old.volume_m3 == old.deposit_m3:
+        kept.pop("volume_m3", None)
+    values |= kept
+    values.setdefault("runout_sigma_m", _sigma_of(values))
+    event = Event(**values)
     return event if event.volume_m3 is not None else replace(event, volume_m3=event.deposit_m3)
+
+
+def _sigma_of(values: Mapping[str, Any]) -> float:
+    date = values.get("date")
+    return runout_sigma_m(int(date[:4]) if date else None)
 
 
 def build_profile(
     file: str, points: Sequence[tuple[int, ProfileRow]], problems: list[RowProblem]
 ) -> Profile | None:
     """Make a profile of its rows `(line, row)`; None after adding to `problems` what is wrong."""
-    before = len(problems)
-    line, first = points[0]
+    (line, first), (end, last) = points[0], points[-1]
+    faults: list[tuple[int, str, str, str]] = []
     if len(points) < MIN_POINTS:
-        problems.append(
-            RowProblem(file, line, "path_id", first.path_id, f"at least {MIN_POINTS} points a path")
-        )
+        faults.append((line, "path_id", first.path_id, f"at least {MIN_POINTS} points a path"))
+    accepted = "more than the x_m of the point before it"
     for (_, left), (line, right) in pairwise(points):
         if right.x_m <= left.x_m:
-            accepted = "more than the x_m of the point before it"
-            problems.append(RowProblem(file, line, "x_m", f"{right.x_m:g}", accepted))
-    line, last = points[-1]
-    if len(problems) == before and last.y_m >= first.y_m:
+            faults.append((line, "x_m", f"{right.x_m:g}", accepted))
+    if not faults and last.y_m >= first.y_m:
         accepted = f"less than {first.y_m:g}, because x_m runs from the top of the path"
-        problems.append(RowProblem(file, line, "y_m", f"{last.y_m:g}", accepted))
-    accepted = "a {} at every point of the path, or at none"
+        faults.append((end, "y_m", f"{last.y_m:g}", accepted))
     for name in ("land_cover", "easting_m", "lon", "elevation_sigma_m"):
         empty = [line for line, row in points if getattr(row, name) is None]
-        for line in empty if len(empty) < len(points) else ():
-            problems.append(RowProblem(file, line, name, "", accepted.format(name)))
-    for line, row in points:
-        if row.crs != first.crs:
-            accepted = f"{first.crs or 'empty'}, as at the first point of the path"
-            problems.append(RowProblem(file, line, "crs", row.crs or "", accepted))
-    if len(problems) > before:
+        if len(empty) < len(points):
+            accepted = f"a {name} at every point of the path, or at none"
+            faults += [(line, name, "", accepted) for line in empty]
+    accepted = f"{first.crs or 'empty'}, as at the first point of the path"
+    faults += [(line, "crs", p.crs or "", accepted) for line, p in points if p.crs != first.crs]
+    problems += [RowProblem(file, *fault) for fault in faults]
+    if faults:
         return None
     cover = tuple(intern(row.land_cover) for _, row in points if row.land_cover is not None)
     numbers: dict[str, Any] = {}
@@ -294,28 +315,6 @@ ON_A_LINE = ("fall_height_m", "runout_length_m", "h_over_l")
 COORDINATES = ("easting_m", "northing_m", "crs", "lon", "lat")
 
 
-def complete_event(new: Event, old: Event | None, header: Collection[str]) -> Event:
-    """Return `new` with the values of `old` in the columns that `header` lacks.
-
-    Defaults follow what they stand on: an error by the year, a volume by the deposit.
-    """
-    if old is None:
-        return new
-    kept = _kept(old, new, header)
-    # A row without a path gives its height and reach whole, in one way or another.
-    for name in (*ON_A_LINE, *(ON_A_PATH if new.path_id is None else ())):
-        kept.pop(name, None)
-    if old.runout_sigma_m == runout_sigma_m(old.year):
-        kept.pop("runout_sigma_m", None)
-    of_deposit = "volume_m3" in kept and old.volume_m3 == old.deposit_m3
-    event: Event = replace(new, **kept)
-    if "runout_sigma_m" not in kept and "runout_sigma_m" not in header:
-        event = replace(event, runout_sigma_m=runout_sigma_m(event.year))
-    if of_deposit or event.volume_m3 is None:
-        event = replace(event, volume_m3=event.deposit_m3)
-    return event
-
-
 def complete_profile(
     new: Profile, old: Profile | None, header: Collection[str]
 ) -> tuple[Profile, list[str]]:
@@ -325,24 +324,26 @@ def complete_profile(
     """
     if old is None:
         return new, []
-    lacking = [
-        name
-        for name in ("land_cover", "elevation_sigma_m", *COORDINATES)
+    coordinates = COORDINATES if set(COORDINATES).isdisjoint(header) else ()
+    kept: dict[str, Any] = {
+        name: getattr(old, name)
+        for name in ("land_cover", "elevation_sigma_m", *coordinates)
         if name not in header and getattr(old, name) is not None
-    ]
-    if any(name in header for name in COORDINATES):
-        lacking = [name for name in lacking if name not in COORDINATES]
+    }
     if np.array_equal(new.x_m, old.x_m):
-        kept: dict[str, Any] = {name: getattr(old, name) for name in lacking}
         return replace(new, **kept), []
-    return new, lacking
+    return new, list(kept)
 
 
-def _kept(old: Path | Event, new: Path | Event, header: Collection[str]) -> dict[str, Any]:
-    """The values of `old` in the columns that `header` lacks."""
-    names = [f.name for f in fields(old) if f.name != "covariates" and f.name not in header]
-    covariates = {c: v for c, v in old.covariates.items() if c not in header}
-    return {n: getattr(old, n) for n in names} | {"covariates": covariates | dict(new.covariates)}
+def _kept(
+    old: Path | Event | None, covariates: Mapping[str, Covariate], header: Collection[str]
+) -> dict[str, Any]:
+    """The values of `old` in the columns that `header` lacks, with `covariates`."""
+    if old is None:
+        return {"covariates": covariates}
+    kept = {f.name: getattr(old, f.name) for f in fields(old) if f.name not in header}
+    further = {c: v for c, v in old.covariates.items() if c not in header}
+    return kept | {"covariates": {**further, **covariates}}
 
 
 ON_PROFILE = frozenset({"runout_x_m", "runout_elevation_m"})
@@ -358,9 +359,8 @@ def gather_paths(tables: Sequence[FileTable], known: Records, intake: Intake) ->
     for table in tables:
         rows = _each_once("path", "path_id", table, intake)
         for line, row in check_rows(PathRow, table.file, rows, intake.problems):
-            path = Path(**row.model_dump(), covariates=covariates[table.file, line])
-            before = old.get(path.path_id)
-            paths.append(replace(path, **_kept(before, path, table.header)) if before else path)
+            kept = _kept(old.get(row.path_id), covariates[table.file, line], table.header)
+            paths.append(Path(**{**row.model_dump(), **kept}))
     return paths
 
 
@@ -419,17 +419,17 @@ def gather_events(
         if not ON_PROFILE & set(header) and {"easting_m", "lon"} & set(header):
             header = (*header, *ON_PROFILE)  # the stored place is not kept beside a new point
         for line, row in _event_rows(table, intake, need_runout):
-            event = build_event(row, covariates[table.file, line])
+            place: dict[str, float] = {}
             if isinstance(row, EventRow) and row.point:
                 stop = place_stop(row, profiles.get(row.path_id), convert)
                 if isinstance(stop, PlacedStop):
-                    placed[event.event_id] = stop.distance_m
-                    event = replace(event, runout_x_m=round(stop.x_m, 3))
+                    placed[row.event_id] = stop.distance_m
+                    place["runout_x_m"] = round(stop.x_m, 3)
                 else:
                     column, accepted = stop
-                    key = ("event", event.event_id)
-                    intake.refuse(key, column, getattr(row, column), accepted)
-            events.append(complete_event(event, old.get(event.event_id), header))
+                    intake.refuse(("event", row.event_id), column, getattr(row, column), accepted)
+            before = old.get(row.event_id)
+            events.append(build_event(row, place, covariates[table.file, line], before, header))
         if placed:
             far = max(placed, key=placed.__getitem__)
             intake.notes.append(

@@ -15,7 +15,6 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.arrays import Ints
 from avahazard.records.conventions import FIRST_DAY, Decimal, Order, is_number
 from avahazard.records.errors import RowProblem
 
@@ -118,23 +117,28 @@ class FileTable:
     ) -> Iterator[tuple[int, dict[str, str]]]:
         """Yield every row with its line number, or `columns` of it; empty cells are left out."""
         for begin in range(0, len(self.lines), AT_ONCE):
-            rows = slice(begin, begin + AT_ONCE)
-            yield from self._rows(self.lines[rows], rows, columns)
+            yield from self.at(range(begin, min(begin + AT_ONCE, len(self.lines))), columns)
 
-    def at(self, rows: Sequence[int]) -> Iterator[tuple[int, dict[str, str]]]:
-        """Yield some rows, in their order, by their numbers from 0."""
-        yield from self._rows([self.lines[k] for k in rows], np.asarray(rows, dtype=np.intp), None)
+    def at(
+        self, rows: Sequence[int], columns: Sequence[str] | None = None
+    ) -> Iterator[tuple[int, dict[str, str]]]:
+        """Yield some rows, in their order, by their numbers from 0, as `numbered` does."""
+        names = self.header if columns is None else columns
+        numbers = np.asarray(rows, dtype=np.intp)
+        cells = [self.columns[name].texts[numbers].tolist() for name in names]
+        full = not any("" in column for column in cells)
+        taken = zip(*cells, strict=True) if cells else repeat((), len(rows))
+        for k, row in zip(rows, taken, strict=True):
+            named = zip(names, row, strict=True)
+            yield self.lines[k], dict(named) if full else {name: t for name, t in named if t}
 
     def values(self, column: str) -> Iterator[tuple[int, str]]:
-        """Yield the numbers from 0 of the rows that have a text in the column, with the text."""
-        for number, block in enumerate(self.blocks(column)):
-            yield from filter(itemgetter(1), enumerate(block, number * AT_ONCE))
+        """Give the numbers from 0 of the rows that have a text in the column, with the text."""
+        return filter(itemgetter(1), enumerate(chain.from_iterable(self.blocks(column))))
 
     def counts(self, column: str) -> Counter[str]:
         """How often each text occurs in the column: few distinct ones, in many rows."""
-        found: Counter[str] = Counter()
-        for block in self.blocks(column):
-            found.update(block)
+        found = Counter(chain.from_iterable(self.blocks(column)))
         del found[""]
         return found
 
@@ -143,17 +147,6 @@ class FileTable:
         if column in self.columns:
             for begin in range(0, len(self.lines), AT_ONCE):
                 yield self.columns[column].texts[begin : begin + AT_ONCE].tolist()
-
-    def _rows(
-        self, lines: Sequence[int], rows: slice | Ints, columns: Sequence[str] | None
-    ) -> Iterator[tuple[int, dict[str, str]]]:
-        names = self.header if columns is None else columns
-        cells = [self.columns[name].texts[rows].tolist() for name in names]
-        full = not any("" in column for column in cells)
-        taken = zip(*cells, strict=True) if cells else repeat((), len(lines))
-        for line, row in zip(lines, taken, strict=True):
-            named = zip(names, row, strict=True)
-            yield line, dict(named) if full else {name: text for name, text in named if text}
 
 
 def table_of(
@@ -172,8 +165,8 @@ def filled(
     lines: Iterable[Line],
     problems: list[RowProblem],
     layout: SheetLayout = PLAIN,
-    dated: Mapping[int, Collection[int]] | None = None,
-    written: Mapping[int, Collection[int]] | None = None,
+    dated: Mapping[int, Collection[int]] = {},
+    written: Mapping[int, Collection[int]] = {},
 ) -> FileTable | None:
     """The table with the cells of `lines`, blank ones left out, of which the first has the names.
 
@@ -192,29 +185,31 @@ def filled(
     fewest = named[-1] + 1 if named else 0
     units: Sequence[str] = ()
     numbers = array("q")
-    held: list[Sequence[str]] = []
-    blocks: list[list[Texts]] = []
     used = set(named)  # columns with a name, and those that hold something without one
     uneven: list[tuple[int, int]] = []
-    for line, cells in chain(begin[1:], rows):
-        n = len(cells)
-        if line == layout.units:
-            units = cells
-            continue
-        if len(used) < len(header):
-            used.update(k for k, (_, cell) in enumerate(zip(header, cells, strict=False)) if cell)
-        # Spreadsheets leave columns that hold nothing, not even a name.
-        while n > len(header) and not cells[n - 1]:
-            n -= 1
-        if not fewest <= n <= len(header):
-            uneven.append((line, bisect_left(named, n) + max(n - len(header), 0)))
-            continue
-        numbers.append(line)
-        held.append(cells)
-        if len(held) == AT_ONCE:
-            blocks.append(_texts_of(held, named))
-            held = []
-    blocks.append(_texts_of(held, named))
+
+    def even() -> Iterator[Sequence[str]]:
+        nonlocal units
+        for line, cells in chain(begin[1:], rows):
+            n = len(cells)
+            if line == layout.units:
+                units = cells
+                continue
+            if len(used) < len(header):
+                used.update(k for k, cell in enumerate(cells[: len(header)]) if cell)
+            # Spreadsheets leave columns that hold nothing, not even a name.
+            while n > len(header) and not cells[n - 1]:
+                n -= 1
+            if fewest <= n <= len(header):
+                numbers.append(line)
+                yield cells
+            else:
+                uneven.append((line, bisect_left(named, n) + max(n - len(header), 0)))
+
+    taken, blocks = even(), list[list[Texts]]()
+    while block := list(islice(taken, AT_ONCE)):
+        by_column = list(zip(*block, strict=False))
+        blocks.append([texts(by_column[k]) for k in named])
     names = [header[k] for k in sorted(used)]
     faults = _faults_of_names(names, first, begin[likely][0])
     problems += [RowProblem(empty.file, first, *fault) for fault in faults]
@@ -227,23 +222,15 @@ def filled(
     unit = dict(enumerate(units))
     columns = {
         header[k]: Column(
-            np.concatenate(parts),
+            np.concatenate([texts(()), *parts]),
             header[k],
             unit.get(k, ""),
-            (dated or {}).get(k, ()),
-            (written or {}).get(k, ()),
+            dated.get(k, ()),
+            written.get(k, ()),
         )
         for k, *parts in zip(named, *blocks, strict=True)
     }
     return replace(empty, lines=numbers, columns=columns, first=first)
-
-
-def _texts_of(rows: Sequence[Sequence[str]], named: Sequence[int]) -> list[Texts]:
-    """The named columns of rows that have at least these."""
-    if not rows:
-        return [texts(()) for _ in named]
-    columns = list(zip(*rows, strict=False))
-    return [texts(columns[k]) for k in named]
 
 
 def _faults_of_names(names: Sequence[str], first: int, likely: int) -> list[tuple[str, str, str]]:
