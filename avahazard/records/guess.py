@@ -17,6 +17,7 @@ from rapidfuzz import fuzz, process
 from avahazard.records.cells import LIKELY_MARKS, RANGE
 from avahazard.records.conventions import is_number, read_dates
 from avahazard.records.errors import RowProblem
+from avahazard.records.intake import Guess
 from avahazard.records.meanings import MEANINGS, known_unit, squash
 from avahazard.records.rows import PathRow
 from avahazard.records.sheet import read_tables
@@ -30,17 +31,6 @@ OF_PROFILES = {"path_id", "x_m", "y_m", "land_cover", "easting_m", "northing_m",
 OF_TERRAIN = OF_PROFILES | PathRow.model_fields.keys()
 SURE, LIKELY, NEAR = 0.95, 0.8, 87.0
 """Confidence in a name of the list, least one that is written, and least likeness (of 100)."""
-
-
-class Guess(NamedTuple):
-    """What a column of a file seems to be, why, and how sure that is (0 to 1)."""
-
-    column: str
-    source: str
-    unit: str
-    reason: str
-    confidence: float
-    ranges: bool = False
 
 
 class GuessedTable(NamedTuple):
@@ -151,7 +141,8 @@ def _candidates(table: FileTable, name: str) -> Iterator[Guess]:
             confidence -= 0.2 * (1.0 - share)
             reason += f", {share:.0%} of its values fit"
         ranges = bool(of_unit) and any(map(RANGE.fullmatch, texts))
-        yield Guess(column, name, unit if of_unit else "", reason, round(confidence, 2), ranges)
+        unit = unit if of_unit else ""
+        yield Guess(table.file, column, name, unit, reason, round(confidence, 2), ranges)
 
 
 def _share(column: str, texts: Sequence[str]) -> float:

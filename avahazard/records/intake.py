@@ -28,6 +28,19 @@ class UnderstoodColumn:
     values: tuple[str, ...]
 
 
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """What a column of a file seems to be, why, and how sure that is (0 to 1)."""
+
+    table: str
+    column: str
+    source: str
+    unit: str
+    reason: str
+    confidence: float
+    ranges: bool
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn:
     """The lines of a file as rows of `paths.csv` and `profiles.csv`.
@@ -89,16 +102,12 @@ Difference = tuple[str, object, object]  # column, one value, the other value
 
 def differences(one: Path | Event | Speed, other: Path | Event | Speed) -> list[Difference]:
     """Return the columns in which `one` and `other` differ; numbers are compared exactly."""
-    found: list[Difference] = []
-    for name in (f.name for f in fields(one)):
-        left, right = getattr(one, name), getattr(other, name)
-        if name == "covariates":
-            for column in {**left, **right}:
-                if left.get(column) != right.get(column):
-                    found.append((column, left.get(column), right.get(column)))
-        elif left != right:
-            found.append((name, left, right))
-    return found
+    left, right = (
+        {f.name: getattr(record, f.name) for f in fields(record) if f.name != "covariates"}
+        | dict(getattr(record, "covariates", {}))
+        for record in (one, other)
+    )
+    return [(c, left.get(c), right.get(c)) for c in left | right if left.get(c) != right.get(c)]
 
 
 def profile_difference(one: Profile, other: Profile) -> tuple[int, Difference] | None:
@@ -135,16 +144,10 @@ class Count:
     updated: int = 0
 
 
-@dataclass
-class Merge:
-    """What has to be written, and the counts by kind."""
-
-    write: Records = field(default_factory=Records)
-    counts: dict[str, Count] = field(default_factory=dict)
-
-
-def merge_records(intake: Intake, stored: Records, *, update: bool = False) -> Merge:
-    """Compare what was read with what is stored, record by record, floats exactly.
+def merge_records(
+    intake: Intake, stored: Records, *, update: bool = False
+) -> tuple[Records, dict[str, Count]]:
+    """What has to be written of what was read, and counts by kind; floats are compared exactly.
 
     A record that contradicts a stored one is added to `intake.problems`, unless `update`:
     then it replaces the stored one whole. A path that is stored without a row of its own
@@ -171,7 +174,7 @@ def merge_records(intake: Intake, stored: Records, *, update: bool = False) -> M
                 continue
             write[kind].append(record)
     intake.problems = told_once(intake.problems)
-    return Merge(Records(*map(tuple, write.values())), counts)
+    return Records(*map(tuple, write.values())), counts
 
 
 def _contradictions(record: Any, old: Any) -> list[tuple[str, str, str]]:

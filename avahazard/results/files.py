@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from avahazard.notes import Note
-from avahazard.records.intake import Count, UnderstoodColumn
+from avahazard.records.intake import Count, Guess, UnderstoodColumn
 from avahazard.results.base import ABSENT, Result, Rows
 from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import HeldOutScores
@@ -100,25 +100,12 @@ class Import(Result):
 
 
 @dataclass(frozen=True, slots=True)
-class Guessed(Result):
-    """What a column of a file seems to be, why, and how sure that is (0 to 1)."""
-
-    table: str
-    column: str
-    source: str
-    unit: str
-    reason: str
-    confidence: float
-    ranges: bool
-
-
-@dataclass(frozen=True, slots=True)
 class GuessedColumns(Result):
     """A first `columns.toml` that was written, its guesses, and what they leave open."""
 
     files: tuple[str, ...]
     written: str
-    guesses: Rows[Guessed]
+    guesses: Rows[Guess]
     open: tuple[str, ...]
 
 

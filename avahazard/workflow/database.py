@@ -160,10 +160,10 @@ def import_files(
             profiles_of=partial(load_profiles, session),
         )
         stored = intake.known
-        merge = merge_records(intake, stored, update=request.update)
-        written = {event.event_id for event in merge.write.events}
+        new, counts = merge_records(intake, stored, update=request.update)
+        written = {event.event_id for event in new.events}
         kept = (event for event in stored.events if event.event_id not in written)
-        every = [*kept, *merge.write.events]
+        every = [*kept, *new.events]
         volumes = np.log(np.array([event.volume_m3 or np.nan for event in every]))
         intake.notes += [
             f"the volume of {every[i].event_id}, {every[i].volume_m3:g} m3, dwarfs all others. "
@@ -177,15 +177,15 @@ def import_files(
         if intake.problems:
             raise RejectedRows(intake.problems)
         if not dry_run:
-            save_records(session, merge.write)
+            save_records(session, new)
             crops = [crop for one in drawn for crop in one.terrain]
-            save_terrain(session, crops, outdated=[p.path_id for p in merge.write.profiles])
+            save_terrain(session, crops, outdated=[p.path_id for p in new.profiles])
     return results.Import(
         dry_run,
         tuple(intake.files),
         tuple(intake.read),
         Rows(intake.understood),
-        results.ImportedRecords(**merge.counts),
+        results.ImportedRecords(**counts),
         tuple(intake.notes),
         None if dry_run else after_import(database),
     )
@@ -224,11 +224,7 @@ def guess_columns(sources: Sequence[str | FilePath]) -> results.GuessedColumns:
     return results.GuessedColumns(
         tuple(map(str, files)),
         str(target),
-        Rows(
-            results.Guessed(found.table.file, *guess)
-            for _, found in tables
-            for guess in found.guesses
-        ),
+        Rows(guess for _, found in tables for guess in found.guesses),
         tuple(text for _, found in tables for text in found.open),
     )
 

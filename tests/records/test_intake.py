@@ -38,10 +38,10 @@ def intake(records: Records) -> Intake:
 
 def test_the_same_again_is_no_change() -> None:
     read = intake(STORED)
-    merge = merge_records(read, STORED)
+    write, counts = merge_records(read, STORED)
     assert not read.problems
-    assert merge.write == Records()
-    assert merge.counts == {
+    assert write == Records()
+    assert counts == {
         "paths": Count(unchanged=2),
         "profiles": Count(unchanged=1),
         "events": Count(unchanged=2),
@@ -50,9 +50,9 @@ def test_the_same_again_is_no_change() -> None:
 
 
 def test_new_records_are_written() -> None:
-    merge = merge_records(intake(STORED), Records())
-    assert merge.write == STORED
-    assert merge.counts["events"] == Count(new=2)
+    write, counts = merge_records(intake(STORED), Records())
+    assert write == STORED
+    assert counts["events"] == Count(new=2)
 
 
 CHANGED = Records(
@@ -65,8 +65,8 @@ CHANGED = Records(
 
 def test_contradictions_are_listed_with_the_stored_value() -> None:
     read = intake(CHANGED)
-    merge = merge_records(read, STORED)
-    assert merge.write == Records()
+    write, _ = merge_records(read, STORED)
+    assert write == Records()
     assert [(p.line, p.column, p.value) for p in read.problems] == [
         (2, "section", "open"),
         (3, "y_m", "-4.5"),
@@ -79,17 +79,17 @@ def test_contradictions_are_listed_with_the_stored_value() -> None:
 
 def test_update_replaces_whole_records() -> None:
     read = intake(CHANGED)
-    merge = merge_records(read, STORED, update=True)
+    write, counts = merge_records(read, STORED, update=True)
     assert not read.problems
-    assert merge.write == CHANGED
-    assert all(count == Count(updated=1) for count in merge.counts.values())
+    assert write == CHANGED
+    assert all(count == Count(updated=1) for count in counts.values())
 
 
 def test_a_bare_path_takes_its_row_without_update() -> None:
     read = intake(Records((replace(STORED.paths[0], name="Name"),)))
-    merge = merge_records(read, STORED)
+    _, counts = merge_records(read, STORED)
     assert not read.problems
-    assert merge.counts["paths"] == Count(updated=1)
+    assert counts["paths"] == Count(updated=1)
 
 
 EVENT = Event("e", "P", runout_x_m=0.1 + 0.2, covariates={"a": 1.0})
