@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from dataclasses import fields
 from itertools import chain, groupby
 from operator import attrgetter, itemgetter
 from sys import intern
@@ -78,7 +79,13 @@ def load_records(
     Unknown names are left out; profiles and speeds are there if they are wanted.
     """
     chosen = None if path_ids is None else _among(path_ids)
-    return _load(session, chosen, profiles=profiles, speeds=speeds)
+    return Records(
+        paths=tuple(_of_kind(session, PATHS, chosen)),
+        profiles=tuple(_profiles(session, chosen)) if profiles else (),
+        events=tuple(_of_kind(session, EVENTS, chosen)),
+        speeds=tuple(_speeds(session, chosen)) if speeds else (),
+        simulations=tuple(load_simulations(session, chosen)) if profiles else (),
+    )
 
 
 def load_by_pieces(session: Session) -> Iterator[Records]:
@@ -86,7 +93,10 @@ def load_by_pieces(session: Session) -> Iterator[Records]:
     path_ids = session.scalars(sa.select(PathTable.path_id).order_by(PathTable.id)).all()
     for some in batched(path_ids, PATHS_AT_ONCE):
         yield load_records(session, some)
-    yield _load(session, lambda column: column.is_(None))
+    yield Records(
+        events=tuple(_of_kind(session, EVENTS, lambda column: column.is_(None))),
+        speeds=tuple(_speeds(session, lambda column: column.is_(None))),
+    )
 
 
 def load_events(session: Session) -> Iterator[Event]:
@@ -102,18 +112,6 @@ def load_profiles(session: Session, path_ids: Collection[str]) -> list[Profile]:
 
 def _among(path_ids: Sequence[str]) -> Chosen:
     return lambda column: column.in_(path_ids)
-
-
-def _load(
-    session: Session, chosen: Chosen | None, *, profiles: bool = True, speeds: bool = True
-) -> Records:
-    return Records(
-        paths=tuple(_of_kind(session, PATHS, chosen)),
-        profiles=tuple(_profiles(session, chosen)) if profiles else (),
-        events=tuple(_of_kind(session, EVENTS, chosen)),
-        speeds=tuple(_speeds(session, chosen)) if speeds else (),
-        simulations=tuple(load_simulations(session, chosen)) if profiles else (),
-    )
 
 
 def _of_kind(session: Session, kind: Kind, chosen: Chosen | None) -> Iterator[Any]:
@@ -196,14 +194,9 @@ def _insert(session: Session, table: Any, rows: Sequence[tuple[Any, ...]]) -> No
 
 
 def _save(session: Session, kind: Kind, records: Sequence[Path | Event]) -> None:
-    """Insert the records whose name is not there, update the others in their place."""
-    columns, name = _columns(kind.table), attrgetter(kind.key)
+    name = attrgetter(kind.key)
     ids = _stored_ids(session, kind, list(map(name, records)))
-    read = attrgetter(*columns)
-    _insert(session, kind.table, [read(r) for r in records if name(r) not in ids])
-    _update(
-        session, kind.table, columns, {ids[name(r)]: read(r) for r in records if name(r) in ids}
-    )
+    _write(session, kind.table, records, [ids.get(name(record)) for record in records])
     _delete(session, kind.covariates, kind.key, list(ids))
     rows = [
         (name(r), column, i, *((None, value) if isinstance(value, str) else (value, None)))
@@ -213,12 +206,18 @@ def _save(session: Session, kind: Kind, records: Sequence[Path | Event]) -> None
     _insert(session, kind.covariates, rows)
 
 
-def _update(
-    session: Session, table: type[Base], columns: Sequence[str], rows: dict[int, tuple[Any, ...]]
-) -> None:
-    if rows:
-        named = [{"id": id_, **dict(zip(columns, row, strict=True))} for id_, row in rows.items()]
-        session.execute(sa.update(table), named)
+def _write(session: Session, table: type[Base], records: Sequence[Any], ids: Sequence[Any]) -> None:
+    """Insert the records that have no id yet, update the others in their place."""
+    columns = _columns(table)
+    rows = list(map(attrgetter(*columns), records))
+    _insert(session, table, [row for id_, row in zip(ids, rows, strict=True) if id_ is None])
+    there = [
+        {"id": id_, **dict(zip(columns, row, strict=True))}
+        for id_, row in zip(ids, rows, strict=True)
+        if id_ is not None
+    ]
+    if there:
+        session.execute(sa.update(table), there)
 
 
 def _stored_ids(session: Session, kind: Kind, names: Sequence[str]) -> dict[str, int]:
@@ -257,16 +256,12 @@ def _column(value: Any, n: int) -> Sequence[Any]:
 
 
 def _save_speeds(session: Session, speeds: Sequence[Speed]) -> None:
-    """Update the speeds that are there at the same place, insert the others."""
     place = attrgetter("event_id", "x_m", "elevation_m")
     ids: dict[tuple[Any, ...], int] = {}
     for some in batched(list(dict.fromkeys(s.event_id for s in speeds)), KEYS_A_STATEMENT):
         query = sa.select(SpeedTable.id, *place(SpeedTable)).where(SpeedTable.event_id.in_(some))
         ids |= {tuple(where): id_ for id_, *where in session.execute(query)}
-    read = attrgetter(*SPEED_COLUMNS)
-    _insert(session, SpeedTable, [read(s) for s in speeds if place(s) not in ids])
-    old = {ids[place(s)]: read(s) for s in speeds if place(s) in ids}
-    _update(session, SpeedTable, SPEED_COLUMNS, old)
+    _write(session, SpeedTable, speeds, [ids.get(place(speed)) for speed in speeds])
 
 
 def _delete(session: Session, table: Any, key: str, owners: Sequence[str]) -> None:
@@ -322,8 +317,7 @@ def save_terrain(
     session: Session, crops: Sequence[TerrainCrop], outdated: Iterable[str] = ()
 ) -> None:
     """Store `crops`, in the place of those stored before for their paths and for `outdated`."""
-    for path_id in sorted({*outdated, *(crop.path_id for crop in crops)}):
-        session.execute(sa.delete(TerrainTable).where(TerrainTable.path_id == path_id))
+    _delete(session, TerrainTable, "path_id", [*outdated, *(crop.path_id for crop in crops)])
     place = attrgetter("path_id", "crs", "west_m", "north_m", "cell_m")
     rows = [
         (*place(crop), *crop.elevation_m.shape, crop.elevation_m.astype(LITTLE_ENDIAN).tobytes())
@@ -351,22 +345,17 @@ def load_terrain(session: Session, path_id: str) -> TerrainCrop | None:
     )
 
 
-PLAIN = ("path_id", "engine", "friction", "volume_m3", "drag_per_m", "ground", "left_profile")
+PLAIN = [f.name for f in fields(Simulation) if f.name not in ("stop_x_m", "peak_kpa")]
 
 
 def save_simulation(session: Session, run: Simulation) -> None:
     """Store a run, with its peak pressures, in the place of one made before on other ground."""
     assert run.peak_kpa is not None
-    table = SimulationTable
-    key = ("path_id", "engine", "friction", "volume_m3", "drag_per_m")
-    same = [getattr(table, name) == getattr(run, name) for name in key]
-    session.execute(sa.delete(table).where(*same))
     n_rows, n_columns = run.peak_kpa.shape
-    session.add(
-        table(
+    session.merge(
+        SimulationTable(
             **{name: getattr(run, name) for name in PLAIN},
             stop_x_m=None if np.isnan(run.stop_x_m) else float(run.stop_x_m),
-            seconds=run.seconds,
             n_rows=n_rows,
             n_columns=n_columns,
             data=zlib.compress(run.peak_kpa.astype(LITTLE_ENDIAN).tobytes()),
@@ -404,6 +393,5 @@ def _simulation(row: SimulationTable, peaks: bool) -> Simulation:
     return Simulation(
         **{name: getattr(row, name) for name in PLAIN},
         stop_x_m=np.nan if row.stop_x_m is None else row.stop_x_m,
-        seconds=row.seconds,
         peak_kpa=peak,
     )

@@ -92,36 +92,27 @@ def save_model(
     digest = None if effect_file is None else hashlib.sha256(effect_file.encode()).hexdigest()
     made = plain(specification), parent, effect_file, digest, now()
     session.add(ModelTable(name=name, **dict(zip(MADE, made, strict=True))))
+    session.flush()
     document = plain(result)
     row = CalibrationTable(
         model=name,
         settings=plain(settings),
-        seed=document["seed"],
-        data_fingerprint=document["data_fingerprint"],
-        diagnostics=document["diagnostics"],
+        **{key: document[key] for key in ("seed", "data_fingerprint", "diagnostics")},
         converged=document["diagnostics"]["converged"],
         result=document,
         created=now(),
     )
-    session.flush()
     session.add(row)
     session.flush()
     for parameter, values in draws.items():
         array = np.asarray(values, dtype=LITTLE_ENDIAN)
-        n_chains, n_draws = array.shape
-        step = max(1, CHUNK_NUMBERS // max(1, n_chains))
-        for chunk, start in enumerate(range(0, n_draws, step)):
+        step = max(1, CHUNK_NUMBERS // max(1, len(array)))
+        for chunk, start in enumerate(range(0, array.shape[1], step)):
             piece = array[:, start : start + step]
-            session.add(
-                DrawChunkTable(
-                    calibration=row.id,
-                    parameter=parameter,
-                    chunk=chunk,
-                    n_chains=n_chains,
-                    n_draws=piece.shape[1],
-                    data=piece.tobytes(),
-                )
-            )
+            stored = DrawChunkTable(calibration=row.id, parameter=parameter, chunk=chunk)
+            stored.n_chains, stored.n_draws = piece.shape
+            stored.data = piece.tobytes()
+            session.add(stored)
     session.flush()
 
 
@@ -282,23 +273,15 @@ def _runs(kind: RunKind, model: str) -> Select[PathRunTable]:
 def save_paths(session: Session, run: int, results: Sequence[PathResult]) -> None:
     """Store results of a run. Paths that it has stay: who computes them again gets the same."""
     # By the key of the table: their names stand among documents, which would all be read.
-    kept = select(PathResultTable.position).where(
-        PathResultTable.run == run,
-        PathResultTable.position.in_([found.position for found in results]),
-    )
+    table, positions = PathResultTable, [found.position for found in results]
+    kept = select(table.position).where(table.run == run, table.position.in_(positions))
     there = set(session.scalars(kept))
-    session.add_all(
-        PathResultTable(
-            run=run,
-            position=found.position,
-            path_id=found.path_id,
-            result=list(found.documents),
-            notes=list(found.notes),
-            failed=found.failed,
-        )
-        for found in results
-        if found.position not in there
-    )
+    for found in results:
+        if found.position not in there:
+            row = table(run=run, position=found.position, path_id=found.path_id)
+            row.result, row.notes = list(found.documents), list(found.notes)
+            row.failed = found.failed
+            session.add(row)
     session.flush()
 
 
@@ -307,10 +290,9 @@ def finish_run(session: Session, run: int) -> str | None:
 
     One in which all paths failed is forgotten; the reason of the first is returned.
     """
-    failed = select(PathResultTable.failed).where(PathResultTable.run == run)
-    found = session.execute(
-        failed.order_by(PathResultTable.failed.is_(None).desc(), PathResultTable.position).limit(1)
-    ).scalar_one_or_none()
+    table = PathResultTable
+    first = (table.failed.is_(None).desc(), table.position)
+    found = session.scalar(select(table.failed).where(table.run == run).order_by(*first).limit(1))
     row = session.get_one(PathRunTable, run)
     if found is None:
         row.finished = now()
@@ -325,9 +307,8 @@ def read_run(session: Session, run: int) -> Iterator[PathResult]:
     table = PathResultTable
     query = select(table.position, table.path_id, table.result, table.notes, table.failed)
     ordered = query.where(table.run == run).order_by(table.position)
-    for position, path_id, result, notes, failed in session.execute(
-        ordered.execution_options(yield_per=READ_AHEAD)
-    ):
+    rows = session.execute(ordered.execution_options(yield_per=READ_AHEAD))
+    for position, path_id, result, notes, failed in rows:
         yield PathResult(position, path_id, tuple(result), tuple(notes), failed)
 
 

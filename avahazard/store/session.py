@@ -6,7 +6,7 @@ import json
 import os
 import sqlite3
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from pathlib import Path as FilePath
 from sqlite3 import Connection as SqliteConnection
@@ -68,22 +68,22 @@ def make_engine(database: str, *, migrates: bool = False) -> Engine:
     """
     url = database_url(database)
     sqlite = url.get_backend_name() == "sqlite"
-    if sqlite:
-        _check_file(url, migrates)
-    # Every transaction sees one state of the data; SQLite has it so anyway.
-    # A migration looks at the schema after it has waited for others, so it sees what they did.
-    options: dict[str, Any] = (
-        {"connect_args": {"timeout": BUSY_TIMEOUT_S}}
-        if sqlite
-        else {"isolation_level": "READ COMMITTED" if migrates else "REPEATABLE READ"}
-    )
-    frozen = sqlite and not migrates and _is_frozen(FilePath(url.database or ""))
-    if frozen:
-        address = FilePath(url.database or "").absolute().as_uri()
-        options["creator"] = partial(sqlite3.connect, f"{address}?mode=ro&immutable=1", uri=True)
     writer = partial(json.dumps, ensure_ascii=False, allow_nan=False)
+    options: dict[str, Any] = {"json_serializer": writer}
+    frozen = False
+    if sqlite:
+        file = _checked_file(url, migrates)
+        options["connect_args"] = {"timeout": BUSY_TIMEOUT_S}
+        frozen = not migrates and _is_frozen(file)
+        if frozen:
+            address = f"{file.absolute().as_uri()}?mode=ro&immutable=1"
+            options["creator"] = partial(sqlite3.connect, address, uri=True)
+    else:
+        # Every transaction sees one state of the data; SQLite has it so anyway.
+        # A migration looks at the schema after it has waited for others, so it sees what they did.
+        options["isolation_level"] = "READ COMMITTED" if migrates else "REPEATABLE READ"
     try:
-        engine = create_engine(url, json_serializer=writer, **options)
+        engine = create_engine(url, **options)
     except (ArgumentError, ImportError) as error:
         raise AvahazardError(
             f"There is no driver for {url.drivername}: {error}",
@@ -113,7 +113,7 @@ def can_write(folder: FilePath) -> bool:
     return os.access(folder, os.W_OK)
 
 
-def _check_file(url: URL, create: bool) -> None:
+def _checked_file(url: URL, create: bool) -> FilePath:
     name = sqlite_file(url)
     if name is None or name == ":memory:":
         raise AvahazardError(
@@ -137,6 +137,7 @@ def _check_file(url: URL, create: bool) -> None:
             f"There is no database {file}.",
             "Create it with `avahazard init`, or name another one with --db.",
         )
+    return file
 
 
 def _set_up_sqlite(
@@ -169,14 +170,12 @@ def _wait_to_migrate(connection: Connection) -> None:
     connection.exec_driver_sql(f"SELECT pg_advisory_xact_lock({MIGRATION_LOCK})")
 
 
-@contextmanager
-def reading(database: str) -> Iterator[Session]:
+def reading(database: str) -> AbstractContextManager[Session]:
     """Open `database` for reading: a consistent view, nothing is written.
 
     Raises `AvahazardError` where it is missing, of another schema, or cannot be read.
     """
-    with _session(database, writes=False) as session:
-        yield session
+    return _session(database, writes=False)
 
 
 @contextmanager
@@ -206,21 +205,17 @@ def engine_of(database: str, *, migrates: bool = False) -> Iterator[Engine]:
     engine = make_engine(database, migrates=migrates)
     try:
         yield engine
-    except IntegrityError as error:
-        raise AvahazardError(
-            f"The database {database_name(database)} refuses this: {_first_line(error.orig)}",
-            "Somebody may have written to it at the same moment: try again.",
-        ) from error
-    except DBAPIError as error:
-        raise AvahazardError(
-            f"The database {database_name(database)} does not answer: {_first_line(error.orig)}",
-            _hint(str(error.orig)),
-        ) from error
     except SQLAlchemyError as error:
-        raise AvahazardError(
-            f"The database {database_name(database)} cannot be used: {_first_line(error)}",
-            "Look at it with `avahazard db check`.",
-        ) from error
+        reason = error.orig if isinstance(error, DBAPIError) else error
+        does, hint = "cannot be used", "Look at it with `avahazard db check`."
+        if isinstance(error, IntegrityError):
+            does = "refuses this"
+            hint = "Somebody may have written to it at the same moment: try again."
+        elif isinstance(error, DBAPIError):
+            does, hint = "does not answer", _hint(str(reason))
+        first = next(iter(str(reason).strip().splitlines()), type(reason).__name__)
+        message = f"The database {database_name(database)} {does}: {first}"
+        raise AvahazardError(message, hint) from error
     finally:
         engine.dispose()
 
@@ -235,7 +230,3 @@ def _hint(reason: str) -> str:
     if "readonly" in reason or "unable to open" in reason:
         return "Look at the permissions of the file and of its folder."
     return "Look whether the database is there and you may use it."
-
-
-def _first_line(error: object) -> str:
-    return str(error).strip().splitlines()[0] if str(error).strip() else type(error).__name__
