@@ -170,23 +170,20 @@ def layout(x: dict[str, Any], y: dict[str, Any], height: int = 420, **more: Any)
 
 
 def by_path(
-    events: Sequence[EventView], names: dict[str, str]
-) -> Iterator[tuple[str, str, str, list[EventView]]]:
-    """Name, colour, symbol and events of each path; all in one where there are many paths.
+    events: Sequence[EventView], rows: Sequence[int], names: Mapping[str, str]
+) -> Iterator[tuple[str, dict[str, Any], list[int]]]:
+    """Name, look and `rows` of the events of each path; all in one where there are many paths.
 
     `names` are those of all paths with events: a path has one colour in every figure.
     """
-    groups: dict[str | None, list[EventView]] = {}
-    for event in events:
-        groups.setdefault(event.path_id, []).append(event)
     if len(names) > len(COLORS):
-        yield say("recorded events"), BLUE, "circle", list(events)
+        yield say("recorded events"), {"color": BLUE, "symbol": "circle", "size": 7}, list(rows)
         return
-    places = {path_id: k for k, path_id in enumerate(names)}
-    for path_id, selected in groups.items():
-        k = len(COLORS) - 1 if path_id is None else places[path_id]
+    for path_id in dict.fromkeys(events[row].path_id for row in rows):
+        k = len(COLORS) - 1 if path_id is None else list(names).index(path_id)
         name = say("recorded events") if path_id is None else names[path_id]
-        yield name, COLORS[k], SYMBOLS[k], selected
+        look = {"color": COLORS[k], "symbol": SYMBOLS[k], "size": 7}
+        yield label(name), look, [row for row in rows if events[row].path_id == path_id]
 
 
 @dataclass(frozen=True, slots=True)

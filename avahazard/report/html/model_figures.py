@@ -62,10 +62,10 @@ def friction_figure(
     data = law_traces(view)
     shown = [e for e in events if e.mu_reference is not None and e.volume_m3]
     hover = say("apparent friction {friction}", friction="%{y:.3f}")
-    for name, color, symbol, selected in by_path(shown, names):
-        look = {"color": color, "symbol": symbol, "size": 7, "opacity": 0.8}
+    for name, look, rows in by_path(shown, range(len(shown)), names):
+        look["opacity"], selected = 0.8, [shown[k] for k in rows]
         volume, mu = [e.volume_m3 for e in selected], [e.mu_reference for e in selected]
-        data.append(event_marks(volume, mu, look, selected, names, hover, name=label(name)))
+        data.append(event_marks(volume, mu, look, selected, names, hover, name=name))
     counts = {"shown": len(shown), "lacking": len(events) - len(shown)}
     if view.scatter is not None:
         counts["inside"] = _inside(view.volume, view.scatter, shown)

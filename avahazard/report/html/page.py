@@ -27,43 +27,6 @@ UNIT = re.compile(
 DATE = re.compile(r"\b(\d{4})-(\d\d)-(\d\d)\b")
 
 
-def switch_json(content: ReportContent) -> Markup:
-    """The models that the page switches between, and the error of each."""
-    loop = content.loop
-    value = {
-        "own": loop.lineage[-1],
-        "language": _language(),
-        "models": [state.key for state in loop.models],
-        "states": {
-            state.key: {key: getattr(state, key) for key in ("held_out_m", "crps_m", "rmse_m")}
-            for state in loop.models
-        },
-    }
-    return script_json(value)
-
-
-def _language() -> dict[str, Any]:
-    """Signs of numbers, the words of the script, and those of Plotly's toolbar."""
-    return {
-        "code": spoken().code,
-        "decimal": spoken().decimal,
-        "separators": spoken().decimal + spoken().group,
-        "shown": say(
-            "Shown: {model}. In-sample CRPS {crps}, root mean square error {rmse}; held-out "
-            "{held_out}."
-        ),
-        "toolbar": {
-            "Download plot as a PNG": say("Download plot as a PNG"),
-            "Download plot": say("Download plot as a PNG"),
-            "Zoom": say("Zoom"),
-            "Pan": say("Pan"),
-            "Zoom in": say("Zoom in"),
-            "Zoom out": say("Zoom out"),
-            "Reset axes": say("Reset axes"),
-        },
-    }
-
-
 def render(content: ReportContent) -> str:
     """The whole report as HTML that needs nothing else: no network, no other file.
 
@@ -82,6 +45,10 @@ def render(content: ReportContent) -> str:
         "map": overview_map(content, period),
         "cards": cards,
         "common": common,
+        "errors": {
+            state.key: {key: getattr(state, key) for key in ("held_out_m", "crps_m", "rmse_m")}
+            for state in content.loop.models
+        },
         "method": METHODS[content.model.method],
         "versions": [(say("version of {name}", name=n), v) for n, v in content.versions.items()],
         "style": Markup((folder / "report.css").read_text(encoding="utf-8")),  # noqa: S704 (our own)
@@ -89,7 +56,6 @@ def render(content: ReportContent) -> str:
     script = ""
     if not content.brief:
         script = _plotly() + "\n" + (folder / "report.js").read_text(encoding="utf-8")
-        values["switch"] = switch_json(content)
     code = Markup(script)  # noqa: S704 (our own)
     template = _environment().get_template("report.html.j2")
     return template.render(values, script=code, script_hash=_hash(script))
@@ -117,6 +83,7 @@ def _environment() -> Environment:
         path_figure=path_figure,
         record_figures=record_figures,
         score_figures=score_figures,
+        script_json=script_json,
         sentences=sentences,
         tables=tables,
         words=words,

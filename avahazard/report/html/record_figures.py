@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Bools, Floats
 from avahazard.report.html.content import EventView, LoopView, PathView, StateView
 from avahazard.report.html.figure import (
     BLACK,
@@ -42,12 +42,9 @@ def predicted_figures(events: Sequence[EventView], names: Names, loop: LoopView)
 
     The states of the loop are those that the page's switch can show.
     """
-    figures = []
-    for coordinate in KINDS:
-        rows = [k for k, e in enumerate(events) if e.predicted and e.coordinate == coordinate]
-        if rows:
-            figures.append(_predicted(coordinate, events, rows, names, loop))
-    return figures
+    known = [k for k, event in enumerate(events) if event.predicted]
+    by_kind = {kind: [k for k in known if events[k].coordinate == kind] for kind in KINDS}
+    return [_predicted(kind, events, rows, names, loop) for kind, rows in by_kind.items() if rows]
 
 
 def _predicted(
@@ -55,22 +52,18 @@ def _predicted(
 ) -> Figure:
     title, predicted, recorded = _titles(coordinate)
     stopped = [k for k in rows if events[k].observed_m is not None]
-    place = {events[k].event_id: k for k in stopped}
     states = loop.models
     data: list[Trace] = []
     changes: dict[str, dict[int, Trace]] = {state.key: {} for state in states}
-    for name, color, symbol, selected in by_path([events[k] for k in stopped], names):
-        members = [place[e.event_id] for e in selected]
+    for name, marker, members in by_path(events, stopped, names):
         for state in states:
             low, middle, high = state.predicted[members].T
             bars = {"error_x.array": high - middle, "error_x.arrayminus": middle - low}
             changes[state.key][len(data)] = {"x": middle, **bars}
-        marker = {"color": color, "symbol": symbol, "size": 7}
-        expected, there = (
-            np.array([e.predicted for e in selected]),
-            [e.observed_m for e in selected],
-        )
-        data.append(_against(expected, there, selected, marker, names, name=label(name)))
+        selected = [events[k] for k in members]
+        expected = np.array([e.predicted for e in selected])
+        there = [e.observed_m for e in selected]
+        data.append(_against(expected, there, selected, marker, names, name))
     observed = np.array([events[k].observed_m for k in stopped], np.float64)
     low, middle, high = np.array([events[k].predicted for k in stopped]).reshape(-1, 3).T
     if stopped:
@@ -150,21 +143,19 @@ ROOM, BAND = 1.08, "rgba(230,159,0,0.25)"
 def residuals_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> Figure | None:
     """Predicted mean minus record of every event with a volume; None where there are none."""
     states = loop.models
-    own = next((s for s in loop.models if s.key == loop.lineage[-1]), None)
-    with_volume = [e for e in events if e.volume_m3 is not None]
+    own = next((state for state in states if state.key == loop.lineage[-1]), None)
+    with_volume = [k for k, event in enumerate(events) if event.volume_m3 is not None]
     if own is None or not with_volume:
         return None
-    place = {e.event_id: k for k, e in enumerate(events)}
     ratio = {e.coordinate for e in events} == {RATIO}
     hover = say("predicted minus recorded: {error}", error="%{y:.4f}" if ratio else "%{y:.0f} m")
     data: list[Trace] = []
     changes: dict[str, dict[int, Trace]] = {state.key: {} for state in states}
-    for name, color, symbol, selected in by_path(with_volume, names):
-        rows = [place[e.event_id] for e in selected]
+    for name, look, rows in by_path(events, with_volume, names):
         for state in states:
             changes[state.key][len(data)] = {"y": state.error[rows]}
-        x, look = [e.volume_m3 for e in selected], {"color": color, "symbol": symbol, "size": 7}
-        more = {"name": label(name), "opacity": 0.8}
+        selected = [events[k] for k in rows]
+        x, more = [e.volume_m3 for e in selected], {"name": name, "opacity": 0.8}
         data.append(event_marks(x, own.error[rows], look, selected, names, hover, **more))
     most = ROOM * max(float(np.nanmax(np.abs(state.error))) for state in states)
     upwards = say("predicted minus recorded ({unit})", unit="H/L" if ratio else "m")
@@ -192,12 +183,10 @@ def failed_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> 
     if not known:
         return None
     data: list[Trace] = []
-    for name, color, fails in _kinds(before):
-        rows = [k for k in known if bool(before.failed[k]) is fails]
-        if rows:
-            selected, places = [events[k] for k in rows], [events[k].stop_x_m for k in rows]
-            look = {"color": color, "size": 7}
-            data.append(_against(before.x[rows], places, selected, look, names, name))
+    for name, color, rows in _kinds(before, before.failed, known):
+        selected, places = [events[k] for k in rows], [events[k].stop_x_m for k in rows]
+        look = {"color": color, "size": 7}
+        data.append(_against(before.x[rows], places, selected, look, names, name))
     ends = [v for k in known for v in (events[k].stop_x_m, before.x[k, 1]) if v is not None]
     data.append(_equal(min(ends), max(ends)))
     return Figure(
@@ -212,10 +201,14 @@ def failed_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> 
     )
 
 
-def _kinds(state: StateView) -> list[tuple[str, str, bool]]:
-    """The events where the model holds and those where it fails: words, colour, which."""
+def _kinds(
+    state: StateView, failed: Bools, rows: Iterable[int]
+) -> Iterator[tuple[str, str, list[int]]]:
+    """Words, colour and `rows` of those where the model holds, and of those where it fails."""
     fails = say("where “{model}” fails", model=state.key)
-    return [(say("elsewhere"), BLUE, False), (fails, VERMILION, True)]
+    for name, color, which in ((say("elsewhere"), BLUE, False), (fails, VERMILION, True)):
+        if selected := [row for row in rows if bool(failed[row]) is which]:
+            yield name, color, selected
 
 
 def suspect_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> Figure | None:
@@ -226,25 +219,19 @@ def suspect_figure(events: Sequence[EventView], names: Names, loop: LoopView) ->
     effects = spoken().listed([spoken().effect(key) for key in found.effects])
     explained = say("explained by {effect}", effect=effects)
     values: Any = found.explained if found.column is None else found.values
-    known = np.isfinite(found.missed) & np.isfinite(found.explained)
     data: list[Trace] = []
-    rows = np.flatnonzero(known)
+    rows = np.flatnonzero(np.isfinite(found.missed) & np.isfinite(found.explained))
     texts = any(isinstance(values[k], str) for k in rows)
     order = np.argsort([values[k] for k in rows], kind="stable")
     x, y = [values[k] for k in rows[order]], found.explained[rows[order]]
     band = None if found.band is None else found.band[:, rows[order]]
     if band is not None and not texts:
         data.append(area(x, band[0], band[1], BAND, name=say("90 % credible interval")))
-    for name, color, fails in _kinds(before):
-        selected = [int(k) for k in np.flatnonzero(known & (before.failed == fails))]
-        if selected:
-            look = {"color": color, "size": 7, "opacity": 0.8}
-            at, up, of = (
-                [values[k] for k in selected],
-                found.missed[selected],
-                [events[k] for k in selected],
-            )
-            data.append(event_marks(at, up, look, of, names, "%{y:+.2f}", name=name))
+    for name, color, selected in _kinds(before, before.failed, rows.tolist()):
+        look = {"color": color, "size": 7, "opacity": 0.8}
+        at, of = [values[k] for k in selected], [events[k] for k in selected]
+        up = found.missed[selected]
+        data.append(event_marks(at, up, look, of, names, "%{y:+.2f}", name=name))
     if texts:
         look = {"color": ORANGE, "size": 24, "symbol": "line-ew-open", "line": {"width": 3}}
         first = [x.index(value) for value in dict.fromkeys(x)]
@@ -283,27 +270,20 @@ def force_shape_figure(events: Sequence[EventView], names: Names, loop: LoopView
     force, (effect,) = found.force, found.effects
     shape, name = force.shape, spoken().effect(effect)
     across, upwards = shape_text(shape)
-    measured = len(force.x) > 0
     place = {e.event_id: k for k, e in enumerate(events)}
     of = np.array([place[event] for event in force.event], dtype=np.int64)
     data = [area(shape.x, shape.q05, shape.q95, BAND, name=say("90 % credible interval"))]
-    for words, color, fails in _kinds(before) if measured else ():
-        rows = np.flatnonzero(before.failed[of] == fails)
-        if len(rows):
-            look = {"color": color, "size": 5, "opacity": 0.6}
-            bar = {"type": "data", "array": force.sd[rows], "thickness": 0.5, "width": 0}
-            selected = [events[k] for k in of[rows]]
-            more = {"name": words, "error_y": bar}
-            data.append(
-                event_marks(
-                    force.x[rows], force.y[rows], look, selected, names, "%{y:+.2f}", **more
-                )
-            )
+    for words, color, rows in _kinds(before, before.failed[of], range(len(of))):
+        look = {"color": color, "size": 5, "opacity": 0.6}
+        bar = {"type": "data", "array": force.sd[rows], "thickness": 0.5, "width": 0}
+        x, y, selected = force.x[rows], force.y[rows], [events[k] for k in of[rows]]
+        own = {"name": words, "error_y": bar}
+        data.append(event_marks(x, y, look, selected, names, "%{y:+.2f}", **own))
     hover = "%{x:.4g}: %{y:+.3g}"
     fitted = say("{effect}, median", effect=name)
     data.append(line(shape.x, shape.q50, ORANGE, 3.0, hover, name=fitted))
     places = layout(axis(across), axis(upwards, zeroline=True), height=420)
-    if measured:
+    if len(of):
         # To where speeds were measured: farther the curve rests on the stops alone.
         end = min(max(shape.x), ROOM * float(np.max(force.x)))
         shown = np.asarray(shape.x) <= end
@@ -332,14 +312,10 @@ def record_figure(events: Sequence[EventView], paths: Sequence[PathView]) -> Fig
     rows = list(dict.fromkeys(_row(e, names) for e in dated))
     rows += [label(view.name) for view in paths if label(view.name) not in rows]
     data: list[Trace] = []
-    spans = [
-        (label(v.name), v.path.observed_from, v.path.observed_to)
-        for v in paths
-        if v.path.observed_from is not None and v.path.observed_to is not None
-    ]
-    if spans:
-        x = [x for _, first, last in spans for x in (first, last, None)]
-        y = [y for name, _, _ in spans for y in (name, name, None)]
+    known = [v for v in paths if None not in (v.path.observed_from, v.path.observed_to)]
+    if known:
+        x = [year for v in known for year in (v.path.observed_from, v.path.observed_to, None)]
+        y = [name for v in known for name in (label(v.name), label(v.name), None)]
         data.append(line(x, y, ORANGE, 2.0, name=say("observed years"), opacity=0.6))
     for name, color, symbol, left in (
         (say("stopped on the profile"), BLUE, "circle", False),
