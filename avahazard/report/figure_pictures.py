@@ -61,18 +61,14 @@ def draw_ladder(
 
 
 def draw_figures(
-    file: Path,
-    title: str | None,
-    figures: Sequence[Figure | None],
-    *,
-    columns: int = 1,
-    titles: bool = False,
+    file: Path, title: str | None, figures: Sequence[Figure | None], columns: int = 1
 ) -> None:
-    """Draw figures to `file`, below one another or in so many `columns`; None is left out.
+    """Draw figures to `file` below one another; None is left out.
 
-    With `titles` each has its title and caption over it. Raises `AvahazardError` where `file` is
-    not the name of a picture.
+    In several `columns` each has its title and caption over it. Raises `AvahazardError` where
+    `file` is not the name of a picture.
     """
+    side_by_side = columns > 1
     shown = [one for one in figures if one is not None]
     columns = max(min(columns, len(shown)), 1)
     rows = [shown[k : k + columns] for k in range(0, len(shown), columns)]
@@ -92,7 +88,7 @@ def draw_figures(
             panels = [whole.add_subplot(inner[j]) for j in range(len(keys))]
             for panel, key in zip(panels, keys, strict=True):
                 _draw(panel, one, key, last=panel is panels[-1])
-            words = f"{one.title}\n{one.caption}".strip() if titles else None
+            words = f"{one.title}\n{one.caption}".strip() if side_by_side else None
             _legend(panels, one, words, 3 if columns == 1 else 1)
 
 

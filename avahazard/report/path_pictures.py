@@ -32,7 +32,7 @@ def draw_paths(
     """Draw the report's figure of each path to `file`; `drag`: something limits their speeds."""
     figures = [(view.name, path_figure(k, view, drag=drag)) for k, view in enumerate(views)]
     named = [one and replace(one, title=name) for name, one in figures]
-    draw_figures(file, title, named, titles=True, columns=2)
+    draw_figures(file, title, named, columns=2)
 
 
 SHADES = {"left_profile": ("#eef2f6", "beyond the profile"), "not_released": (GROUND, "held")}

@@ -394,12 +394,7 @@ def speeds_table(entries: Sequence[ZonedPath]) -> Table:
     ]
     for k, found in enumerate(first):
         for sign, key in (("u", "speed_m_s"), ("p", "pressure_kpa")):
-            columns.append(
-                (
-                    f">{sign} {_period(found)}",
-                    median(k, key),
-                )
-            )
+            columns.append((f">{sign} {_period(found)}", median(k, key)))
     where = entries[0].path_id
     title = f"{where}: median speed u (m/s) and pressure p (kPa) exceeded once in T years"
     legend = ["p/year: chance that an avalanche comes so far in a year."]

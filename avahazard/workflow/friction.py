@@ -363,10 +363,5 @@ def plot_posterior(database: str, stored: FittedModel, file: Path) -> None:
 
     draws = {k: v.ravel() for k, v in load_parameter_draws(database, stored.name).items()}
     figures = posterior_figures(stored.calibration.parameters, draws)
-    draw_figures(
-        file,
-        f"Posterior of {stored.name}, with normal approximations",
-        figures,
-        columns=3,
-        titles=True,
-    )
+    title = f"Posterior of {stored.name}, with normal approximations"
+    draw_figures(file, title, figures, columns=3)

@@ -34,9 +34,7 @@ def test_every_parameter_has_the_normal_of_its_draws(tmp_path: Path) -> None:
         name: ParameterSummary(v.mean(), v.std(), v.mean(), *np.quantile(v, (0.05, 0.95)), unit)
         for (name, v), unit in zip(draws.items(), ("", "1/m3", ""), strict=True)
     }
-    draw_figures(
-        tmp_path / "a.svg", "first", posterior_figures(known, draws), columns=3, titles=True
-    )
+    draw_figures(tmp_path / "a.svg", "first", posterior_figures(known, draws), columns=3)
     drawn = text_of(tmp_path / "a.svg")
     assert f"mean {draws['a'].mean():.4g}; 90 % between" in drawn
     assert "1/m³" in drawn

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from markupsafe import Markup
 
 from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.report.html.content import PathView, ReportContent
-from avahazard.report.html.vector_pictures import profile_picture, terrain_picture
 from avahazard.report.language import say, spoken
 from avahazard.report.model_tables import failing
-from avahazard.report.tables import far_text, farthest_text, past_text
+from avahazard.report.tables import far_text
 from avahazard.report.words import amount, metres, place, share, span
 from avahazard.results.hazard import Design, HazardRow, PlaceQuantiles
 
@@ -41,17 +39,19 @@ def few_records(content: ReportContent) -> list[str]:
     return bare if len(bare) < len(content.paths) else []
 
 
+Line = tuple[str, str, str, str]
+"""A return period, a model or a zone, and its x, the 5 to 95 % of it, and z."""
+
+
 @dataclass(frozen=True, slots=True)
 class PathCard:
-    """What the brief says of one path: `lines` are its return periods and zones."""
+    """What the brief says of one path: its design runout `shown`, `lines`, what to `mind`."""
 
     number: int
-    name: str
-    picture: Markup
-    lines: tuple[tuple[str, str, str, str], ...]
-    farthest: str | None
-    past: str | None
-    mind: tuple[str, ...]
+    view: PathView
+    shown: Design | None
+    lines: Sequence[Line]
+    mind: Sequence[str]
 
 
 def path_cards(content: ReportContent) -> tuple[list[PathCard], list[str]]:
@@ -63,40 +63,23 @@ def path_cards(content: ReportContent) -> tuple[list[PathCard], list[str]]:
             continue
         designs = [(row, row.design) for row in view.rows if row.design is not None]
         shown = next((d for r, d in designs if r.return_period_years == period), None)
-        cards.append(
-            PathCard(
-                number,
-                view.name,
-                terrain_picture(view, view.plan)
-                if view.plan and view.flow
-                else profile_picture(view, shown),
-                (
-                    *(_line(row, design) for row, design in designs),
-                    *_average_lines(content, view),
-                    *_flow_lines(view, view.smooth),
-                    *_zone_lines(view, view.smooth),
-                ),
-                None if shown is None else farthest_text(shown, metres),
-                None if shown is None else past_text(shown),
-                tuple(_mind(content, view, shown)),
-            )
-        )
+        lines = [_line(row, design) for row, design in designs]
+        lines += _average_lines(content, view)
+        lines += _flow_lines(view, view.smooth)
+        lines += _zone_lines(view, view.smooth)
+        cards.append(PathCard(number, view, shown, lines, list(_mind(content, view, shown))))
     if len(cards) < 2:
         return cards, []
-    common = [words for words in cards[0].mind if all(words in card.mind for card in cards)]
-    return [
-        replace(card, mind=tuple(words for words in card.mind if words not in common))
-        for card in cards
-    ], common
+    return cards, [words for words in cards[0].mind if all(words in card.mind for card in cards)]
 
 
-def _line(row: HazardRow, design: Design) -> tuple[str, str, str, str]:
+def _line(row: HazardRow, design: Design) -> Line:
     x, z = design.runout_x_m, design.runout_elevation_m
     period = spoken().number(f"{row.return_period_years:g}") + ("*" if row.extrapolated else "")
     return period, place(x.q50), span(x), place(z.q50)
 
 
-def _average_lines(content: ReportContent, view: PathView) -> Iterable[tuple[str, str, str, str]]:
+def _average_lines(content: ReportContent, view: PathView) -> Iterable[Line]:
     """The design runout averaged over models, and by each of them with its weight."""
     for row in content.averages:
         if row.path_id != view.path.path_id or row.design is None:
@@ -110,14 +93,14 @@ def _average_lines(content: ReportContent, view: PathView) -> Iterable[tuple[str
             yield name, place(own.q50), span(own), ""
 
 
-def _flow_lines(view: PathView, smooth: SmoothProfile) -> Iterable[tuple[str, str, str, str]]:
+def _flow_lines(view: PathView, smooth: SmoothProfile) -> Iterable[Line]:
     """How far the flow comes along the line once in each period."""
     for period, x in sorted(view.flow.runouts.items()) if view.flow else ():
         height = None if x.q50 is None else float(smooth.height(x.q50))
         yield spoken().number(f"{period:g}"), place(x.q50), span(x), place(height)
 
 
-def _zone_lines(view: PathView, smooth: SmoothProfile) -> Iterable[tuple[str, str, str, str]]:
+def _zone_lines(view: PathView, smooth: SmoothProfile) -> Iterable[Line]:
     """Where each zone ends."""
     for zone in view.drawn_zones:
         end = None if zone.beyond else zone.to_x_m

@@ -13,12 +13,18 @@ from markupsafe import Markup
 
 from avahazard.inference.model.choices import METHODS
 from avahazard.report import model_tables, sentences, tables, words
-from avahazard.report.html import annex, brief, model_figures, record_figures, score_figures
+from avahazard.report.html import (
+    annex,
+    brief,
+    model_figures,
+    record_figures,
+    score_figures,
+    vector_pictures,
+)
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.figure import script_json
 from avahazard.report.html.map_figure import map_figure
 from avahazard.report.html.path_figure import path_figure
-from avahazard.report.html.vector_pictures import overview_map
 from avahazard.report.language import plural, say, spoken
 
 UNIT = re.compile(
@@ -42,7 +48,6 @@ def render(content: ReportContent) -> str:
         "period": period,
         "shown": shown,
         "passed": brief.passed(content, shown),
-        "map": overview_map(content, period),
         "cards": cards,
         "common": common,
         "errors": {
@@ -86,6 +91,7 @@ def _environment() -> Environment:
         script_json=script_json,
         sentences=sentences,
         tables=tables,
+        vector_pictures=vector_pictures,
         words=words,
     )
     environment.filters["integer"] = words.integer

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 
 from avahazard.criticism.scoring.error_budget import UNEXPLAINED
 from avahazard.criticism.screening.screen import LEVEL
@@ -62,10 +63,9 @@ def parts_in_order(found: Mapping[str, Mapping[str, float]]) -> dict[str, str]:
     """The colour of every source: those of all models, each effect's, the unexplained last."""
     sources = dict.fromkeys(source for bar in found.values() for source in bar)
     effects = [source for source in sources if source not in SOURCE_COLORS]
-    known = [source for source in SOURCE_COLORS if source in sources and source != UNEXPLAINED]
-    colors = {source: SOURCE_COLORS[source] for source in known}
-    colors |= {source: EXPLAINED[k % len(EXPLAINED)] for k, source in enumerate(effects)}
-    return colors | ({UNEXPLAINED: SOURCE_COLORS[UNEXPLAINED]} if UNEXPLAINED in sources else {})
+    *known, last = SOURCE_COLORS
+    colors = {**SOURCE_COLORS, **dict(zip(effects, cycle(EXPLAINED), strict=False))}
+    return {source: colors[source] for source in (*known, *effects, last) if source in sources}
 
 
 def ladder_figure(ladder: Sequence[LadderEntry], name: str) -> Figure | None:

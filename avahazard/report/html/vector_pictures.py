@@ -68,8 +68,10 @@ def profile_picture(view: PathView, design: Design | None) -> Markup:
     return _svg(f"0 -8 {WIDTH} {HEIGHT + 8 + UNDER}", words, parts)
 
 
-def terrain_picture(view: PathView, plan: PlanView) -> Markup:
+def terrain_picture(view: PathView) -> Markup:
     """The terrain with the areas that flow comes to, the line, and a scale."""
+    plan = view.plan
+    assert plan is not None
     ground = plan.ground
     assert ground is not None
     n_rows, n_columns = ground.elevation_m.shape

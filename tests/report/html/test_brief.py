@@ -39,18 +39,18 @@ def test_the_conclusion_is_how_far_how_sure_and_what_lacks(content: ReportConten
 
 def test_every_path_has_its_card(content: ReportContent) -> None:
     found, common = path_cards(content)
-    cards = {card.name: card for card in found}
+    cards = {card.view.name: card for card in found}
     assert list(cards) == [view.name for view in content.paths]
     card = cards[NAMES["scey"]]
     assert [line[0].rstrip("*") for line in card.lines][:2] == ["30", "300"]
-    assert str(card.picture).startswith("<svg")
-    assert card.farthest is not None
+    assert card.shown is not None
+    assert card.shown.farthest_record is not None
     assert "extrapolation" in " ".join((*card.mind, *common))
     assert "No design runout" in " ".join(cards[NAMES["saugy"]].mind)
     assert content.comparison is not None
     fails = Rows([Failure("path", Note.ready("scey"), 9, -50.0, 0.001)])
     worse = replace(content, comparison=replace(content.comparison, where_it_fails=fails))
-    (shown,) = [c for c in path_cards(worse)[0] if c.name == NAMES["scey"]]
+    (shown,) = [c for c in path_cards(worse)[0] if c.view.name == NAMES["scey"]]
     assert "The model fails here: bias −50 m" in " ".join(shown.mind)
 
 

@@ -151,7 +151,7 @@ def test_the_budget_is_one_bar_a_model_whose_squares_add_up(loop_content: Report
 
 def test_the_brief_answers_for_every_path(loop_content: ReportContent) -> None:
     cards, _ = path_cards(loop_content)
-    assert [card.name for card in cards] == [view.name for view in loop_content.paths]
+    assert [card.view.name for card in cards] == [view.name for view in loop_content.paths]
     for card in cards:
         ((period, _, interval, _),) = card.lines
         assert period.rstrip("*") == "100"
