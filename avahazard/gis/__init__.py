@@ -10,11 +10,7 @@ NEEDED = ("rasterio", "pyogrio", "shapely", "pyproj")
 
 
 def require_packages() -> None:
-    """Call this before any module of `gis` is imported.
-
-    Raises:
-        AvahazardError: a package is missing, with the command that installs it.
-    """
+    """Raise `AvahazardError` where a package is missing; to call before `gis` is imported."""
     missing = [name for name in NEEDED if find_spec(name) is None]
     if missing:
         raise AvahazardError(

@@ -69,11 +69,8 @@ def line_profile(
 
     Steps are as long as a cell of the terrain model, but 50 to 400 along the line; its corners
     are points too, unless they are over 400. x is the horizontal distance along the points.
-
-    Raises:
-        LineFault: the line is none, leaves the terrain model or crosses a gap in it, or runs
-            uphill.
-        AvahazardError: the land cover cannot be used.
+    Raises `LineFault` where the line is none, leaves the terrain model or crosses a gap in it, or
+    runs uphill, and `AvahazardError` where the land cover cannot be used.
     """
     corners = _corners(geometry)
     lonlat = moved(corners[:1], crs, WGS84)[0]
@@ -230,9 +227,7 @@ def read_drawn(
     `land_cover` of the polygon around it, else `open`. `crs` is the system of a terrain model that
     does not name its own; without it that of the lines is taken, and said. A path's release is
     the middle of its part in the polygons of `releases`. `only` names the line of a file of one.
-
-    Raises:
-        AvahazardError: a file cannot be used. What is wrong with single lines is returned.
+    Raises `AvahazardError` where a file cannot be used; what is wrong with a line is returned.
     """
     layers = [read_layer(file, "line") for file in files]
     given = None if crs is None else read_system(crs)
@@ -272,8 +267,7 @@ def read_points(file: FilePath) -> FileTable:
 def avaframe_files(folder: FilePath) -> tuple[FilePath, FilePath, list[FilePath]]:
     """The path, the terrain model and the release areas of a folder as AvaFrame has it.
 
-    Raises:
-        AvahazardError: it has not exactly one path and one terrain model.
+    Raises `AvahazardError` where it has not exactly one path and one terrain model.
     """
     inputs = folder / "Inputs"
     models = sorted(f for f in inputs.iterdir() if f.suffix.lower() in (".asc", ".tif", ".tiff"))

@@ -221,8 +221,7 @@ class MapGrid(NamedTuple):
 def grid_of(crops: Sequence[TerrainCrop]) -> MapGrid:
     """The cells that hold the ground of all paths, as fine as the finest of them.
 
-    Raises:
-        AvahazardError: the paths are in several systems, or too far apart for one map.
+    Raises `AvahazardError` where the paths are in several systems, or too far apart for one map.
     """
     systems = sorted({crop.crs for crop in crops})
     if len(systems) > 1:
@@ -279,8 +278,7 @@ def strip_on_grid(
 def write_raster(file: FilePath, grid: MapGrid, bands: Mapping[str, NDArray[np.float32]]) -> None:
     """Write the new file as a cloud-optimised GeoTIFF; NaN is no data, bands have their names.
 
-    Raises:
-        AvahazardError: it cannot be written.
+    Raises `AvahazardError` where it cannot be written.
     """
     try:
         with rasterio.open(

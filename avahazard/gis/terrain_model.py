@@ -121,10 +121,8 @@ class TerrainModel:
 def open_terrain(file: FilePath, crs: CRS | None = None) -> Iterator[TerrainModel]:
     """Open a terrain model: GeoTIFF, ESRI ASCII grid, or what else GDAL reads.
 
-    `crs` is the system of a file that does not name its own.
-
-    Raises:
-        AvahazardError: it cannot be read, has no reference system, or is no model in metres.
+    `crs` is the system of a file that does not name its own. Raises `AvahazardError` where it
+    cannot be read, has no reference system, or is no model in metres.
     """
     if not file.is_file():
         raise AvahazardError(f"There is no file {file}.", "Name a terrain model with --dem.")

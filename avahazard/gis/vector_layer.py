@@ -47,8 +47,7 @@ class VectorLayer:
 def read_layer(file: FilePath, kind: Kind, near: tuple[Floats, CRS] | None = None) -> VectorLayer:
     """Read the layer of this kind; with `near` only the features around those points `[n, 2]`.
 
-    Raises:
-        AvahazardError: the file cannot be read, has no such layer or several, or no system.
+    Raises `AvahazardError` where it cannot be read, has no such layer or several, or no system.
     """
     if not file.is_file():
         raise AvahazardError(
@@ -167,10 +166,8 @@ ELSEWHERE = "open"
 def cover_at(file: FilePath, xy: Floats, crs: CRS) -> tuple[str, ...]:
     """Land cover at points `[n, 2]` of `crs`: that of the polygon there, `open` elsewhere.
 
-    Where polygons overlap, the first of the file counts.
-
-    Raises:
-        AvahazardError: the file cannot be used, or its polygons have no `land_cover`.
+    Where polygons overlap, the first of the file counts. Raises `AvahazardError` where the file
+    cannot be used, or its polygons have no `land_cover`.
     """
     layer = read_layer(file, "polygon", near=(xy, crs))
     if COLUMN not in layer.columns:

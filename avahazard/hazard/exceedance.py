@@ -25,7 +25,6 @@ from avahazard.hazard.exceedance_kernel import (
     share_curves,
 )
 from avahazard.hazard.extremes import EventVolumes, annual_rate
-from avahazard.inference.likelihood.predicted import Values
 from avahazard.inference.model.friction_model import below
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.cells import Resistance
@@ -44,8 +43,8 @@ class Avalanches:
     volume. Friction has `location` (log μ, or μ where it is normal) and `scatter`, both
     `[n_parameters, n_classes, n_nodes]`: the nodes are the volumes of one kind after the other,
     of which each has its `share` `[n_parameters, n_nodes]`. Path offsets are in them. Draw p runs
-    by `curves[group[p]]`, of which row c is that of class c; `values` are the effects' parameters
-    there, and `ahead` `[n_groups][n_classes]` is how far (m) the front is ahead of the block.
+    by `curves[group[p]]`, of which row c is that of class c; `ahead` `[n_groups][n_classes]` is
+    how far (m) the front is ahead of the block.
     `sigma_m` `[n_parameters]`: the stops scatter in metres instead (metropolis).
     """
 
@@ -58,7 +57,6 @@ class Avalanches:
     scatter: Floats
     group: NDArray[np.int64]
     curves: tuple[RunoutCurve, ...]
-    values: tuple[Values, ...]
     resistances: tuple[Resistance, ...]
     ahead: tuple[Floats, ...]
     in_log: bool
@@ -253,14 +251,13 @@ def exceedance_in_metres(avalanches: Avalanches) -> Callable[[Floats], Floats]:
     x = np.linspace(smooth.x_min, smooth.x_max, SAMPLED_PLACES)
     lowest = np.minimum.accumulate(smooth.height(x))
     # On a counter-slope nothing stops: what is below the floor lies on it.
-    floor = float(x[np.argmin(lowest)])
-    ends_lowest = floor == x[-1]
+    floor = x[np.argmin(lowest)] if np.argmin(lowest) < len(x) - 1 else np.inf
     stop = _stop_elevation(avalanches)
     sigma = avalanches.sigma_m[:, None, None]
 
     def chance(place: Floats) -> Floats:
         height = np.interp(place, x, lowest)[:, None, None]
-        stays = (not ends_lowest) & (place[:, None, None] >= floor)
+        stays = place[:, None, None] >= floor
         with np.errstate(invalid="ignore"):
             passes = ndtr((height - stop) / sigma)
         return np.where(np.isneginf(stop), 1.0, np.where(stays, 0.0, passes))

@@ -134,19 +134,20 @@ def classes_to_come(
         kept = np.linspace(0, len(models) - 1, min(len(models), MAX_CLASSES)).round().astype(int)
         models = [models[k] for k in np.unique(kept)]
     models = models or [Event("")]
+    releases: list[float | None] = [None] * len(models)
     if zone is not None:
         # Every column meets several releases.
         models = models * -(-N_RELEASES // len(models))
-    releases: list[float | None] = [None] * len(models)
-    if zone is not None:
         order = generator(0, "releases to come", path_id).permutation(len(models))
         releases = [float(z) for z in zone.elevations(len(models))[order]]
     return tuple(
-        replace(
-            Event(f"to come {k}", path_id=path_id, volume_m3=volume_m3),
-            date=model.date,
-            deposit_length_m=model.deposit_length_m,
+        Event(
+            f"to come {k}",
+            path_id,
+            model.date,
             release_elevation_m=release,
+            volume_m3=volume_m3,
+            deposit_length_m=model.deposit_length_m,
             covariates=model.covariates,
         )
         for k, (model, release) in enumerate(zip(models, releases, strict=True))

@@ -329,7 +329,6 @@ def _avalanches(
         scatter=scatter[again],
         group=draws.group[again],
         curves=_fronts(future, groups, ahead),
-        values=groups.values,
         resistances=groups.resistances,
         ahead=ahead,
         in_log=model.layout.log_scatter,

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats, Ints
 from avahazard.hazard.exceedance import (
     QUANTILES,
+    SAMPLED_PLACES,
     Avalanches,
     at_volume,
     exceeded_runout,
@@ -97,10 +98,13 @@ def _stops(rng, rows, status, of, location, sd, ends, n_draws, in_log):  # type:
     return x[:n], y[:n], counts
 
 
+UNKNOWN = Spread(None, None, None, None)
+
+
 def spread(values: Floats) -> Spread:
     """Summary of stops `[n]`, infinite where the profile was left."""
     if not len(values):
-        return Spread(None, None, None, None)
+        return UNKNOWN
     found = _known(order_statistics(values, QUANTILES))
     mean = None if None in found else float(values[np.isfinite(values)].mean())
     return Spread(mean, *found)
@@ -120,9 +124,6 @@ def order_statistics(values: Floats, probabilities: Sequence[float]) -> Floats:
     return np.asarray(np.sort(values)[[ceil(q * len(values)) - 1 for q in probabilities]])
 
 
-ELEVATION_PLACES = 4001
-
-
 def scattered_stops(
     smooth: SmoothProfile,
     release_x: float,
@@ -137,7 +138,7 @@ def scattered_stops(
     release is put there and counted as held; one below the end of the path has left it (+inf,
     -inf); one below a valley floor with a counter-slope behind it lies on the floor.
     """
-    x = np.linspace(release_x, smooth.x_max, ELEVATION_PLACES)
+    x = np.linspace(release_x, smooth.x_max, SAMPLED_PLACES)
     y = smooth.height(x)
     # The places that are lower than all before them.
     falls = np.concatenate([[True], y[1:] < np.minimum.accumulate(y)[:-1]])
@@ -215,12 +216,8 @@ def natural_parts(path: PathHazard) -> list[Note]:
         family = "of_lognormal_student" if in_log else "of_normal_student"
     else:
         family = "of_lognormal" if in_log else "of_normal"
-    parts = [Note(family)]
-    if path.varying.release:
-        parts.append(Note("of_release"))
-    if path.varying.columns:
-        parts.append(Note("of_columns"))
-    return parts
+    more = {"of_release": path.varying.release, "of_columns": path.varying.columns}
+    return [Note(family), *(Note(key) for key, varies in more.items() if varies)]
 
 
 def _parameter_parts(path: PathHazard) -> list[Note]:
@@ -436,7 +433,6 @@ def hazard_row(
 
 HELD_TOO_MANY = 0.5
 """Share of draws that do not start from which no bounds are given."""
-UNKNOWN = Spread(None, None, None, None)
 
 
 def path_rows(

@@ -79,9 +79,9 @@ RED, BLUE, YELLOW = "#c8102e", "#0072b2", "#f0e442"
 
 SWISS = ZoneSystem(
     "swiss",
-    # Guideline of 1984 (BFF and SLF), as the canton of Valais states it: red is 30 kN/m2 or more
-    # at up to 300 years, or any pressure at up to 30 years; blue is less than 30 kN/m2 at 30 to
-    # 300 years.
+    # Guideline of 1984 (BFF and SLF), as the canton of Valais states it: red (building is
+    # prohibited) is 30 kN/m2 or more at up to 300 years, or any pressure at up to 30 years; blue
+    # (building has conditions) is less than 30 kN/m2 at 30 to 300 years.
     (
         ZoneLimits("red", RED, (Rule(300.0, 30.0), Rule(30.0))),
         ZoneLimits("blue", BLUE, (Rule(300.0),)),
@@ -91,8 +91,6 @@ SWISS = ZoneSystem(
         "powder part of blue are outside this model.",
     ),
 )
-"""Swiss practice: red prohibits building, blue allows it with conditions."""
-
 FRENCH = ZoneSystem(
     "french",
     # Guide PPRN Avalanches (2015): the hundred-year reference avalanche (ARC) gives red where it
@@ -107,12 +105,10 @@ FRENCH = ZoneSystem(
         "the service that makes the plan are outside this model.",
     ),
 )
-"""French practice (plans de prévention des risques): red, blue, and yellow for the exceptional."""
-
 AUSTRIAN = ZoneSystem(
     "austrian",
-    # Guideline of the WLV (BMLFUW 2011): the design event comes once in about 150 years; red is
-    # over 10 kN/m2, yellow from 1 to 10 kN/m2.
+    # Guideline of the WLV (BMLFUW 2011): the design event comes once in about 150 years; red
+    # (building is prohibited) is over 10 kN/m2, yellow (it has conditions) from 1 to 10 kN/m2.
     (
         ZoneLimits("red", RED, (Rule(150.0, 10.0),)),
         ZoneLimits("yellow", YELLOW, (Rule(150.0, 1.0),)),
@@ -122,11 +118,7 @@ AUSTRIAN = ZoneSystem(
         "frequent events and the judgement of the service are outside this model.",
     ),
 )
-"""Austrian practice: red prohibits building, yellow allows it with conditions."""
-
 PRESETS = {limits.name: limits for limits in (SWISS, FRENCH, AUSTRIAN)}
-
-
 EXAMPLE = (
     'A zone is written: [[zone]], name = "red", color = "#c8102e", and for each rule '
     "[[zone.rule]], return_period_years = 300, pressure_kpa_min = 30."
@@ -152,11 +144,9 @@ class _Limits(Strict):
 def read_limits(name: str, text: str) -> ZoneSystem:
     """Read the limits in `text`, a TOML document; `name` is that of its file.
 
-    Zones stand in it from the worst to the least.
-
-    Raises:
-        AvahazardError: it is no TOML, a value is missing, unknown or out of its range, or two
-            zones have one name. The message names the first place at fault.
+    Zones stand in it from the worst to the least. Raises `AvahazardError`, which names the first
+    place at fault, where it is no TOML, a value is missing, unknown or out of its range, or two
+    zones have one name.
     """
     found = read_toml(name, text, _Limits, EXAMPLE)
     names = [zone.name for zone in found.zone]

@@ -81,7 +81,7 @@ def test_friction_is_that_of_the_posterior_draw_by_draw(scatter: str) -> None:
 def test_each_draw_has_the_tables_of_drag_like_its_own() -> None:
     path = build(model())
     scale = DRAG.parameters[0].prior_sd
-    tables = np.array([values["turbulent-drag"][0] for values in path.avalanches.values])
+    tables = np.array([resistance.drag[0] for resistance in path.avalanches.resistances])
     assert len(tables) == 32
     own = path.draws.u[:, 3] * scale
     # 300 draws over 0.003: a group spans about 1e-4.
