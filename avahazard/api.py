@@ -81,7 +81,8 @@ def taking(request: Callable[Asked, Query]) -> Taking[Asked, Query]:
     def decorated(method: Callable[..., Any]) -> Callable[..., Any]:
         @wraps(method)
         def asked(own: Any, *given: Any, **told: Any) -> Any:
-            known = {name: value for name, value in own._known.items() if name in options}
+            of_object = own._known if isinstance(own, Model) else {}
+            known = {name: value for name, value in of_object.items() if name in options}
             return method(own, *given, cast(Any, request)(**told | known))
 
         before = list(signature(method).parameters.values())[:-1]
@@ -326,10 +327,6 @@ class Region:
 
     database: str
     _folder: TemporaryDirectory[str] | None = field(default=None, repr=False, compare=False)
-
-    @property
-    def _known(self) -> dict[str, Any]:
-        return {}
 
     @classmethod
     def from_files(

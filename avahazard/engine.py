@@ -154,10 +154,9 @@ def spread_map(
     """`function(shared, item)` of every item, in the order of the items, as they are ready.
 
     `shared` goes to each worker once, an item with each call; both are pickled, so keep items
-    small. Items are taken as the work goes on, and few results are held. The result must hang on
-    `shared` and the item alone (seeds keyed by what is computed): a call whose worker dies is made
-    again. `threads` is False where `shared` must not be used by two threads at once; the threads
-    of this process then do one item after the other.
+    small. Few results are held. They must hang on `shared` and the item alone (seeds keyed by what
+    is computed): a call whose worker dies is made again. `threads` is False where `shared` must not
+    be used by two threads at once; threads then do one item after the other.
     """
     if inside_worker():
         return map(partial(function, shared), items)

@@ -40,6 +40,15 @@ class Option:
     choices: Callable[[], Iterable[str]] | None = None
     parse: Callable[[Sequence[str]], Any] | None = None
 
+    def within(self, value: float) -> tuple[bool, str]:
+        """Whether a number is within the bounds, and these in words."""
+        if self.over is not None:
+            return value > self.over, f"over {self.over:g}"
+        least = -math.inf if self.least is None else self.least
+        most = math.inf if self.most is None else self.most
+        upto = "" if self.most is None else f" to {most:.15g}"
+        return least <= value <= most, f"from {least:.15g}{upto}"
+
 
 def option(default: Item, told: Option | str, **more: Any) -> Item:
     """The default of a field that is an option: `told`, or its help and what `more` is to say."""
@@ -77,11 +86,6 @@ class Field:
 
     def read(self, value: Any) -> Any:
         """The value in its own type. Raises `AvahazardError` where it may not have this one."""
-        self._check(value)
-        convert = self.kind in (float, Path) and isinstance(value, int | str)
-        return self.kind(value) if convert else value
-
-    def _check(self, value: Any) -> None:
         option = self.option
         name = self.name.removesuffix("s") if self.many else self.name
         what = option.what or name.rstrip("_").replace("_", " ")
@@ -90,20 +94,15 @@ class Field:
                 f"There is no {what} '{value}'.",
                 f"{did_you_mean(str(value), known)}It is one of: {', '.join(known)} ({self.flag}).",
             )
-        if not isinstance(value, int | float) or isinstance(value, bool):
-            return
-        of = f" of {option.unit}" if option.unit else ""
-        if option.over is not None and not (math.isfinite(value) and value > option.over):
-            raise AvahazardError(
-                f"The {what} is {value:g}.", f"It must be a number{of} over {option.over:g}."
-            )
-        least = -math.inf if option.least is None else option.least
-        most = math.inf if option.most is None else option.most
-        if not (least <= value <= most and math.isfinite(value)):
-            upto = "" if option.most is None else f" to {most:.15g}"
-            raise AvahazardError(
-                f"The {what} is {value:g}.", f"It must be a number{of} from {least:.15g}{upto}."
-            )
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            good, bounds = option.within(value)
+            if not (good and math.isfinite(value)):
+                of = f" of {option.unit}" if option.unit else ""
+                raise AvahazardError(
+                    f"The {what} is {value:g}.", f"It must be a number{of} {bounds}."
+                )
+        convert = self.kind in (float, Path) and isinstance(value, int | str)
+        return self.kind(value) if convert else value
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -36,13 +36,11 @@ class EventColumns:
     """Columns over events, each `[n_events]`; numbers are nan and texts '' where missing.
 
     `path_index` points into `paths` (-1: no path). `day_of_winter` counts from 1 November; `day`
-    is the ordinal of the date (1 is the first of January of the year 1). `winter`, from October
-    to September, is named by the year in which it ends; where a year is all that is known it is
-    that one, since most avalanches fall after New Year. `location` is that of the path.
-    `volume_error` is the stated error of the log volume. `height_over_length` is the fall of the
-    recorded stop over its horizontal distance: the friction of a block on a straight line.
-    `numbers` and `texts` hold every covariate of events and of their paths, `made` what is counted
-    from the records themselves (`counted`). `tracks` are the speeds that were measured.
+    is the ordinal of the date. `winter`, from October to September, is named by the year in which
+    it ends; where a year is all that is known it is that one, since most avalanches fall after New
+    Year. `volume_error` is the stated error of the log volume. `height_over_length` is the fall of
+    the recorded stop over its horizontal distance: the friction of a block on a straight line.
+    `numbers` and `texts` hold every covariate of events and of their paths, `made` those `counted`.
     """
 
     event_id: tuple[str, ...]
@@ -85,10 +83,7 @@ def build_columns(
     release_elevation: Floats,
     height_over_length: Floats | None = None,
 ) -> EventColumns:
-    """Columns of the events; `release_elevation` `[n_events]` is where the block starts (m).
-
-    `height_over_length` `[n_events]` as in `EventColumns`; None: not known.
-    """
+    """Columns of the events; `release_elevation` `[n_events]` is where the block starts (m)."""
     if height_over_length is None:
         height_over_length = np.full(len(events), np.nan)
     names = tuple(dict.fromkeys(e.path_id for e in events if e.path_id is not None))
@@ -105,7 +100,10 @@ def build_columns(
         paths=names,
         path_index=np.array([index.get(e.path_id or "", -1) for e in events], dtype=np.int64),
         year=column(e.year for e in events),
-        day_of_winter=column((d - _november(d)).days if d else None for d in dates),
+        day_of_winter=column(
+            (d - date(d.year if d.month >= 11 else d.year - 1, 11, 1)).days if d else None
+            for d in dates
+        ),
         day=column(d.toordinal() if d else None for d in dates),
         winter=column(e.winter() for e in events),
         location=np.array([(p and p.location) or "" for p in its_path]),
@@ -152,11 +150,6 @@ def counted(columns: EventColumns) -> dict[str, Floats]:
 
 
 MADE = ("order_in_winter", "days_since_last", "avalanches_nearby", "volume_in_winter")
-
-
-def _november(day: date) -> date:
-    """The last 1 November."""
-    return date(day.year if day.month >= 11 else day.year - 1, 11, 1)
 
 
 def _covariates(

@@ -211,10 +211,9 @@ def level_facts(name: str, columns: EventColumns, _sites: Sites = ()) -> Facts:
 
 
 def _prior_sd(columns: EventColumns) -> float:
-    """Prior standard deviation of a level's log friction, by how much that of all records spreads.
+    """Prior standard deviation of a level's log friction, by how much H/L of all records spreads.
 
-    H/L is the friction of a block on a straight line, whatever the model. What spreads it (volume,
-    path, scatter, the levels themselves) is more than a level can be expected to add.
+    What spreads that (volume, path, scatter, levels) is more than a level can be expected to add.
     """
     ratio = columns.height_over_length[columns.height_over_length > 0.0]
     if len(ratio) < 2 * MIN_LEVEL:
@@ -374,14 +373,12 @@ def scatter_by(column: str) -> Definition:
         needs=f"column {column}",
         build=partial(_build_scatter, column),
         lacking=partial(_lacking, column),
-        facts=partial(_scatter_facts, column),
+        facts=lambda columns, _sites: (
+            _line(columns, column) or {"levels": level_facts(column, columns)["levels"]}
+        ),
         event_columns=True,
         beyond=1,
     )
-
-
-def _scatter_facts(column: str, columns: EventColumns, _sites: Sites) -> Facts:
-    return _line(columns, column) or {"levels": level_facts(column, columns)["levels"]}
 
 
 def _build_scatter(column: str, facts: Facts) -> ScatterEffect:

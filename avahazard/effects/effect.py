@@ -118,9 +118,9 @@ class KindsEffect(Effect):
 class Groups:
     """Groups by name, and that of each event: `index` `[n_events]` into `names`, -1 for none.
 
-    `alone`: an event without a group has an offset of its own, which adds to its scatter; what
-    is to come is in none that is known. Otherwise groups last, as paths do. `told` comes before
-    the name where people read it. Names must not meet those of other effects' groups.
+    `alone`: an event without a group has an offset of its own; what is to come is in none that is
+    known. Otherwise groups last, as paths do. `told` comes before the name where people read it.
+    Names must not meet those of other effects' groups.
     """
 
     names: tuple[str, ...]
@@ -254,8 +254,7 @@ class Setting:
     """A setting of the model that an effect is, instead of something added to the block.
 
     `field` of the specification takes `value`, or where that is None the most likely of its other
-    values. Where `without` is given the base model has the effect, and `without` is the value
-    that leaves it out. `acts_on` says in words what the setting is of.
+    values. Where the base model has the effect, `without` is the value that leaves it out.
     """
 
     field: str
@@ -269,32 +268,28 @@ class Definition:
     """An entry of the catalogue: what it means, what it needs, and how it is built.
 
     `lacking(columns, sites)` says in one sentence what the data lack for it, or None.
-    `facts(columns, sites)` takes levels, knots and ranges from the data of the calibration;
-    they are stored with the model. `build(facts)` gives the effect. `changes` is the setting of
-    the model that the effect is, where it is one and nothing is built.
-
-    What others ask of an effect, each with the common answer:
+    `facts(columns, sites)` takes levels, knots and ranges from the data of the calibration, stored
+    with the model; `build(facts)` gives the effect. `changes` is the setting of the model that it
+    is, where nothing is built. What others ask of an effect, each with the common answer:
 
     - `event_columns`: friction or front depends on columns of the event itself, besides its path,
       volume and release; an avalanche to come is then like recorded ones in these.
     - `uses_volume`: friction depends on the volume, whatever the model's law.
     - `limits_speed`: it holds the speed on any steep and long path, as friction alone does not.
-    - `nuisance(columns, sites)`: one that the diagnosis grants before it blames anything on
-      physics; it says what the data lack for that, which may be less than for its name.
+    - `nuisance(columns, sites)`: of one that the diagnosis grants before it blames anything on
+      physics, what the data lack for that, which may be less than for its name.
     - `granted_unasked`: it is granted even where the records do not ask for it.
     - `level_alone`: the level at which the diagnosis tests it by itself, always fitted in full, as
       it has no score at neutral; None where it is screened.
     - `says_what_is_seen`: it is about which avalanches were recorded at all. What the diagnosis
       finds on the motion must hold beside it.
-    - `alternatives(columns, sites)`: other facts that the data might choose, as the dates of a
-      change; `facts` gives the likeliest.
+    - `alternatives(columns, sites)`: other facts, such as dates, of which `facts` is the likeliest.
     - `beyond`: 0 for the catalogue, 1 for a kind that is made for what a file has, 2 for pairs of
       these. Of effects that explain alike the lowest is named; `family` is the kind's name.
     - `curve(facts)`: of an effect that is a smooth curve, that; None where it has levels.
     - `member_of`: the key of a smooth of which it is one shape, and that shape as a function of its
       values and the states; where either stands out both are fitted, the smooth from that shape on.
-    - `names_cause`: False for a smooth curve, which is no physics yet: a verdict that rests on
-      such alone is `unexplained`.
+    - `names_cause`: False for a smooth curve: a verdict on such alone is `unexplained`.
     - `column`: the column that the effect is about; a smooth of it would only repeat the effect.
     - `reads`: the column of numbers that it goes by where a smooth of that is another effect.
     - `already_stated(columns, sites)`: whether the data state what it would estimate, so that it is

@@ -43,8 +43,7 @@ class Convergence(Result):
 class InCommon(Result):
     """A column, or one level of it, that goes with the second kind of avalanche.
 
-    `correlation` is that of ranks with the probability to be of it; the p-value is corrected for
-    the number of columns.
+    The rank correlation is with the probability to be of it, its p-value is for all columns.
     """
 
     column: str
@@ -71,10 +70,8 @@ class Kinds(Result):
 class Calibration(Result):
     """A calibrated model: what it is made of, its parameters, and whether its chains converged.
 
-    `left_out` counts events that the method cannot use, by the reason; path offsets are
-    `path:PATH_ID` among the parameters. Of a child made by `add`, `comparison` holds the scores
-    before and after. `kinds` is there where there are two that no column records. `forward` is what
-    runs. `next` is the step to do now.
+    `left_out` counts events that the method cannot use, by the reason. A child made by `add` has
+    its `comparison` with the parent, a model with `two-kinds` its `kinds`. `forward` is what runs.
     """
 
     model: str
@@ -158,10 +155,7 @@ class ModelSummary(Result):
 
 @dataclass(frozen=True, slots=True)
 class Surroundings(Result):
-    """Versions of the package and of what its numbers rest on, and the hash of the lock file.
-
-    `lock_sha256` is None where the program does not run beside its lock file.
-    """
+    """Versions of the package and of what its numbers rest on; the lock file's hash, if any."""
 
     versions: dict[str, str]
     lock_sha256: str | None

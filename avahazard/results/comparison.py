@@ -12,9 +12,8 @@ from avahazard.results.base import ABSENT, Result, Rows
 class RunoutScores(Result):
     """Predicted against recorded runouts, in metres of the record's own coordinate.
 
-    `bias_m` is predicted minus recorded, `noise_floor_m` and `noise_floor_crps_m` what errors of
-    the records, of their volumes and releases alone leave, `pit_histogram` counts ranks of
-    records in ten equal bins.
+    `bias_m` is predicted minus recorded; the noise floors are what errors of the records, of their
+    volumes and releases alone leave; `pit_histogram` counts ranks of records in ten equal bins.
     """
 
     n: int
@@ -43,10 +42,7 @@ class SpeedScores(Result):
 
 @dataclass(frozen=True, slots=True)
 class PredictedRecords(Result):
-    """Scores of predicted records; `elpd_loo` (nats) is their log density.
-
-    `runout` is in the coordinate of each record, `runout_x` in x for the events with a profile.
-    """
+    """Scores of predicted records, those of `runout_x` in x for the events with a profile."""
 
     runout: RunoutScores
     speed: SpeedScores | None
@@ -57,10 +53,9 @@ class PredictedRecords(Result):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scores(PredictedRecords):
-    """Scores on the records that the model was calibrated on; `elpd_loo` leaves each out.
+    """In-sample scores; `elpd_loo` (nats) leaves each record out.
 
-    `pareto_k_bad` counts events whose leave-one-out weights are not to be trusted,
-    `pareto_k_refitted` those of them that were refitted.
+    `pareto_k_bad` counts events whose leave-one-out weights are not to be trusted.
     """
 
     pareto_k_bad: int
@@ -78,11 +73,10 @@ class GroupError(Result):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HeldOutScores(PredictedRecords):
-    """Scores held-out `by` path or fold; `elpd_loo` is given the others.
+    """Scores held-out `by` path or fold; `runout.crps_m` is the error of the model.
 
-    `runout.crps_m` is the error of the model, `groups` that of each group. Each of `n_fits` fits is
-    without one group, or, of many paths, a part of them. `parent_crps_m` is the error of the
-    model's parent on the same groups, where that was compared on others.
+    Each of `n_fits` fits is without one group, or, of many paths, a part of them. `parent_crps_m`
+    is the error of the model's parent on the same groups, where that was compared on others.
     """
 
     by: str
@@ -136,11 +130,7 @@ class Failure(Result):
 
 @dataclass(frozen=True, slots=True)
 class SpeedMisfit(Result):
-    """Misfit of speeds in one level of an axis, m/s.
-
-    `p_value`: whether chance could do that between tracks, corrected for all levels; None where
-    fewer than three tracks have speeds there.
-    """
+    """Misfit of speeds in one level of an axis, m/s; `p_value` as that of a `Failure`, by track."""
 
     axis: str
     level: Note
@@ -166,8 +156,6 @@ class MeasuredForce(Result):
 class Comparison(Result):
     """A model against the measurements: scores, held-out scores, and where it fails.
 
-    `coordinate` is that of the records: elevation, x, length, or mixed. `notes` are on the model,
-    `next` is the step to do now.
     `profile_m` is the root mean square (m) of what the error of the profiles' points does to the
     predicted stops, None without profiles. It is in `scatter` and `unexplained` already, as far
     as the calibration on the same points has not taken it into the friction.
@@ -189,10 +177,7 @@ class Comparison(Result):
 
 @dataclass(frozen=True, slots=True)
 class PredictedEvent(Result):
-    """Where one event will stop: elevation (m), or runout length without a profile.
-
-    `notes` are what a reader must know of the model and of this event's volume.
-    """
+    """Where one event will stop: elevation (m), or runout length without a profile."""
 
     event_id: str
     path_id: str | None
@@ -215,10 +200,7 @@ class PredictionScores(PredictedRecords):
 
 @dataclass(frozen=True, slots=True)
 class Prediction(Result):
-    """All events of a file; `scores` over those that have a runout, None where none has.
-
-    `notes` are those of all events, and on all of them, each once.
-    """
+    """All events of a file; `scores` over those that have a runout, None where none has."""
 
     events: Rows[PredictedEvent]
     scores: PredictionScores | None
@@ -229,9 +211,8 @@ class Prediction(Result):
 class Standing(Result):
     """The scores of a model by which it is ranked; errors in metres, `elpd` in nats.
 
-    What is `held_out` was predicted by fits without the event's group (its path, or a fold);
-    `held_out_crps_m` is the error of the model, in the coordinate of the records,
-    `held_out_crps_x_m` the same in x where there are profiles.
+    The error of the model is `held_out_crps_m`, in the coordinate of the records, or
+    `held_out_crps_x_m`, in x where there are profiles.
     """
 
     rmse_m: float
@@ -259,10 +240,7 @@ class ErrorFall(Result):
 
 @dataclass(frozen=True, slots=True)
 class BeforeAndAfter(Result):
-    """A parent's scores and its child's, with the measurement-error floor.
-
-    `fall` is that of the error, None where the held-out groups are too few.
-    """
+    """A parent's scores and its child's; `fall` is None where held-out groups are too few."""
 
     before: Standing | None
     after: Standing
@@ -273,10 +251,7 @@ class BeforeAndAfter(Result):
 
 @dataclass(frozen=True, slots=True)
 class LadderEntry(Result):
-    """One model on the ladder, with what it has that its parent has not.
-
-    Scores are as `Standing`, None where it was never compared. `notes` are on this model.
-    """
+    """One model on the ladder; its scores are as `Standing`, None where it was never compared."""
 
     model: str
     parent: str | None

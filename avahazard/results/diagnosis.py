@@ -32,8 +32,7 @@ class Declared(Result):
 class Shape(Result):
     """A smooth of a state or a column (`of`, in `unit`) with its 90 % credible band at places `x`.
 
-    What it is of says `value`: friction that is added, log friction, a force per mass, or drag.
-    `path` is the one that it is on, None for all.
+    `value` says what it is of: friction that is added, log friction, a force per mass, or drag.
     """
 
     of: str
@@ -58,10 +57,9 @@ class LawParameter(Result):
 
 @dataclass(frozen=True, slots=True)
 class FittedLaw(Result):
-    """A law that a smooth may be: `effect` is the KEY of its effect file.
+    """A law that a smooth may be, its formula in s, the state; `effect` names its effect file.
 
-    `evidence` (nats) is over the model without it, `evidence_over_curve` over the smooth; the
-    formula is in s, the state.
+    `evidence` (nats) is over the model without it, `evidence_over_curve` over the smooth.
     """
 
     form: str
@@ -79,10 +77,8 @@ class Candidate(Result):
     Gains are in nats of log likelihood (`gain`), of evidence with its price paid, and of records
     held-out; `p_value` is family-wise, `p_value_alone` by itself; `chance_gain` is exceeded in one
     of twenty datasets in which nothing is missing. What a full fit gives is None where it was not
-    worth one. `error_after_m` is the mean CRPS with the effect. `force_witness` is what speeds say
-    of an effect on the motion, `kinds` which events are of a kind that nobody recorded. A smooth
-    that was fitted has its `shape`, the leading one the `laws` that it may be, those within 3 nats
-    of the first.
+    worth one. A smooth that was fitted has its `shape`, the leading one the `laws` that it may be,
+    those within 3 nats of the first.
     """
 
     effect: str
@@ -130,8 +126,7 @@ class Pair(Result):
     """Two effects, or three, that are needed together, and what they gain (nats).
 
     `gain` is over the model, `gain_over_best_single` over the best of them alone. `p_value` is the
-    largest of theirs; of a pair of which neither shows alone, that among all pairs. `parameters`
-    are those of all of them, fitted together; `error_after_m` is the mean CRPS with them.
+    largest of theirs; of a pair of which neither shows alone, that among all pairs.
     """
 
     effects: tuple[str, ...]
@@ -148,15 +143,12 @@ class Diagnosis(Result):
 
     `missing` holds the effect, the set that cannot be distinguished, or the axis. `groups` are
     those that were let to differ before anything was blamed on physics. `pairs` are effects that
-    are needed together, in the place of the one that is missing. An effect of
-    `detectable_m` (H/L where `coordinate`, that of the records, says so) would have been seen with
-    80 % power. It would be `detectable_share` of the variance of log friction, that of the records'
-    errors included (None: stored by a version that did not tell it). `still_needed` is the evidence
-    (nats) that the model would lose without each of its effects; `where` says in sentences on which
-    paths the model fails and where the records have what is missing; `suspect_events` are records
-    hard to believe, `impossible_stops` those on ground too steep for any block to stop. `declared`
-    is what was expected beforehand; `notes` is what a reader must know, `next` the step to do now;
-    `effect_file` was written with the leading law.
+    are needed together, in the place of the one that is missing. An effect of `detectable_m` would
+    have been detected with 80 % power; it would be `detectable_share` of the variance of log
+    friction, that of the records' errors included (None: stored by a version without it).
+    `still_needed` is the evidence (nats) that the model would lose without each of its effects;
+    `suspect_events` are records hard to believe, `impossible_stops` those on ground too steep for
+    any block to stop.
     """
 
     model: str

@@ -24,10 +24,7 @@ class Created(Result):
 
 @dataclass(frozen=True, slots=True)
 class DatabaseState(Result):
-    """The state of the tables, their revision and that of the program.
-
-    `counts` of what it holds, where the state is `current`.
-    """
+    """The revision of the tables and that of the program; `counts` where the state is `current`."""
 
     database: str
     state: str
@@ -38,10 +35,7 @@ class DatabaseState(Result):
 
 @dataclass(frozen=True, slots=True)
 class Upgraded(Result):
-    """The revisions that a database went from and to; the same where there was nothing to do.
-
-    `backup` is the copy of an SQLite database that was made before.
-    """
+    """The revisions that a database went from and to, and the copy that was made before."""
 
     database: str
     from_: str | None
@@ -160,9 +154,8 @@ class SyntheticDataset(Result):
 class HiddenEffect(Result):
     """The loop on a synthetic dataset with a hidden effect (`hidden`, by its key).
 
-    `model` is without it, `held_out` its scores; `child` has what the `diagnosis` names, None
-    where it names no single effect. `report` is that of the last of them, `hazard` its bounds;
-    `files` ends with the records.
+    `model` is without it; `child` has what the `diagnosis` names, None where it names no single
+    effect. `report` and `hazard` are those of the last of them; `files` ends with the records.
     """
 
     database: str

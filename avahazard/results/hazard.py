@@ -63,9 +63,8 @@ class Design(Result):
     """The runout that avalanches of a path exceed once in T years, all volumes mixed.
 
     Quantiles are over the uncertainty that `interval` names, each of x and of elevation by
-    itself: 5 % of elevation lies at 95 % of x where the ground falls all the way. `p_beyond` is
-    the share of draws past the end of the profile, `point` the place of the median x.
-    `records_beyond` of `n_records` recorded stops lie past the median; None where the median does.
+    itself: 5 % of elevation lies at 95 % of x where the ground falls all the way. `point` is the
+    place of the median x; `records_beyond` it is None where the median is beyond the profile.
     """
 
     runout_x_m: PlaceQuantiles
@@ -129,9 +128,8 @@ class HazardRow(Result):
     `design` is the answer for a return period: the runout exceeded once in it. All else is the
     runout of avalanches of one volume, that of the period or a given one: `natural` holds all
     parameters at their middle, `parameters` is the posterior of the median runout. `reach`
-    stands in the first row of a path with a rate. Where the volume of a return period comes from
-    is None for a volume that was given. An average over models has each of them in `by_model`, and
-    no `natural` or `parameters`.
+    stands in the first row of a path with a rate. An average over models has each of them in
+    `by_model`, and no `natural` or `parameters`.
     """
 
     path_id: str

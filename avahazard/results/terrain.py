@@ -39,9 +39,8 @@ class Stretch(Result):
 class ProfileFit(Result):
     """How a profile was regularised: `degree` of a polynomial, or `smoothing` of a spline.
 
-    Root mean squares (m): the points' misfit `rms_m`, and what the polynomial's is. The error of
-    the points `elevation_sigma_m` is given, estimated or assumed (`sigma_from`); what they say
-    themselves is `sigma_estimate_m`, None where they are too few. `ground_sd_m` is the error of
+    The error of the points `elevation_sigma_m` is given, estimated or assumed (`sigma_from`); their
+    own scatter gives `sigma_estimate_m`, None where they are too few. `ground_sd_m` is the error of
     the ground that follows, `block_m` the length of the block that feels it.
     """
 
@@ -115,8 +114,7 @@ class Runout(Result):
     """One run of the block: where it stops, and its speed on the way.
 
     `status` is stopped, left_profile or not_released; `lift_off_x_m` is where it first lost the
-    ground. By a model: its name, the volume, and where the friction comes from. `table` and
-    `jumps`, where they were asked for, are F(μ) under the same resistance.
+    ground. `table` and `jumps`, where they were asked for, are F(μ) under the same resistance.
     """
 
     path_id: str
@@ -139,10 +137,7 @@ class Runout(Result):
 
 @dataclass(frozen=True, slots=True)
 class TerrainRunout(Result):
-    """The α-β runout of a path by one regression; angles in degrees, x in m, None for none.
-
-    `runout_x_low_m` is that of α + sd, the shorter runout, `runout_x_high_m` that of α - sd.
-    """
+    """The α-β runout of a path by one regression, the shorter of α + sd, the longer of α - sd."""
 
     path_id: str
     coefficients: str

@@ -92,9 +92,8 @@ class Track:
     """A cubic spline y(x) and the resistance in each cell between two knots.
 
     `knots_m [n_cells + 1]`, `coef [4, n_cells]` in rising powers of x - knot; cell arrays
-    `[n_cells]`. The deceleration in a cell is, with u the speed and N the normal force,
-    μ(u) N + constant + quadratic u², in m/s², and
-    μ(u) = μ (r + (1 - r) / (1 + u / u0)). N = max(0, g cosθ + centrifugal κ u²).
+    `[n_cells]`. The deceleration (m/s²) in a cell is, with u the speed, μ(u) N + constant +
+    quadratic u², μ(u) = μ (r + (1 - r) / (1 + u / u0)) and N = max(0, g cosθ + centrifugal κ u²).
     """
 
     knots_m: Floats
@@ -261,12 +260,11 @@ STEEP = 0.8  # the tangent of a slope on which nearly all of these avalanches st
 class Dataset:
     """All arrays `[n_events]` unless said; an effect changes them in place.
 
-    There are more events than will be recorded, since some go undetected. `path` points
-    into `sites` and `tracks`; `day` counts from 1 December; `log_mu` is the median of log
-    friction and `scatter` the sd of what is added to it. `lead_m` is how far along the
-    path the front is ahead of the centre of mass; `raised_m` how much too high a stop was
-    written down; `unseen_share` the share of a path's events that stop too high to be seen,
-    and `limit_known` whether its `observed_below_m` is given.
+    There are more events than will be recorded, since some go undetected. `path` points into
+    `sites` and `tracks`; `day` counts from 1 December; `log_mu` is the median of log friction and
+    `scatter` the sd of what is added to it. `lead_m` is how far along the path the front is ahead
+    of the centre of mass; `raised_m` how much too high a stop was written down; `unseen_share` of a
+    path's events stop too high to be seen, and `limit_known` says whether that height is given.
     """
 
     seed: int
