@@ -20,13 +20,7 @@ from avahazard.records.collection import Event, Fingerprint, Records, of_path, p
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Report, plain
 from avahazard.results.calibration import Calibration
-from avahazard.store.records import (
-    PATHS_AT_ONCE,
-    batched,
-    load_by_pieces,
-    load_events,
-    load_records,
-)
+from avahazard.store import records as stored
 from avahazard.store.results import PathResult, RunKind, begin_run, finish_run, save_paths
 from avahazard.store.session import Session, reading, writing
 
@@ -35,9 +29,8 @@ from avahazard.store.session import Session, reading, writing
 class Survey:
     """What is held of the records of a database: their fingerprint, and of each path little.
 
-    `digests` has all paths, in the order in which they were imported, with what shows whether
-    their records have changed; `with_profile` those that have one. `others` stand for the events
-    of a path without any, where a model takes columns of the event.
+    `digests` of the records of each path are in the order in which paths were imported. `others`
+    stand for the events of a path without any, where a model takes columns of the event.
     """
 
     fingerprint: str
@@ -56,7 +49,7 @@ def survey(session: Session) -> Survey:
     whole, volumes = Fingerprint(), list[DatedVolumes]()
     digests: dict[str, bytes] = {}
     with_profile: set[str] = set()
-    for piece in load_by_pieces(session):
+    for piece in stored.load_by_pieces(session):
         for path in piece.paths:
             selected = of_path(piece, path.path_id)
             digests[path.path_id] = whole.add(selected)
@@ -70,16 +63,16 @@ def survey(session: Session) -> Survey:
 def fingerprint_of(session: Session, path_ids: Sequence[str]) -> str:
     """The fingerprint of the records of some paths (`only_paths`)."""
     whole = Fingerprint()
-    for some in batched(list(dict.fromkeys(path_ids)), PATHS_AT_ONCE):
-        whole.add(load_records(session, some))
+    for some in stored.batched(list(dict.fromkeys(path_ids)), stored.PATHS_AT_ONCE):
+        whole.add(stored.load_records(session, some))
     return whole.hexdigest()
 
 
 def any_events(session: Session) -> tuple[Event, ...]:
     """Those of all paths that stand for the events of a path without any (`future_events`)."""
-    n = sum(event.path_id is not None for event in load_events(session))
+    n = sum(event.path_id is not None for event in stored.load_events(session))
     kept = set(np.linspace(0, n - 1, min(n, MAX_CLASSES)).round().astype(int).tolist())
-    there = (event for event in load_events(session) if event.path_id is not None)
+    there = (event for event in stored.load_events(session) if event.path_id is not None)
     return tuple(event for k, event in enumerate(there) if k in kept)
 
 
@@ -141,33 +134,31 @@ def path_tasks(
     database: str, survey: Survey, path_ids: Sequence[str], done: Collection[str] = ()
 ) -> Iterator[PathTask]:
     """A task for each path that is not done; records are read as the tasks are taken."""
-    left = [(k, path_id) for k, path_id in enumerate(path_ids) if path_id not in done]
-    for start in range(0, len(left), PATHS_AT_ONCE):
-        piece = left[start : start + PATHS_AT_ONCE]
+    position = {path_id: k for k, path_id in enumerate(path_ids)}
+    left = [path_id for path_id in path_ids if path_id not in done]
+    for piece in stored.batched(left, stored.PATHS_AT_ONCE):
         with reading(database) as session:
-            records = load_records(session, [path_id for _, path_id in piece])
-        for position, path_id in piece:
-            digest = survey.digests[path_id]
-            yield PathTask(position, path_id, of_path(records, path_id), digest)
+            records = stored.load_records(session, piece)
+        for path_id in piece:
+            own = of_path(records, path_id)
+            yield PathTask(position[path_id], path_id, own, survey.digests[path_id])
 
 
 def run_paths(database: str, work: PathWork, report: Report) -> tuple[int, tuple[Note, ...]]:
     """Do the work on the paths and store it in batches, going on where it was interrupted.
 
     Returns the number of the run, and a note where it took up an interrupted one. A path that fails
-    is stored with its reason. Raises `AvahazardError`, that of the first, where all paths do;
-    nothing is then kept. It is raised too where somebody has changed the records of a path
-    meanwhile.
+    is stored with its reason. Raises `AvahazardError` where somebody has changed the records of a
+    path meanwhile; where all paths fail, that of the first, and nothing is kept.
     """
-    key, model = work.key, work.model.model
     with writing(database) as session:
-        run, done = begin_run(session, work.kind, model, key, work.rests_on)
-    first_failure: AvahazardError | None = None
+        run, done = begin_run(session, work.kind, work.model.model, work.key, work.rests_on)
+    failures: list[AvahazardError] = []
     waiting: list[PathResult] = []
     stored_at = time.monotonic()
     for found in _results(database, work, done, report):
-        if found.failed is not None and first_failure is None:
-            first_failure = AvahazardError(found.failed, found.hint)
+        if found.failed is not None and not failures:
+            failures.append(AvahazardError(found.failed, found.hint))
         waiting.append(found)
         if len(waiting) >= BATCH or time.monotonic() - stored_at > BATCH_S:
             with writing(database) as session:
@@ -177,7 +168,7 @@ def run_paths(database: str, work: PathWork, report: Report) -> tuple[int, tuple
         save_paths(session, run, waiting)
         failed = finish_run(session, run)
     if failed is not None:
-        raise first_failure or AvahazardError(failed)
+        raise next(iter(failures), AvahazardError(failed))
     went_on = Note("went_on", n=len(done), total=len(work.path_ids))
     return run, (went_on,) if done else ()
 

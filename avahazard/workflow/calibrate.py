@@ -230,8 +230,7 @@ def find_prior(
     paths. Raises `AvahazardError` where there is no such path, an event is in both, or the model
     has effects on the motion, with which friction means something else.
     """
-    named = source.removeprefix(FIT).split(",")
-    names = tuple(name.strip() for name in named if name.strip())
+    names = tuple(filter(None, map(str.strip, source.removeprefix(FIT).split(","))))
     if not names or not source.startswith(FIT):
         raise AvahazardError(
             f"The prior from '{source}' names no path.",
@@ -244,9 +243,8 @@ def find_prior(
         )
     with reading(database) as session:
         fitted = only_paths(load_records(session), names)
-    speak = {event.event_id for event in fitted.events}
-    both = [e.event_id for e in records.events if e.event_id in speak]
-    if both:
+    known = {event.event_id for event in fitted.events}
+    if both := [e.event_id for e in records.events if e.event_id in known]:
         more = f" and {len(both) - SHOWN} more" if len(both) > SHOWN else ""
         raise AvahazardError(
             f"{len(both)} of {len(records.events)} events are in the prior too, {source} "
@@ -345,30 +343,20 @@ def start_from(parent: FittedModel, child: Posterior) -> Floats | None:
 
     None, to start from the data, where the parent's coordinates mean something else.
     """
-    theirs, ours = parent.specification, child.specification
-    if (
-        not parent.knows_errors
-        or theirs.law != ours.law
-        or theirs.reference_volume_m3 != ours.reference_volume_m3
-    ):
+    theirs, ours = (
+        (of.specification.law, of.specification.reference_volume_m3) for of in (parent, child)
+    )
+    if not parent.knows_errors or theirs != ours:
         return None
-    slots = [slot.name for slot in parent.layout.slots]
+    layout, slots = child.layout, [slot.name for slot in parent.layout.slots]
+    neutral = {s.name: s.mean if np.isnan(s.neutral) else s.neutral for s in layout.slots}
+    neutral |= {layout.slots[k].name: FIRST_SPREAD for k in layout.spreads.values()}
     known = dict(zip(slots, np.median(parent.draws, axis=0), strict=True))
-    layout = child.layout
-    start = [
-        known.get(slot.name, slot.mean if np.isnan(slot.neutral) else slot.neutral)
-        for slot in layout.slots
-    ]
-    for k in layout.spreads.values():
-        start[k] = known.get(layout.slots[k].name, FIRST_SPREAD)
-    return np.array(start)
+    return np.array([known.get(name, value) for name, value in neutral.items()])
 
 
 def show_models(database: str) -> Rows[ModelSummary]:
-    """One entry a model, oldest first: what it is made of, whether it converged, and when.
-
-    Raises `AvahazardError` where the database cannot be used.
-    """
+    """One entry a model, oldest first: what it is made of, whether it converged, and when."""
     rows = []
     with reading(database) as session:
         for model in store.list_models(session):
@@ -379,10 +367,7 @@ def show_models(database: str) -> Rows[ModelSummary]:
 
 
 def show_model(database: str, name: str) -> Calibration:
-    """A model's calibration, and `created`, the time in UTC.
-
-    Raises `AvahazardError` where there is no such model.
-    """
+    """A model's calibration, with its time in UTC. Raises `AvahazardError` where there is none."""
     with reading(database) as session:
         model = store.load_model(session, name)
         known = notes_of(model, load_records(session))
@@ -397,10 +382,7 @@ def _utc(time: dt.datetime) -> str:
 
 
 def show_provenance(database: str, name: str) -> Provenance:
-    """What is needed to make the model `name` again.
-
-    Raises `AvahazardError` where there is no such model.
-    """
+    """What is needed to make a model again. Raises `AvahazardError` where there is none."""
     with reading(database) as session:
         model = store.load_model(session, name)
         records = load_records(session)
@@ -427,9 +409,8 @@ def rerun(
     own = stored.definitions
     require_unchanged(stored)
     kept = load_parameter_draws(database, name)
-    observations = build_observations(
-        only_paths(records, stored.paths), forward=stored.specification.forward
-    )
+    training = only_paths(records, stored.paths)
+    observations = build_observations(training, forward=stored.specification.forward)
     start, told = None, stored.calibration
     if told.parent is not None:
         child = assemble(observations, stored.specification, stored.facts, own)
@@ -448,13 +429,9 @@ def rerun(
     )
     again = dict(zip(found.chains.names, np.moveaxis(found.chains.draws, -1, 0), strict=True))
     differences = {
-        key: Difference(
-            float(kept[key].mean()),
-            float(again[key].mean()),
-            float(np.max(np.abs(kept[key] - again[key]))),
-        )
-        for key in kept
-        if key in again and not np.array_equal(kept[key], again[key])
+        key: Difference(*map(float, (old.mean(), new.mean(), np.max(np.abs(old - new)))))
+        for key, old in kept.items()
+        if (new := again.get(key)) is not None and not np.array_equal(old, new)
     }
     return Rerun(name, not differences, len(kept), differences, _notes(database, name))
 
@@ -464,9 +441,9 @@ def _notes(database: str, name: str) -> tuple[str, ...]:
     found = show_provenance(database, name)
     if found.made_with is None:
         return ("the versions that the model was made with were not kept.",)
-    before, now = found.made_with.versions, found.now.versions
+    before = found.made_with.versions
     return tuple(
-        f"{package} was {before.get(package, 'not there')}, and is {now[package]} now."
-        for package in now
-        if before.get(package) != now[package]
+        f"{package} was {before.get(package, 'not there')}, and is {now} now."
+        for package, now in found.now.versions.items()
+        if before.get(package) != now
     )

@@ -37,13 +37,11 @@ WEIGHTS = (7.0, 1.5, 8.0, 5.0, 3.5, 30.0)
 def run_demo(folder: FilePath, report: Report = silent) -> Demo:
     """Import the twin into a new database in `folder`, calibrate it, give design runouts, report.
 
-    `model` is calibrated by the marginal method, `gibbs` by the paper's sampler. Then the loop
-    finds a hidden effect in a synthetic dataset. A second run makes its files anew, and
-    leaves others alone. Raises `AvahazardError` where the folder cannot be made or written.
+    Then the loop finds a hidden effect in a synthetic dataset. A second run makes its files anew,
+    and leaves others alone. Raises `AvahazardError` where the folder cannot be made or written.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        database = folder / DATABASE
         for file in (DATABASE, HIDDEN_DATABASE):
             for suffix in ("", "-wal", "-shm"):
                 (folder / f"{file}{suffix}").unlink(missing_ok=True)
@@ -53,7 +51,7 @@ def run_demo(folder: FilePath, report: Report = silent) -> Demo:
             "Name another one: avahazard demo --folder FOLDER.",
         ) from error
     tell = steps(report, WEIGHTS)
-    name = str(database)
+    name = str(folder / DATABASE)
     init_database(name)
     with as_file(files("avahazard.data")) as data:
         sources = [data / file for file in ("paths.csv", "profiles.csv", "events.csv")]
@@ -96,14 +94,13 @@ LOOP_WEIGHTS = (3.5, 2.5, 8.5, 7.0, 5.0, 4.0)
 def find_hidden(folder: FilePath, report: Report) -> HiddenEffect:
     """Make a synthetic dataset with a hidden effect in `folder`, and let the loop find it.
 
-    What is added is what the diagnosis names, and nothing where it names no single effect. The
-    report is that of the last model. Files of an earlier run must be gone, but for the records.
+    What is added is what the diagnosis names, and nothing where it names no single effect. Files of
+    an earlier run must be gone, but for the records.
     """
     tell = steps(report, LOOP_WEIGHTS)
     records, truth = make_dataset(SEED, N_EVENTS, N_PATHS, {DEMO_EFFECT: STRENGTH}, Settings())
-    dataset = folder / DATASET
-    dataset.mkdir(exist_ok=True)
-    sources = write_records(dataset, records)
+    (folder / DATASET).mkdir(exist_ok=True)
+    sources = write_records(folder / DATASET, records)
     database = str(folder / HIDDEN_DATABASE)
     init_database(database)
     import_files(database, sources)

@@ -68,10 +68,9 @@ def write_projects(
     """Write an AvaFrame project for each path with terrain into a new `folder`.
 
     `com1DFACfg.ini` has the median volume of an avalanche and the median friction at it; `draws`
-    the settings of future avalanches, equally likely, over volumes, scatter and the uncertainty
-    of the parameters. Releases are those of `simulate`; drag is that of its runs, or of a model
-    of the block. Raises `AvahazardError` where there is no such model or path, no path has terrain,
-    the scatter of the model is in metres, or `folder` is not empty.
+    the settings of future avalanches, equally likely. Releases are those of `simulate`; drag is
+    that of its runs, or of a model of the block. Raises `AvahazardError` where there is no such
+    model or path, no path has terrain, its scatter is in metres, or `folder` is not empty.
     """
     whole = folder.resolve()
     if whole.exists() and (not whole.is_dir() or any(whole.iterdir())):
@@ -143,7 +142,6 @@ def _drawn(avalanches: Avalanches, drag: Floats, n: int, rng: np.random.Generato
 
 
 def _write(folder: FilePath, path: RunPath, median: Future, drawn: list[Future]) -> None:
-    """Write the project of a path."""
     from avahazard.gis.avaframe_project import (  # noqa: PLC0415 (may be missing)
         thickness_of,
         write_project,

@@ -49,27 +49,26 @@ def friction_densities(
     `mu` `[n_events]` are apparent frictions, nan where there is none; `kappa` as in
     `show_frictions`.
     """
-    groups = {"all": np.isfinite(mu)} | {
-        name: np.isfinite(mu) & (observations.columns.path_index == k)
-        for k, name in enumerate(observations.columns.paths)
-    }
+    columns, known = observations.columns, np.isfinite(mu)
+    groups = {"all": mu[known]}
+    groups |= {name: mu[known & (columns.path_index == k)] for k, name in enumerate(columns.paths)}
     densities = []
-    for name, members in groups.items():
-        if np.sum(members) < 2:
+    for name, of_group in groups.items():
+        if len(of_group) < 2:
             continue
-        width = apparent.choose_kappa(mu[members]) if isinstance(kappa, str) else kappa
-        density = apparent.holy_density(mu[members], width)
+        width = apparent.choose_kappa(of_group) if isinstance(kappa, str) else kappa
+        density = apparent.holy_density(of_group, width)
         x = np.linspace(density.mu[0] - TAIL / width, density.mu[-1] + TAIL / width, N_POINTS)
         densities.append(
             results.FrictionDensity(
                 path_id=name,
-                n=int(np.sum(members)),
+                n=len(of_group),
                 kappa=float(density.kappa),
                 mu=tuple(x.tolist()),
                 pdf=tuple(density.pdf(x).tolist()),
                 extrapolated=tuple(density.extrapolated(x).tolist()),
-                mean=float(np.mean(mu[members])),
-                sd=float(np.std(mu[members], ddof=1)),
+                mean=float(np.mean(of_group)),
+                sd=float(np.std(of_group, ddof=1)),
             )
         )
     return Rows(densities)
@@ -122,15 +121,12 @@ def friction_view(model: FittedModel) -> FrictionView | None:
         return None
     volume = np.geomspace(np.exp(recorded.min()) / ROOM, np.exp(recorded.max()) * ROOM, N_VOLUMES)
     u = model.draws[model.thinned(min(len(model.draws), N_PARAMETERS))]
-    law = model.layout.law
+    law, scatter = model.layout.law, None
     middle = law.log_friction(u[:, : len(law.coordinates)], volume)
-    return FrictionView(
-        volume=volume,
-        law=np.exp(np.quantile(middle, [0.05, 0.5, 0.95], axis=0)),
-        scatter=None
-        if model.sigma_m is not None
-        else np.quantile(_draws(model.friction, u, volume), [0.05, 0.25, 0.75, 0.95], axis=0),
-    )
+    if model.sigma_m is None:
+        drawn = _draws(model.friction, u, volume)
+        scatter = np.quantile(drawn, [0.05, 0.25, 0.75, 0.95], axis=0)
+    return FrictionView(volume, np.exp(np.quantile(middle, [0.05, 0.5, 0.95], axis=0)), scatter)
 
 
 def apparent_friction(model: FittedModel) -> tuple[apparent.BackCalculation, Predicted]:
@@ -193,20 +189,18 @@ def show_frictions(
     """The apparent friction of every event, of one path or all.
 
     `kappa` "auto" takes, for each density, that with the best held-out likelihood. With `model` the
-    effects of that stored model on the motion and the record are at work, and the events are those
-    that it was calibrated on, or the path's. With `plot` a picture of the densities is written
-    there, and by a model also of its law with the events beside it. Raises `AvahazardError` where
-    the database, the model or the path is missing, there are no events, a path of theirs has no
-    profile, or `plot` is not the name of a picture.
+    events are those that it was calibrated on, or the path's. `plot` is a picture of the densities,
+    and by a model also of its law with the events. Raises `AvahazardError` where the database, the
+    model or the path is missing, there are no events, a path of theirs has no profile, or `plot` is
+    not the name of a picture.
     """
     plot, model = request.plot, request.model
     require_picture(plot)
     fitted = reference = None
     if model is not None:
-        stored, records = load_stored(database, model, request.effect_files)
-        fitted = (
-            stored if path_id is None else on_events(stored, records, _events_of(records, path_id))
-        )
+        fitted, records = load_stored(database, model, request.effect_files)
+        if path_id is not None:
+            fitted = on_events(fitted, records, _events_of(records, path_id))
         observations = fitted.observations
         found, _ = apparent_friction(fitted)
         reference = found.mu * np.exp(-from_reference(fitted))
@@ -227,9 +221,8 @@ def show_frictions(
     if plot is not None:
         from avahazard.report.friction_pictures import draw_frictions, law_figure  # noqa: PLC0415
 
-        view = None if fitted is None else friction_view(fitted)
         drawn = None
-        if view is not None and reference is not None:
+        if fitted and reference is not None and (view := friction_view(fitted)):
             drawn = law_figure(view, np.exp(observations.columns.log_volume), reference)
         draw_frictions(plot, frictions, drawn)
     return frictions
@@ -265,11 +258,10 @@ def _events(
 
 
 def fit_laws(database: str, path_id: str | None = None, plot: Path | None = None) -> results.Fits:
-    """Fit every law, to the events of one path or of all.
+    """Fit every law to the events with a volume and a friction, of one path or of all.
 
-    `n_events` of a fit counts the events with a volume and a friction. With `plot` a picture of the
-    laws on the points is written there. Raises `AvahazardError` where the database or the path is
-    missing, there are too few such events, or `plot` is not the name of a picture.
+    `plot` is a picture of the laws on the points. Raises `AvahazardError` where the database or the
+    path is missing, there are too few such events, or `plot` is not the name of a picture.
     """
     require_picture(plot)
     with reading(database) as session:
@@ -285,9 +277,9 @@ def fit_laws(database: str, path_id: str | None = None, plot: Path | None = None
             "Import events with volume_m3, or with the deposit's length, width and thickness.",
         )
     fits, notes = fit_every_law(volume, mu)
-    if n_events < observations.n_events:
+    if left_out := observations.n_events - n_events:
         notes.append(
-            f"left out of {observations.n_events} events: {observations.n_events - n_events}, "
+            f"left out of {observations.n_events} events: {left_out}, "
             "without a volume, or stopped where no friction stops the block (see "
             "`avahazard friction`)."
         )
@@ -349,8 +341,7 @@ def plot_residuals(stored: FittedModel, file: Path) -> None:
             f"{len(off)} events have a volume and a friction; residuals need {FEWEST}."
         )
     x = np.linspace(-REACH, REACH, 401)
-    student = stored.specification.tails == "student"
-    density = (x, np.exp(log_density(x, student)))
+    density = x, np.exp(log_density(x, stored.specification.tails == "student"))
     from avahazard.report.friction_pictures import draw_residuals  # noqa: PLC0415 (slow)
 
     draw_residuals(file, stored.name, off, density, of)

@@ -122,10 +122,7 @@ def map_parts(
     limits: ZoneSystem,
     report: Report = silent,
 ) -> tuple[list[MapPart], list[str]]:
-    """The paths on a map with their chances, and the names of those that are not on it.
-
-    Raises as `draw_map`.
-    """
+    """The paths on a map with their chances, and the names of those left out; see `draw_map`."""
     require_friction_scatter(model)
     with reading(database) as session:
         known = survey(session)
@@ -172,7 +169,6 @@ def _part(
 
 
 def _fill(part: MapPart, avalanches: Avalanches, limits: ZoneSystem) -> None:
-    """Compute the chances of a path."""
     if not part.runs:
         part.x, chances = reach(avalanches, N_PLACES)
         part.bands = dict(zip(("chance_q05", "chance", "chance_q95"), chances, strict=True))

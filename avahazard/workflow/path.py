@@ -35,10 +35,7 @@ from avahazard.workflow.stored import limits_speed, load_stored, notes_of_fit
 
 
 def list_paths(database: str) -> Rows[results.PathSummary]:
-    """Return one entry a path: its profile's size, its number of events, their volumes.
-
-    Raises `AvahazardError` where the database cannot be used.
-    """
+    """Return one entry a path: its profile's size, its number of events, their volumes."""
     with reading(database) as session:
         return path_summaries(session)
 

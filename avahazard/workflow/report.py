@@ -118,10 +118,7 @@ def _latest(session: Session, kind: store.RunKind, name: str, of: type[R]) -> li
 def gather(
     database: str, name: str, request: ReportRequest, report: Report = silent
 ) -> page.ReportContent:
-    """Gather what the report of a stored model shows.
-
-    Raises `AvahazardError` where there is no such model, or its own effects are not given.
-    """
+    """Gather what the report of a stored model shows; raises as `load_stored`."""
     stored, records = load_stored(database, name, request.effect_files)
     with reading(database) as session:
         models = store.list_models(session)

@@ -10,7 +10,6 @@ import numpy as np
 from avahazard.arrays import Bools, Floats
 from avahazard.criticism.scoring.scores import crps, expected_records
 from avahazard.criticism.scoring.where_it_fails import event_axes
-from avahazard.effects.columns import EventColumns
 from avahazard.effects.covariate import number_column
 from avahazard.effects.effect import Definition, Effect, FrictionEffect, MotionEffect
 from avahazard.effects.motion import FORCE, SPEED, state_at
@@ -51,14 +50,7 @@ def loop_view(
             shown.append(state_view(fit, known.get(fit.name)))
             if fit.name in lineage[-2:-1]:
                 suspect = suspect_view(stored, fit, known.get(stored.name))
-    return LoopView(
-        models=tuple(shown),
-        lineage=lineage,
-        comparisons=known,
-        diagnoses=diagnoses,
-        left_out=left_out,
-        suspect=suspect,
-    )
+    return LoopView(tuple(shown), lineage, known, diagnoses, left_out, suspect)
 
 
 def suspect_view(
@@ -73,13 +65,12 @@ def suspect_view(
     law, columns = stored.layout.law, stored.columns
     u = np.median(stored.draws, axis=0)
     expected = law.log_friction(u[: len(law.coordinates)], np.exp(columns.log_volume))
-    friction = [apparent_friction(model)[0].mu for model in (parent, stored)]
-    before, after = (
-        np.log(mu) - from_reference(model)
-        for mu, model in zip(friction, (parent, stored), strict=True)
-    )
-    missed, explained, band = before - expected, before - after, None
-    column, values, force = None, None, None
+    mu = apparent_friction(stored)[0].mu
+    before = np.log(apparent_friction(parent)[0].mu) - from_reference(parent)
+    after = np.log(mu) - from_reference(stored)
+    missed, explained = before - expected, before - after
+    band = column = force = None
+    values: Any = None
     if len(added) == 1:
         effect = next((e for e in stored.effects if e.key == added[0].key), None)
         if isinstance(effect, FrictionEffect):
@@ -87,22 +78,16 @@ def suspect_view(
             low, explained, high = np.quantile(adds, QUANTILES, axis=0)
             band, missed = np.stack([low, high]), after - expected + explained
         if isinstance(effect, MotionEffect):
-            force = force_view(stored, added[0], effect, comparison, friction[1])
-        column = added[0].column or added[0].reads
-        values = _column(columns, column or "")
+            force = force_view(stored, added[0], effect, comparison, mu)
+        column = added[0].column or added[0].reads or ""
+        values = number_column(columns, column)
+        values = columns.texts.get(column) if values is None else values
     there = explained[np.isfinite(explained)]
     if not added or not len(there) or (np.ptp(there) < LEAST_EXPLAINED and force is None):
         return None
     effects = tuple(entry.key for entry in added)
-    return SuspectView(
-        effects, missed, explained, band, column if values is not None else None, values, force
-    )
-
-
-def _column(columns: EventColumns, name: str) -> Any:
-    """The values of a column `[n_events]`, None where there is none of that name."""
-    numbers = number_column(columns, name)
-    return columns.texts.get(name) if numbers is None else numbers
+    column = None if values is None else column
+    return SuspectView(effects, missed, explained, band, column, values, force)
 
 
 def _draws_of(model: FittedModel, effect: Effect) -> Floats:
@@ -133,7 +118,7 @@ def force_view(
         if any(one is None for one in found):
             return None
         curves = np.array(found)[:, : len(x)]
-    low, middle, high = (tuple(row) for row in np.quantile(curves, QUANTILES, axis=0).tolist())
+    low, middle, high = map(tuple, np.quantile(curves, QUANTILES, axis=0).tolist())
     shape = Shape(of, unit, value, tuple(x.tolist()), low, middle, high, on)
     rows = () if comparison is None else comparison.measured_force or ()
     points = [(row.event_id, *_resisted(model, effect, shape, row, mu)) for row in rows]
@@ -202,31 +187,27 @@ def _others(
     error = {name: found.held_out.runout.crps_m for name, found in known.items()}
     wanted = [name for name in lineage if name in known or name == stored.name]
     wanted += sorted((n for n in error if n not in wanted), key=lambda n: error[n])
-    found: list[FittedModel] = []
+    effects = {model.name: model.effects for model in models}
+    found = {}
     for name in wanted:
         if name == stored.name:
-            found.append(stored)
+            found[name] = stored
             continue
         if len(found) >= MOST_MODELS:
             left_out[name] = Note("too_many_models", n=MOST_MODELS)
             continue
+        own = tuple(entry for entry in stored.definitions if entry.key in effects[name])
         try:
-            has = next(model.effects for model in models if model.name == name)
-            own = tuple(entry for entry in stored.definitions if entry.key in has)
             fit, _ = load_stored(database, name, own=own)
         except AvahazardError:
             left_out[name] = Note("effects_not_given")
             continue
-        if (
-            fit.calibration.data_fingerprint != stored.calibration.data_fingerprint
-            or fit.records_changed
-            or fit.paths != stored.paths
-        ):
+        same = fit.calibration.data_fingerprint == stored.calibration.data_fingerprint
+        if same and not fit.records_changed and fit.paths == stored.paths:
+            found[name] = fit
+        else:
             left_out[name] = Note("other_records")
-            continue
-        found.append(fit)
-    order = {model.name: k for k, model in enumerate(models)}
-    return sorted(found, key=lambda fit: order[fit.name])
+    return [found[name] for name in effects if name in found]
 
 
 LEAST_EXPLAINED = 1e-3
@@ -252,9 +233,9 @@ def state_view(model: FittedModel, comparison: Comparison | None) -> StateView:
 def _failed(model: FittedModel, x: Floats, comparison: Comparison | None) -> Bools:
     """The events of levels where the model fails; `x` `[n_events, n_draws]` are its stops."""
     failed = np.zeros(model.observations.n_events, dtype=np.bool_)
-    levels = [] if comparison is None else failing(comparison)
-    axes = event_axes(model.observations, np.median(x, axis=1)) if levels else {}
-    for row in levels:
-        if row.axis in axes:
-            failed |= axes[row.axis] == row.level
+    if comparison is not None and (levels := failing(comparison)):
+        axes = event_axes(model.observations, np.median(x, axis=1))
+        for row in levels:
+            if row.axis in axes:
+                failed |= axes[row.axis] == row.level
     return failed

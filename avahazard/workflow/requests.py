@@ -62,11 +62,7 @@ EFFECT_FILES = Option(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImportRequest(Request):
-    """How files are read, and what happens to rows that are there already.
-
-    The profile of a line is read off the terrain model `dem` (GeoTIFF or ESRI ASCII grid, in
-    metres), and the ground around it is kept.
-    """
+    """How files are read, and what happens to rows that are there already."""
 
     dem: Path | None = option(
         None, "The terrain model under the lines: .tif or .asc.", metavar="FILE"
@@ -215,9 +211,6 @@ def _kappa(texts: Sequence[str]) -> float | str:
         return text
 
 
-BY_MODEL = Option("With the effects of a stored model on motion and record.", metavar="NAME")
-
-
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrictionRequest(Request):
     """How sharp the density is, and the model whose effects are at work, if any."""
@@ -230,7 +223,9 @@ class FrictionRequest(Request):
         over=0.0,
         parse=_kappa,
     )
-    model: str | None = option(None, BY_MODEL)
+    model: str | None = option(
+        None, "With the effects of a stored model on motion and record.", metavar="NAME"
+    )
     plot: Path | None = option(
         None, _picture("Draw the densities, and by a model its law and the events")
     )
@@ -246,11 +241,7 @@ class FrictionRequest(Request):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HazardRequest(Request):
-    """Return periods (years) and volumes (m3), and on which paths.
-
-    With neither of the first two, a return period of 100 years. Paths are those named, or all with
-    a profile. `source` says where the frequency of volumes comes from.
-    """
+    """Return periods (years) and volumes (m3), and on which paths; none: all with a profile."""
 
     return_periods: Sequence[float] = option(
         (), _periods("May be given again. [default: 100, where no volume is given]")
@@ -269,8 +260,7 @@ class HazardRequest(Request):
 class SimulateRequest(Request):
     """On which paths a flow model runs, and for which frictions, volumes (m3) and drag (1/m).
 
-    Frictions are refined where stops are far apart, unless they are named. `release` holds polygons
-    of release areas; without it they are made of the release, the width and the volume.
+    Without polygons in `release`, areas are made of the path's release, its width and the volume.
     """
 
     paths: Sequence[str] = ()
@@ -297,12 +287,7 @@ class SimulateRequest(Request):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ZonesRequest(Request):
-    """Which zones, on the paths named or all with a profile.
-
-    Zones are those of `limits`, a preset or a TOML file, at the return periods (years) of these
-    and those given. A model without drag and without measured speeds needs `no_drag`. `density` and
-    its standard deviation are in kg/m3; `source` says where the frequency of volumes comes from.
-    """
+    """Zones of which limits, at their return periods and those given, on which paths; none: all."""
 
     return_periods: Sequence[float] = option(
         (), _periods("Besides those of the limits; may be given again.")
@@ -332,10 +317,7 @@ class ZonesRequest(Request):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapRequest(Request):
-    """What a map shows: the paths named or all with a profile, the zones of `limits`.
-
-    `source` says where the frequency of volumes comes from.
-    """
+    """What a map shows: the paths named or all with a profile, the zones of `limits`."""
 
     paths: Sequence[str] = option((), ONLY_PATHS)
     limits: str = option("swiss", LIMITS)

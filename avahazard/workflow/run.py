@@ -154,11 +154,7 @@ class Project(Strict):
 
 
 def read_project(file: FilePath) -> Project:
-    """Read the file of a project.
-
-    Raises `AvahazardError` where there is no such file, or a value is missing, unknown or out of
-    range.
-    """
+    """Read the file of a project. Raises `AvahazardError` where it is not one."""
     try:
         text = file.read_text(encoding="utf-8-sig")
     except OSError as error:

@@ -198,7 +198,6 @@ def _between(stops: dict[float, float]) -> list[float]:
 
 
 def _run(shared: tuple[str, FilePath, list[RunPath], float], task: Task) -> Task:
-    """Make a run and store it."""
     (database, python, paths, drag), (k, friction, volume) = shared, task
     path = paths[k]
     found = simulate(python, path.ground, path.digest, path.corners(volume), friction, volume, drag)

@@ -172,10 +172,7 @@ def load_for_paths(
 
 
 def on_events(model: FittedModel, records: Records, events: Sequence[Event]) -> FittedModel:
-    """A loaded model on other events of the database's paths.
-
-    Their volumes are read in the light of those that it was calibrated on.
-    """
+    """A model on other events, whose volumes are read in the light of those of its calibration."""
     there = Records(records.paths, records.profiles, tuple(events))
     return model.on(build_observations(there, model.observations))
 
@@ -318,10 +315,7 @@ def _of_other_models(model: FittedModel, name: str) -> Iterator[Note]:
 
 
 def prior_notes(model: FittedModel, name: str) -> Iterator[Note]:
-    """Where the priors are not the program's own, and the coordinates that they dominate.
-
-    A coordinate is prior-dominated where the records hardly narrow it.
-    """
+    """Where priors are not the program's own, and the coordinates that records hardly narrow."""
     from scipy.stats import truncnorm  # noqa: PLC0415 (slow)
 
     specification, layout = model.specification, model.layout

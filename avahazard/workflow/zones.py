@@ -117,10 +117,7 @@ def zones_of_path(
     *,
     seed: int,
 ) -> tuple[list[ZonedPath], tuple[Note, ...]]:
-    """The entry of a path (`path_zones`); `notes` go with all.
-
-    Raises `AvahazardError` where it has no rate of avalanches.
-    """
+    """The entry of a path, with `notes`. Raises `AvahazardError` where it has no rate."""
     volumes = frequencies.volumes(task.path_id, by_volume=not model.ignores_volume)
     path = path_hazard(model, task.records, task.path_id, volumes, seed=seed)
     far = {period for period in periods if frequencies.extrapolated(task.path_id, period)}

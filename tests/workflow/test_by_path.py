@@ -53,7 +53,6 @@ ASKED = HazardRequest(return_periods=[30.0])
 @pytest.fixture(autouse=True)
 def few_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(store_records, "PATHS_AT_ONCE", AT_ONCE)
-    monkeypatch.setattr(by_path, "PATHS_AT_ONCE", AT_ONCE)
 
 
 @pytest.fixture(scope="module")
