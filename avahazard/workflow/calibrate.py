@@ -30,7 +30,7 @@ from avahazard.inference.paper.calibration import check_method
 from avahazard.inference.paper.least_squares import fit_law, usable
 from avahazard.inference.sampling import N_CHAINS, calibrate_model
 from avahazard.physics.runout_curve import MU
-from avahazard.records.collection import Records, data_fingerprint, only_paths
+from avahazard.records.collection import Records, only_paths
 from avahazard.records.errors import AvahazardError
 from avahazard.request import fields_of
 from avahazard.results.base import Report, Rows, plain, silent, steps
@@ -54,6 +54,7 @@ from avahazard.workflow.stored import (
     load_parameter_draws,
     load_stored,
     notes_of,
+    records_changed,
     require_unchanged,
     save_calibrated,
     surroundings,
@@ -80,7 +81,8 @@ def calibrate(
     check_method(method, asked)
     with reading(database) as session:
         store.refuse_taken_name(session, name)
-        records = only_paths(load_records(session), paths)
+        known = load_records(session)
+    records = only_paths(known, paths)
     observations = build_observations(records, forward=asked.forward)
     for entry in catalogue().values():
         if not entry.in_base and asked.has(entry):
@@ -88,8 +90,8 @@ def calibrate(
     specification, facts = with_effects(observations, asked, keys)
     effects = build_effects(specification, facts)
     if request.prior_from:
-        found_prior = find_prior(database, request.prior_from, specification, effects, records)
-        specification = replace(specification, prior=found_prior)
+        fitted = find_prior(request.prior_from, specification, effects, records, known)
+        specification = replace(specification, prior=fitted)
     if request.prior:
         specification = with_given_priors(specification, request.prior, effects, observations)
     check_method(method, specification)
@@ -144,10 +146,8 @@ def with_given_priors(
     layout = build_layout(specification, tuple(effects), speeds=bool(observations.speeds))
     others = layout.beside_the_law()
     in_log = {*layout.logs, *layout.spreads.values()}
-    positive = {
-        *spec.positive_parameters(layout.law),
-        *(n for n, k in others.items() if k in in_log),
-    }
+    positive = set(spec.positive_parameters(layout.law))
+    positive |= {name for name, k in others.items() if k in in_log}
     known = (*spec.free_parameters(layout.law), *others)
     given: tuple[spec.GivenPrior, ...] = ()
     for name, pair in numbers.items():
@@ -200,15 +200,12 @@ def _require_friction(
     mu = float(np.exp(of.log_friction(np.array(prior.mean), np.array([volume]))[0]))
     if not MU[0] <= mu <= MU[-1]:
         units = dict(zip(of.names, of.units, strict=True))
-        told = ", ".join(
-            f"{g.name}={g.mean:g} {units[g.name]}".rstrip() for g in given if g.name in units
-        )
+        told = (f"{g.name}={g.mean:g} {units[g.name]}".rstrip() for g in given if g.name in units)
         at = f" at the middle volume of {volume:.3g} m3" if of.uses_volume else ""
+        usual = "; n of the exponential law is some 1e-6 1/m3" if "n" in units else ""
         raise AvahazardError(
-            f"The prior ({told}) gives friction {mu:.2g}{at}.",
-            f"Friction is {MU[0]:g} to {MU[-1]:g}; n of the exponential law is some 1e-6 1/m3."
-            if "n" in units
-            else f"Friction is {MU[0]:g} to {MU[-1]:g}.",
+            f"The prior ({', '.join(told)}) gives friction {mu:.2g}{at}.",
+            f"Friction is {MU[0]:g} to {MU[-1]:g}{usual}.",
         )
 
 
@@ -218,13 +215,13 @@ SHOWN = 4
 
 
 def find_prior(
-    database: str,
     source: str,
     specification: spec.Specification,
     effects: Sequence[Effect],
     records: Records,
+    known: Records,
 ) -> spec.LawPrior:
-    """The prior that `source` gives the law of a model of `specification` on `records`.
+    """The prior that `source`, of all `known` records, gives the law of a model on `records`.
 
     `source` is `fit:PATH[,PATH]…`: least squares on the apparent friction of the events of these
     paths. Raises `AvahazardError` where there is no such path, an event is in both, or the model
@@ -241,10 +238,9 @@ def find_prior(
             f"A fit knows no {', '.join(moved)}: its friction is not that of this model.",
             "Give the prior as numbers: --prior NAME=MEAN,SD.",
         )
-    with reading(database) as session:
-        fitted = only_paths(load_records(session), names)
-    known = {event.event_id for event in fitted.events}
-    if both := [e.event_id for e in records.events if e.event_id in known]:
+    fitted = only_paths(known, names)
+    speak = {event.event_id for event in fitted.events}
+    if both := [e.event_id for e in records.events if e.event_id in speak]:
         more = f" and {len(both) - SHOWN} more" if len(both) > SHOWN else ""
         raise AvahazardError(
             f"{len(both)} of {len(records.events)} events are in the prior too, {source} "
@@ -281,8 +277,7 @@ def add(
         before = latest_comparison(session, name)
     own = read_own_of(model, effect_files)
     definitions = tuple(own.values())
-    unused = [key for key in own if key not in (*effects, *model.effects)]
-    if unused:
+    if unused := [key for key in own if key not in (*effects, *model.effects)]:
         raise AvahazardError(
             f"The effect '{unused[0]}' of the effect file is not asked for.",
             f"Name it: avahazard add {name} {unused[0]} --as {new_name} --effect-file FILE.",
@@ -291,13 +286,11 @@ def add(
     require_unchanged(parent)
     training = only_paths(records, parent.paths)
     observations = build_observations(training, forward=parent.specification.forward)
-    specification, new_facts = with_effects(
-        observations, parent.specification, effects, definitions
-    )
-    if specification == parent.specification:
+    before_it, theirs = parent.specification, parent.calibration
+    specification, facts = with_effects(observations, before_it, effects, definitions)
+    if specification == before_it:
         raise AvahazardError(f"The model {name} has {', '.join(effects)} already.")
-    facts = {**parent.facts, **new_facts}
-    theirs = parent.calibration
+    facts = {**parent.facts, **facts}
     fresh = before is None and parent.sigma_m is None
     tell = steps(report, (2.0, 3.0, 3.0 if fresh else 0.0))
     found = calibrate_model(
@@ -328,13 +321,9 @@ def add(
         if fresh and before is not None:
             store.save_result(session, store.COMPARISON, name, plain(before, keyed=True))
         store.save_result(session, store.COMPARISON, new_name, plain(after, keyed=True))
-    scores = BeforeAndAfter(
-        before=None if alike is None else standing(alike),
-        after=standing(after),
-        held_out_by=after.held_out.by,
-        fall=None if alike is None else error_fall(alike, after),
-        coordinate=after.coordinate,
-    )
+    scores = BeforeAndAfter(None, standing(after), after.held_out.by, after.coordinate)
+    if alike is not None:
+        scores = replace(scores, before=standing(alike), fall=error_fall(alike, after))
     return replace(result, comparison=scores, next=next_step(database, new_name))
 
 
@@ -386,10 +375,9 @@ def show_provenance(database: str, name: str) -> Provenance:
     with reading(database) as session:
         model = store.load_model(session, name)
         records = load_records(session)
-    today = data_fingerprint(only_paths(records, model.paths))
     besides = {
         "created": _utc(model.created),
-        "records_changed": today != model.result["data_fingerprint"],
+        "records_changed": records_changed(model, records),
         "effect_sha256": model.effect_sha256,
         "now": surroundings(),
     }

@@ -260,6 +260,8 @@ def _on_draws(layout: Layout, slots: Sequence[str], u: Floats) -> Layout:
     return with_arms(layout, Arms(arms))
 
 
+SPECIFIED = ("law", "scatter", "distribution", "tails", "centrifugal", "forward", "effects")
+"""What a result repeats of the specification."""
 STILL_PRIOR = 0.75
 """Posterior over prior standard deviation where the records tell less than the prior (with
 independent normals they tell as much at 0.71)."""
@@ -280,14 +282,8 @@ def calibration_result(
     return results.Calibration(
         model=name,
         parent=parent,
-        law=specification.law,
-        scatter=specification.scatter,
-        distribution=specification.distribution,
-        tails=specification.tails,
-        centrifugal=specification.centrifugal,
-        forward=specification.forward,
         method=found.method,
-        effects=specification.effects,
+        **{key: getattr(specification, key) for key in SPECIFIED},
         n_events=found.n_events,
         left_out=dict(found.left_out),
         parameters={key: summary(draws, unit) for key, draws, unit in _all_draws(found)},
@@ -350,15 +346,9 @@ def _all_draws(found: FittedModel) -> Iterator[tuple[str, Floats, str]]:
 
 def summary(draws: Floats, unit: str) -> results.ParameterSummary:
     """Mean, sd, mode and 5 and 95 % quantiles of draws `[n]`."""
-    low, high = np.quantile(draws, [0.05, 0.95])
-    return results.ParameterSummary(
-        mean=float(draws.mean()),
-        sd=float(draws.std(ddof=1)),
-        mode=mode(draws),
-        q05=float(low),
-        q95=float(high),
-        unit=unit,
-    )
+    mean, sd = float(draws.mean()), float(draws.std(ddof=1))
+    low, high = np.quantile(draws, [0.05, 0.95]).tolist()
+    return results.ParameterSummary(mean, sd, mode(draws), low, high, unit)
 
 
 def mode(draws: Floats) -> float:
@@ -390,11 +380,14 @@ def notes_of_fit(model: FittedModel) -> tuple[Note, ...]:
 
 def notes_of(model: store.StoredModel, records: Records) -> tuple[Note, ...]:
     """The notes on a stored model, without loading its draws; `records` are those of today."""
-    changed = True
-    if {path.path_id for path in records.paths}.issuperset(model.paths):
-        selected = only_paths(records, model.paths)
-        changed = data_fingerprint(selected) != model.result["data_fingerprint"]
-    return model_notes(results.Calibration.from_dict(model.result), changed, model.version)
+    found = results.Calibration.from_dict(model.result)
+    return model_notes(found, records_changed(model, records), model.version)
+
+
+def records_changed(model: store.StoredModel, records: Records) -> bool:
+    """Whether the records have changed since a model was calibrated; `records` are today's."""
+    today = data_fingerprint(only_paths(records, model.paths))
+    return bool(today != model.result["data_fingerprint"])
 
 
 def model_notes(
