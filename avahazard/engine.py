@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import logging
 import tempfile
 import warnings
@@ -10,7 +9,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
@@ -171,32 +170,27 @@ def spread_map(
     return in_order(items, AHEAD * n_workers(), submit)
 
 
-_kept: dict[str, tuple[Callable[[Any, Any], Any], Any]] = {}
-"""The last that was unpickled in this worker."""
-
-
-def pack(function: Callable[[Any, Any], Any], shared: object) -> tuple[str, bytes]:
-    """A name for the two, by what they hold, and their bytes.
-
-    cloudpickle takes functions inside functions too, which effects are made of.
-    """
+def pack(function: Callable[[Any, Any], Any], shared: object) -> bytes:
+    """The two as bytes; cloudpickle takes functions inside functions, which effects are made of."""
     import cloudpickle  # noqa: PLC0415 (slow)
 
     data: bytes = cloudpickle.dumps((function, shared))
-    return hashlib.sha256(data).hexdigest(), data
+    return data
 
 
-def call_packed(name: str, data: bytes | Path, item: object) -> Any:
+@lru_cache(maxsize=1)
+def _unpacked(data: bytes | Path) -> tuple[Callable[[Any, Any], Any], Any]:
+    """What was packed, of which a worker keeps the last."""
+    import cloudpickle  # noqa: PLC0415 (slow)
+
+    found: tuple[Callable[[Any, Any], Any], Any]
+    found = cloudpickle.loads(data if isinstance(data, bytes) else data.read_bytes())
+    return found
+
+
+def call_packed(data: bytes | Path, item: object) -> Any:
     """Call the function on an item in a worker; `data` are the bytes, or the file with them."""
-    found = _kept.get(name)
-    if found is None:
-        import cloudpickle  # noqa: PLC0415 (slow)
-
-        content = data if isinstance(data, bytes) else data.read_bytes()
-        found = cloudpickle.loads(content)
-        _kept.clear()
-        _kept[name] = found
-    function, shared = found
+    function, shared = _unpacked(data)
     with one_worker():
         return function(shared, item)
 
@@ -215,16 +209,14 @@ def map_processes(
     from loky import get_reusable_executor  # noqa: PLC0415 (slow)
     from loky.process_executor import BrokenProcessPool  # noqa: PLC0415
 
-    name, data = pack(function, shared)
     with tempfile.TemporaryDirectory(prefix="avahazard-") as folder:
         file = Path(folder) / "shared"
-        file.write_bytes(data)
-        del data
+        file.write_bytes(pack(function, shared))
 
         def submit(item: object) -> Future[Any]:
             # One death breaks the whole pool: another one is made then.
             executor = get_reusable_executor(max_workers=n, timeout=IDLE_S)
-            future: Future[Any] = executor.submit(call_packed, name, file, item)
+            future: Future[Any] = executor.submit(call_packed, file, item)
             return future
 
         yield from in_order(items, AHEAD * n, submit, BrokenProcessPool)
@@ -253,15 +245,13 @@ def map_dask(
     from distributed.client import FutureCancelledError  # noqa: PLC0415
 
     client = _connected(choice, n)
-    name, data = pack(function, shared)
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Sending large graph")  # it is sent once
-        held = client.submit(bytes, data, key=f"shared-{name}")
-    del data
+        held = client.submit(bytes, pack(function, shared))
     ahead = AHEAD * max(sum(client.nthreads().values()), n)
 
     def submit(item: object) -> Any:
-        return client.submit(call_packed, name, held, item, pure=False)
+        return client.submit(call_packed, held, item, pure=False)
 
     try:
         yield from in_order(items, ahead, submit)
