@@ -17,7 +17,7 @@ from avahazard.arrays import Floats
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Event, Path, Profile, Records, Speed
-from avahazard.records.intake import Intake, Key, speed_key
+from avahazard.records.intake import KEYS, Intake, Key, speed_key
 from avahazard.records.meanings import ELEVATION
 
 Fault = tuple[str, float, str]  # column, value, what would be accepted
@@ -39,8 +39,7 @@ KEPT = 20_000
 def stop_fault(event: Event, profile: Profile) -> Fault | None:
     """Return what is wrong with the stop of `event`, None when it is one place on `profile`.
 
-    Outside the profile is accepted within three standard deviations of the record, and
-    for events beyond it.
+    Outside the profile is accepted within `N_SIGMA` of the record, and for events beyond it.
     """
     if event.left_profile:
         return None
@@ -214,10 +213,8 @@ def _above_the_release(
     event: Event, path: Path | None, profile: Profile, slack: float
 ) -> Fault | None:
     """A release is the event's own, else the path's; the top of the profile is above every stop."""
-    own = event.release_elevation_m is not None
-    release = event.release_elevation_m
-    if path is not None and release is None:
-        release = path.release_elevation_m
+    own = event.release_elevation_m
+    release = path.release_elevation_m if path is not None and own is None else own
     if release is None:
         return None
     if event.runout_x_m is not None:
@@ -231,7 +228,7 @@ def _above_the_release(
         return None
     if lowest <= release:
         return None
-    whose = "release_elevation_m" if own else Note("release_of_path")
+    whose = Note("release_of_path") if own is None else "release_elevation_m"
     return column, value, Note("below_release", release=release, whose=whose)
 
 
@@ -258,9 +255,7 @@ def check_references(
 
 
 def check_places(intake: Intake, known: Records) -> None:
-    """Refuse stops, releases and speeds that cannot be found on the profile of their path.
-
-    Refuse events too whose values contradict each other.
+    """Refuse stops, releases and speeds off the profile of their path, and contradictory events.
 
     Stored records are checked again where their path has another profile or release now.
     """
@@ -275,34 +270,30 @@ def check_places(intake: Intake, known: Records) -> None:
         for p in (*known.profiles, *new.profiles)
         if low <= p.y_m.min() and p.y_m.max() <= high
     }
-    read_paths = {p.path_id for p in new.paths}
-    read_events = {e.event_id for e in new.events}
-    read_speeds = {speed_key(s) for s in new.speeds}
-    changed = {p.path_id for p in new.profiles}
+    read = {key_of(record) for kind, key_of in KEYS.items() for record in getattr(new, kind)}
     released = {p.path_id: p.release_elevation_m for p in known.paths}
     # A path that is new has no stored events.
-    moved = changed | {
-        p.path_id for p in new.paths if p.release_elevation_m != released.get(p.path_id)
-    }
+    moved = {p.path_id for p in new.profiles}
+    moved |= {p.path_id for p in new.paths if p.release_elevation_m != released.get(p.path_id)}
     found: list[tuple[Key, Fault | None]] = []
     for path_id, path in paths.items():
-        if path_id in profiles and (path_id in changed or path_id in read_paths):
+        if path_id in profiles and read & {("path", path_id), ("profile", path_id)}:
             found.append((("path", path_id), release_fault(path, profiles[path_id])))
     for event_id, event in events.items():
-        faults = [volume_fault(event)] if event_id in read_events else []
+        key: Key = ("event", event_id)
+        faults = [volume_fault(event)] if key in read else []
         profile = profiles.get(event.path_id or "")
-        if profile is not None and (event_id in read_events or event.path_id in moved):
+        if profile is not None and (key in read or event.path_id in moved):
             # Each place by itself, else with one another.
             alone = [stop_fault(event, profile), release_fault(event, profile)]
             of_path = paths.get(profile.path_id)
             faults += alone if any(alone) else [place_fault(event, of_path, profile)]
-        found += [(("event", event_id), fault) for fault in faults]
+        found += [(key, fault) for fault in faults]
     for key, speed in speeds.items():
         of_event = events.get(speed.event_id)
-        profile = profiles.get((of_event and of_event.path_id) or "")
-        touched = key in read_speeds or speed.event_id in read_events
-        if profile is not None and (touched or profile.path_id in changed):
-            found.append((key, speed_fault(speed, profile)))
+        path_id = (of_event and of_event.path_id) or ""
+        if path_id in profiles and read & {key, ("event", speed.event_id), ("profile", path_id)}:
+            found.append((key, speed_fault(speed, profiles[path_id])))
     for key, fault in found:
         if fault is not None:
             intake.refuse(key, *fault)

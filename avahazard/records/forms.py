@@ -15,7 +15,7 @@ from typing import Literal
 from avahazard.notes import counted
 from avahazard.records.cells import PLAIN_NUMBER as NUMBER
 from avahazard.records.cells import USUAL_MARKS, plain_cells
-from avahazard.records.collection import Covariate, Records
+from avahazard.records.collection import Covariate, Event, Path, Records
 from avahazard.records.conventions import Conventions
 from avahazard.records.errors import RowProblem
 from avahazard.records.intake import Intake, UnderstoodColumn
@@ -125,18 +125,18 @@ LARGEST = 1e30  # its square must still be a number
 NOT_FINITE = re.compile(r"[+-]?(?:inf|infinity|nan)", re.IGNORECASE)
 
 
-def column_kinds(rows: Iterable[Mapping[str, Covariate]]) -> dict[str, Content]:
+def column_kinds(records: Iterable[Path | Event]) -> dict[str, Content]:
     """Return how each covariate of stored records is held."""
     kinds: dict[str, Content] = {}
-    for row in rows:
-        for name, value in row.items():
+    for record in records:
+        for name, value in record.covariates.items():
             kinds.setdefault(name, "text" if isinstance(value, str) else "number")
     return kinds
 
 
 def read_covariates(
     tables: Sequence[FileTable],
-    own_columns: set[str],
+    own_columns: Collection[str],
     stored: Mapping[str, Content],
     problems: list[RowProblem],
     notes: list[str],
@@ -150,9 +150,8 @@ def read_covariates(
     """
     names = dict.fromkeys(c for t in tables for c in t.header if c not in own_columns)
     kinds = {name: stored.get(name) or _content(tables, name) for name in names}
-    notes += [
-        note for name, kind in kinds.items() if kind == "text" for note in _mixed(tables, name)
-    ]
+    for name in names:
+        notes += _mixed(tables, name) if kinds[name] == "text" else ()
     found: dict[tuple[str, int], dict[str, Covariate]] = {}
     for table in tables:
         extra = [name for name in table.header if name in kinds]
@@ -164,9 +163,8 @@ def read_covariates(
                 elif NUMBER.fullmatch(text) and abs(float(text)) <= LARGEST:
                     values[name] = float(text)
                 else:
-                    problems.append(
-                        RowProblem(table.file, line, name, text, _accepted(name, stored))
-                    )
+                    accepted = _accepted(name, stored)
+                    problems.append(RowProblem(table.file, line, name, text, accepted))
             found[table.file, line] = values
     return found
 
@@ -358,10 +356,7 @@ def read_forms(
     What is wrong goes to `intake.problems`, where a wrong header stands for the faults of the
     rows under it. Of a workbook with a known form, sheets of no form are left out and reported.
     """
-    stored = {
-        *column_kinds(path.covariates for path in known.paths),
-        *column_kinds(event.covariates for event in known.events),
-    }
+    stored = column_kinds((*known.paths, *known.events))
     ids = {event.event_id for event in known.events}
     unknown: list[tuple[FileTable, list[RowProblem]]] = []
     found: list[tuple[Kind, FileTable]] = []

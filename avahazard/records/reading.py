@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from collections.abc import Set as AbstractSet
 from dataclasses import fields, replace
 from fnmatch import fnmatch
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path as FilePath
 from sys import intern
 from typing import Any, NamedTuple
@@ -351,8 +351,7 @@ ON_PROFILE = frozenset({"runout_x_m", "runout_elevation_m"})
 
 def gather_paths(tables: Sequence[FileTable], known: Records, intake: Intake) -> list[Path]:
     """Return the paths that have a row of their own."""
-    stored = column_kinds(path.covariates for path in known.paths)
-    columns = set(PathRow.model_fields)
+    stored, columns = column_kinds(known.paths), PathRow.model_fields.keys()
     covariates = read_covariates(tables, columns, stored, intake.problems, intake.notes)
     old = {path.path_id: path for path in known.paths}
     paths = []
@@ -372,8 +371,7 @@ def gather_profiles(tables: Sequence[FileTable], known: Records, intake: Intake)
         _note_unused(table, ProfileRow, intake)
         # Path by path: checked rows take many times the memory of their cells.
         points: dict[str, array[int]] = {}
-        ids = (path_id for block in table.blocks("path_id") for path_id in block)
-        for k, path_id in enumerate(ids):
+        for k, path_id in enumerate(chain.from_iterable(table.blocks("path_id"))):
             points.setdefault(path_id, array("q")).append(k)
         for path_id, selected in points.items():
             rows = list(check_rows(ProfileRow, table.file, table.at(selected), intake.problems))
@@ -409,7 +407,7 @@ def gather_events(
     What the file has no column for is that of the stored event of the same id; but where no runout
     is needed the events are new ones, whatever they are called.
     """
-    stored = column_kinds(event.covariates for event in known.events)
+    stored = column_kinds(known.events)
     columns = EventRow.model_fields.keys() | StraightRow.model_fields.keys()
     covariates = read_covariates(tables, columns, stored, intake.problems, intake.notes)
     old = {event.event_id: event for event in known.events} if need_runout else {}

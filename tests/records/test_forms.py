@@ -6,7 +6,7 @@ import datetime as dt
 
 import pytest
 
-from avahazard.records.collection import Covariate
+from avahazard.records.collection import Covariate, Event, Path
 from avahazard.records.errors import RowProblem
 from avahazard.records.forms import Kind, check_ranges, column_kinds, read_covariates, recognise
 from avahazard.records.meanings import MEANINGS, Limits, Meaning
@@ -105,7 +105,10 @@ def test_a_known_column_of_numbers_holds_no_words_even_where_all_are_words() -> 
 
 
 def test_kinds_of_stored_records() -> None:
-    assert column_kinds([{"a": 1.0}, {"b": "x"}]) == {"a": "number", "b": "text"}
+    assert column_kinds([Path("P", covariates={"a": 1.0}), Event("e", covariates={"b": "x"})]) == {
+        "a": "number",
+        "b": "text",
+    }
 
 
 def test_a_word_among_numbers_is_refused_and_numbers_among_words_are_told() -> None:
