@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import sqlite3
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 from unicodedata import normalize
@@ -225,9 +225,8 @@ def ground_of(path: Path, profile: Profile, crop: TerrainCrop) -> str:
 class Records:
     """Paths, their profiles, events and speeds, in the order in which they were read.
 
-    Runs of flow models are without their peak pressures.
-
-    `kept` is for what is made of them once (`of_path`).
+    Runs of flow models are without their peak pressures. `kept` is for what is made of the records
+    once (`of_path`).
     """
 
     paths: tuple[Path, ...] = ()
@@ -279,13 +278,9 @@ def no_profile(path_id: str) -> AvahazardError:
 def of_path(records: Records, path_id: str) -> Records:
     """A path with its profile and its events, without speeds; nothing of an unknown path."""
     if "by_path" not in records.kept:
-        paths: dict[str, tuple[Path, ...]] = {}
-        profiles: dict[str, tuple[Profile, ...]] = {}
+        paths = {path.path_id: (path,) for path in records.paths}
+        profiles = {profile.path_id: (profile,) for profile in records.profiles}
         events: dict[str | None, list[Event]] = {}
-        for path in records.paths:
-            paths[path.path_id] = (path,)
-        for profile in records.profiles:
-            profiles[profile.path_id] = (profile,)
         for event in records.events:
             events.setdefault(event.path_id, []).append(event)
         records.kept["by_path"] = (paths, profiles, events)
@@ -341,19 +336,17 @@ def paths_to_run(
 
 
 KINDS = ("paths", "profiles", "events", "speeds")
-FINGERPRINT = "fingerprint"
-"""Under this name it is kept with the records."""
 _COLUMNS = {kind: [f.name for f in fields(kind)] for kind in (Path, Profile, Event, Speed)}
 _AS_TEXT = json.JSONEncoder(sort_keys=True)
 
 
 def data_fingerprint(records: Records) -> str:
     """Return the SHA-256 of `records` in hexadecimal (`Fingerprint`)."""
-    if FINGERPRINT not in records.kept:
+    if "fingerprint" not in records.kept:
         whole = Fingerprint()
         whole.add(records)
-        records.kept[FINGERPRINT] = whole.hexdigest()
-    return str(records.kept[FINGERPRINT])
+        records.kept["fingerprint"] = whole.hexdigest()
+    return str(records.kept["fingerprint"])
 
 
 class Fingerprint:
@@ -371,15 +364,11 @@ class Fingerprint:
     def add(self, records: Records) -> bytes:
         """Add a piece, and return its own digest, which depends on the order in it."""
         own = hashlib.sha256()
-
-        def lines() -> Iterator[tuple[str, str]]:
-            for kind in KINDS:
-                for record in getattr(records, kind):
-                    text = _line(record)
-                    own.update(f"{kind} {text}\n".encode())
-                    yield kind, text
-
-        self._lines.executemany("INSERT INTO line VALUES (?, ?)", lines())
+        for kind in KINDS:
+            for record in getattr(records, kind):
+                text = _line(record)
+                own.update(f"{kind} {text}\n".encode())
+                self._lines.execute("INSERT INTO line VALUES (?, ?)", (kind, text))
         return own.digest()
 
     def hexdigest(self) -> str:

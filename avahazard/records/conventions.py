@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import datetime as dt
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Literal
 
 Order = Literal["dmy", "mdy"]
+YearMonthDay = tuple[int, int, int]  # day 0: there is none
 
 ISO = re.compile(r"[0-9]{4}(?:-[0-9]{2}-[0-9]{2})?")
 SLASHED = re.compile(r"([0-9]{1,2})[/-]([0-9]{1,2})[/-]([0-9]{4})")
@@ -53,17 +54,15 @@ def read_dates(
     says it. Day numbers of a spreadsheet count from `first_day`. A winter, and a month without
     its day, become the year in which their winter ends.
     """
-    different = set(texts)
-    if all(ISO.fullmatch(text) for text in different):
+    if all(ISO.fullmatch(text) for text in set(texts)):
         return list(texts), [], ""
-    dates, words = list(texts), dict[str, None]()
-    faults: list[tuple[int, str]] = []
-    slashed: list[tuple[int, int, int, int]] = []
-    pairs: list[tuple[int, int, int]] = []
+    words = dict[str, None]()
+    found: dict[int, YearMonthDay] = {}
+    slashed: dict[int, tuple[int, int, int]] = {}
+    pairs: dict[int, tuple[int, int]] = {}
     serial = [k for k, text in enumerate(texts) if SERIAL.fullmatch(text)]
     written = [k for k, text in enumerate(texts) if TWO_SIGNS.search(text)]
-    if serial and written:
-        faults += [(k, BESIDE_DATES) for k in min(serial, written, key=len)]
+    faults = [(k, BESIDE_DATES) for k in min(serial, written, key=len)]
     faulty = {k for k, _ in faults}
     for k, text in enumerate(texts):
         if k in faulty:
@@ -71,17 +70,25 @@ def read_dates(
         if ISO.fullmatch(text):
             if serial and len(text) == 4:
                 faults.append((k, BESIDE_DAYS))
-        elif found := SLASHED.fullmatch(text):
-            first, second, year = map(int, found.groups())
-            slashed.append((k, first, second, year))
-        elif found := WINTER.fullmatch(text):
-            pairs.append((k, int(found.group(1)), int(found.group(2))))
+        elif parts := SLASHED.fullmatch(text):
+            first, second, year = map(int, parts.groups())
+            slashed[k] = first, second, year
+        elif parts := WINTER.fullmatch(text):
+            pairs[k] = int(parts.group(1)), int(parts.group(2))
         elif named := _year_month_day(text, first_day):
-            _put(dates, k, *named[:3], faults)
-            words[named[3]] = None
+            found[k], said = named
+            words[said] = None
     if slashed:
-        words[_by_order(dates, slashed, order, faults)] = None
-    words |= dict.fromkeys(_winters(dates, pairs, faults))
+        words[_by_order(found, slashed, order, faults)] = None
+    words |= dict.fromkeys(_winters(found, pairs, faults))
+    dates = list(texts)
+    for k, (year, month, day) in found.items():
+        try:
+            # A month without its day is kept as its winter.
+            winter = str(year + (month >= WINTER_BEGINS))
+            dates[k] = dt.date(year, month, day).isoformat() if day else winter
+        except ValueError:
+            faults.append((k, ACCEPTED))
     if not words:
         return dates, faults, ""
     both = zip(texts, dates, strict=True)
@@ -89,19 +96,18 @@ def read_dates(
     return dates, faults, f"dates: {', '.join(words)}{example}"
 
 
-def _year_month_day(text: str, first_day: dt.date) -> tuple[int, int, int, str] | None:
-    """The parts of a text that can only be read in one way, and the words for it; day 0: none."""
+def _year_month_day(text: str, first_day: dt.date) -> tuple[YearMonthDay, str] | None:
+    """The parts of a text that can only be read in one way, and the words for it."""
     if serial := SERIAL.fullmatch(text):
         date = first_day + dt.timedelta(int(serial.group(1)))
-        return date.year, date.month, date.day, "day numbers of Excel"
+        return (date.year, date.month, date.day), "day numbers of Excel"
     for pattern, (year, month, *day), words in FORMS:
         if found := pattern.fullmatch(text):
             name = found.group(month)
             number = int(name) if name.isdigit() else _month_names().get(name.casefold())
             if number is not None:
                 days = int(found.group(day[0])) if day else 0
-                said = words if day else WITHOUT_DAY
-                return int(found.group(year)), number, days, said
+                return (int(found.group(year)), number, days), words if day else WITHOUT_DAY
     return None
 
 
@@ -119,62 +125,48 @@ def _month_names() -> dict[str, int]:
 
 
 def _winters(
-    dates: list[str], pairs: Sequence[tuple[int, int, int]], faults: list[tuple[int, str]]
+    found: dict[int, YearMonthDay],
+    pairs: Mapping[int, tuple[int, int]],
+    faults: list[tuple[int, str]],
 ) -> Iterator[str]:
-    """Read `(place, year, what follows it)`: the next year makes a winter, else it is a month.
+    """Read a year and what follows it: the next year makes a winter, else it is a month.
 
     2004-05 is what the others of the column are.
     """
-    winters = {k for k, year, rest in pairs if rest in (year + 1, (year + 1) % 100)}
-    months = {k for k, _, rest in pairs if 1 <= rest <= 12}
+    winters = {k for k, (year, rest) in pairs.items() if rest in (year + 1, (year + 1) % 100)}
+    months = {k for k, (_, rest) in pairs.items() if 1 <= rest <= 12}
     both = winters & months
     as_winters, as_months = bool(winters - both), bool(months - both)
-    for k, year, rest in pairs:
+    for k, (year, rest) in pairs.items():
         if k in both and as_winters == as_months:
             faults.append((k, MONTH_OR_WINTER))
         elif k in winters and (k not in both or as_winters):
-            dates[k] = str(year + 1)
+            found[k] = year + 1, 1, 0
             yield "winters as the year in which they end"
         elif k in months:
-            dates[k] = _winter(year, rest)
+            found[k] = year, rest, 0
             yield WITHOUT_DAY
 
 
-def _winter(year: int, month: int) -> str:
-    return str(year + (month >= WINTER_BEGINS))
-
-
 def _by_order(
-    dates: list[str],
-    slashed: Sequence[tuple[int, int, int, int]],
+    found: dict[int, YearMonthDay],
+    slashed: Mapping[int, tuple[int, int, int]],
     order: Order | None,
     faults: list[tuple[int, str]],
 ) -> str:
-    """Read `(place, first, second, year)`; a first number over 12 is a day, a second one too."""
-    day_first = [k for k, first, _, _ in slashed if first > 12]
-    month_first = [k for k, _, second, _ in slashed if second > 12]
+    """Read first, second and year; a first number over 12 is a day, a second one too."""
+    day_first = [k for k, (first, _, _) in slashed.items() if first > 12]
+    month_first = [k for k, (_, second, _) in slashed.items() if second > 12]
     if day_first and month_first and order is None:
-        rarer = min(day_first, month_first, key=len)
-        faults += [(k, MIXED) for k in rarer]
+        faults += [(k, MIXED) for k in min(day_first, month_first, key=len)]
     elif order is None and not day_first and not month_first:
-        faults += [(k, AMBIGUOUS) for k, first, second, _ in slashed if first != second]
+        faults += [(k, AMBIGUOUS) for k, (one, other, _) in slashed.items() if one != other]
     chosen = order or ("mdy" if len(month_first) > len(day_first) else "dmy")
     faulty = {k for k, _ in faults}
-    for k, first, second, year in slashed:
-        day, month = (first, second) if chosen == "dmy" else (second, first)
+    for k, (first, second, year) in slashed.items():
         if k not in faulty:
-            _put(dates, k, year, month, day, faults)
+            found[k] = (year, second, first) if chosen == "dmy" else (year, first, second)
     return "the day first" if chosen == "dmy" else "the month first"
-
-
-def _put(
-    dates: list[str], k: int, year: int, month: int, day: int, faults: list[tuple[int, str]]
-) -> None:
-    try:
-        # A month without its day is kept as its winter.
-        dates[k] = dt.date(year, month, day).isoformat() if day else _winter(year, month)
-    except ValueError:
-        faults.append((k, ACCEPTED))
 
 
 Decimal = Literal["point", "comma"]

@@ -131,10 +131,9 @@ class PointRow(Row):
     @model_validator(mode="after")
     def _coordinates_in_pairs(self) -> Self:
         for first, second in (("easting_m", "northing_m"), ("lon", "lat")):
-            given = [getattr(self, name) is not None for name in (first, second)]
-            if given[0] != given[1]:
-                missing = second if given[0] else first
-                raise wrong(missing, f"{first} and {second}, both or neither")
+            missing = [name for name in (first, second) if getattr(self, name) is None]
+            if len(missing) == 1:
+                raise wrong(missing[0], f"{first} and {second}, both or neither")
         return self
 
 
@@ -185,12 +184,10 @@ class DepositRow(Row):
     def _deposit_complete(self) -> Self:
         # A length alone is a measurement of its own (the leading edge); a width or a
         # thickness alone was meant for the volume.
-        if self.volume_m3 is not None:
-            return self
         sides = ("deposit_length_m", "deposit_width_m", "deposit_thickness_m")
         missing = [name for name in sides if getattr(self, name) is None]
         alone = missing == list(sides[1:])
-        if 0 < len(missing) < 3 and not alone:
+        if self.volume_m3 is None and 0 < len(missing) < 3 and not alone:
             raise wrong(missing[0], "length, width and thickness of the deposit, or volume_m3")
         return self
 
@@ -250,13 +247,13 @@ class StraightRow(DepositRow):
     @property
     def height_and_reach(self) -> tuple[float | None, float | None]:
         """H and L in m, from what the row gives; None where it does not give enough."""
-        height, reach = self.fall_height_m, self.runout_length_m
+        height, reach, ratio = self.fall_height_m, self.runout_length_m, self.h_over_l
         if height is None:
             height = self._drop()
-        if height is None and reach is not None and self.h_over_l is not None:
-            height = self.h_over_l * reach
-        if reach is None and height is not None and self.h_over_l is not None:
-            reach = height / self.h_over_l
+        if height is None and reach is not None and ratio is not None:
+            height = ratio * reach
+        if reach is None and height is not None and ratio is not None:
+            reach = height / ratio
         return height, reach
 
     @model_validator(mode="after")
@@ -267,7 +264,8 @@ class StraightRow(DepositRow):
             raise wrong("release_elevation_m", "the elevation of the release, or a path_id")
         if drop is not None and drop <= 0.0:
             raise wrong("runout_elevation_m", "an elevation below release_elevation_m")
-        if self._ratio_alone(needed):
+        given = (self.fall_height_m, self.runout_length_m, self.runout_elevation_m)
+        if given == (None, None, None) and (self.h_over_l is not None or not needed):
             if self.runout_sigma_m is not None:
                 raise wrong("runout_sigma_m", "empty, or fall_height_m or runout_length_m with it")
             return self
@@ -289,10 +287,6 @@ class StraightRow(DepositRow):
         if self.h_over_l is None and not low <= height / reach <= high:
             raise wrong("runout_length_m", f"a reach by which H over L is from {low:g} to {high:g}")
         return self
-
-    def _ratio_alone(self, needed: bool) -> bool:
-        given = (self.fall_height_m, self.runout_length_m, self.runout_elevation_m)
-        return given == (None, None, None) and (self.h_over_l is not None or not needed)
 
     def _drop(self) -> float | None:
         if self.release_elevation_m is None or self.runout_elevation_m is None:
