@@ -6,7 +6,7 @@ import json
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cache
+from functools import cache, partial
 from importlib.resources import files
 from pathlib import Path as FilePath
 from typing import NamedTuple
@@ -99,12 +99,11 @@ def _guessed(table: FileTable, layout: SheetLayout) -> GuessedTable:
     drop, reach = taken.get("fall_height_m"), taken.get("runout_length_m")
     if drop and reach and drop.unit == reach.unit and _middle(table, reach) < _middle(table, drop):
         open_.append(f"{reach.source!r} is mostly below {drop.source!r}: is it in km?")
-    counts: dict[str, None] = {}
-    for name in table.header:
-        counts |= {t: None for t in table.counts(name) if t.casefold() in MARKS}
+    every = (text for name in table.header for text in table.counts(name))
+    unknown = dict.fromkeys(text for text in every if text.casefold() in MARKS)
     if _without_numbers(taken):
         open_.append("no column names the events: their rows do (event_id = row number)")
-    return GuessedTable(table, layout, tuple(taken.values()), tuple(open_), tuple(counts))
+    return GuessedTable(table, layout, tuple(taken.values()), tuple(open_), tuple(unknown))
 
 
 def _without_numbers(columns: Mapping[str, Guess]) -> bool:
@@ -177,6 +176,9 @@ def _squashed() -> dict[str, dict[str, str]]:
     }
 
 
+_quoted = partial(json.dumps, ensure_ascii=False)
+
+
 def as_toml(tables: Sequence[tuple[str, GuessedTable]]) -> str:
     """The guesses on tables of files, by name, as a `columns.toml`.
 
@@ -214,7 +216,3 @@ def as_toml(tables: Sequence[tuple[str, GuessedTable]]) -> str:
             lines.append(f"date = {{from = [{sources}]}}")
         lines.append("")
     return "\n".join(lines)
-
-
-def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)

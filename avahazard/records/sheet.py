@@ -23,14 +23,7 @@ from avahazard.arrays import Ints
 from avahazard.records.conventions import FIRST_DAY, is_number
 from avahazard.records.errors import RowProblem
 from avahazard.records.meanings import known_name
-from avahazard.records.table import (
-    LOOKED_AT,
-    PLAIN,
-    FileTable,
-    Line,
-    SheetLayout,
-    filled,
-)
+from avahazard.records.table import LOOKED_AT, PLAIN, FileTable, Line, SheetLayout, filled
 
 
 def read_tables(

@@ -35,9 +35,9 @@ class Base(DeclarativeBase):
     type_annotation_map = {float: sa.Double(53), str: sa.Text()}  # noqa: RUF012
 
 
-def _part_of(owner: str, **more: Any) -> Any:
-    """A name in the key of a row that goes with its owner."""
-    return mapped_column(Name, sa.ForeignKey(owner, ondelete="CASCADE"), primary_key=True, **more)
+def _part_of(owner: str, *kind: Any, **more: Any) -> Any:
+    """A column of a row that goes with its owner."""
+    return mapped_column(*kind, sa.ForeignKey(owner, ondelete="CASCADE"), **more)
 
 
 class PathTable(Base):
@@ -63,7 +63,7 @@ class ProfilePointTable(Base):
 
     __tablename__ = "profile_points"
 
-    path_id: Mapped[str] = _part_of("paths.path_id")
+    path_id: Mapped[str] = _part_of("paths.path_id", Name, primary_key=True)
     point: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
     x_m: Mapped[float]
     y_m: Mapped[float]
@@ -81,7 +81,7 @@ class TerrainTable(Base):
 
     __tablename__ = "terrain_crops"
 
-    path_id: Mapped[str] = _part_of("paths.path_id")
+    path_id: Mapped[str] = _part_of("paths.path_id", Name, primary_key=True)
     crs: Mapped[str]
     west_m: Mapped[float]
     north_m: Mapped[float]
@@ -96,7 +96,7 @@ class SimulationTable(Base):
 
     __tablename__ = "simulations"
 
-    path_id: Mapped[str] = _part_of("paths.path_id")
+    path_id: Mapped[str] = _part_of("paths.path_id", Name, primary_key=True)
     engine: Mapped[str] = mapped_column(Name, primary_key=True)
     friction: Mapped[float] = mapped_column(primary_key=True)
     volume_m3: Mapped[float] = mapped_column(primary_key=True)
@@ -150,7 +150,7 @@ class PathCovariateTable(CovariateTable):
 
     __tablename__ = "path_covariates"
 
-    path_id: Mapped[str] = _part_of("paths.path_id", sort_order=-1)
+    path_id: Mapped[str] = _part_of("paths.path_id", Name, primary_key=True, sort_order=-1)
 
 
 class EventCovariateTable(CovariateTable):
@@ -158,7 +158,7 @@ class EventCovariateTable(CovariateTable):
 
     __tablename__ = "event_covariates"
 
-    event_id: Mapped[str] = _part_of("events.event_id", sort_order=-1)
+    event_id: Mapped[str] = _part_of("events.event_id", Name, primary_key=True, sort_order=-1)
 
 
 class SpeedTable(Base):
@@ -167,9 +167,7 @@ class SpeedTable(Base):
     __tablename__ = "speeds"
 
     id: Mapped[int] = mapped_column(primary_key=True)
-    event_id: Mapped[str] = mapped_column(
-        Name, sa.ForeignKey("events.event_id", ondelete="CASCADE"), index=True
-    )
+    event_id: Mapped[str] = _part_of("events.event_id", Name, index=True)
     x_m: Mapped[float | None]
     elevation_m: Mapped[float | None]
     speed_m_s: Mapped[float]
@@ -222,9 +220,7 @@ class ResultTable(Sealed):
     __abstract__ = True
 
     id: Mapped[int] = mapped_column(primary_key=True)
-    model: Mapped[str] = mapped_column(
-        Name, sa.ForeignKey("models.name", ondelete="CASCADE"), index=True
-    )
+    model: Mapped[str] = _part_of("models.name", Name, index=True)
     result: Mapped[Any] = mapped_column(sa.JSON)
     created: Mapped[dt.datetime] = mapped_column(sa.DateTime)
 
@@ -250,9 +246,7 @@ class DrawChunkTable(Sealed):
 
     __tablename__ = "draw_chunks"
 
-    calibration: Mapped[int] = mapped_column(
-        sa.ForeignKey("calibrations.id", ondelete="CASCADE"), primary_key=True
-    )
+    calibration: Mapped[int] = _part_of("calibrations.id", primary_key=True)
     parameter: Mapped[str] = mapped_column(Name, primary_key=True)
     chunk: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
     n_chains: Mapped[int]
@@ -287,9 +281,7 @@ class PathRunTable(Base):
 
     id: Mapped[int] = mapped_column(primary_key=True)
     kind: Mapped[str] = mapped_column(sa.String(20))
-    model: Mapped[str] = mapped_column(
-        Name, sa.ForeignKey("models.name", ondelete="CASCADE"), index=True
-    )
+    model: Mapped[str] = _part_of("models.name", Name, index=True)
     key: Mapped[str] = mapped_column(sa.String(64))
     settings: Mapped[dict[str, Any]] = mapped_column(sa.JSON)
     created: Mapped[dt.datetime] = mapped_column(sa.DateTime)
@@ -301,9 +293,7 @@ class PathResultTable(Sealed):
 
     __tablename__ = "path_results"
 
-    run: Mapped[int] = mapped_column(
-        sa.ForeignKey("path_runs.id", ondelete="CASCADE"), primary_key=True
-    )
+    run: Mapped[int] = _part_of("path_runs.id", primary_key=True)
     position: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
     path_id: Mapped[str] = mapped_column(Name)
     result: Mapped[list[Any]] = mapped_column(sa.JSON)

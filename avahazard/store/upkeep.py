@@ -15,13 +15,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.results.files import DatabaseState
 from avahazard.store import tables
 from avahazard.store.results import read_draws
-from avahazard.store.session import (
-    database_name,
-    database_url,
-    engine_of,
-    make_engine,
-    sqlite_file,
-)
+from avahazard.store.session import database_name, database_url, engine_of, make_engine, sqlite_file
 from avahazard.whole_file import written_whole
 
 COUNTED: dict[str, type[tables.Base]] = {
