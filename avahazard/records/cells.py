@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from avahazard.records.conventions import (
@@ -39,10 +39,10 @@ def plain_cells(table: FileTable, given: Conventions, problems: list[RowProblem]
     not say it, ambiguous numbers are added to `problems`, as are ambiguous dates. Marks of unknown
     become empty cells where `given` names them.
     """
-    unknown = replace(given, unknown=(*given.unknown, *table.unknown))
+    unknown = replace(given, unknown=(*given.unknown, *table.given.unknown))
     table = _without_marks(table, unknown, problems)
-    table = _with_plain_numbers(table, table.decimal or given.decimal, problems)
-    table = _with_iso_dates(table, table.dates or given.dates, problems)
+    table = _with_plain_numbers(table, table.given.decimal or given.decimal, problems)
+    table = _with_iso_dates(table, table.given.dates or given.dates, problems)
     table = _in_their_units(table)
     faults = []
     for name, column in table.columns.items():
@@ -146,12 +146,6 @@ def _with_iso_dates(table: FileTable, order: Order | None, problems: list[RowPro
 
 NUMBER = r"([0-9][0-9., '’]*(?:[eE]\+?[0-9]+)?)"
 RANGE = re.compile(rf"[~≈]?\s*{NUMBER}\s*(?:-|–|—|\.\.|to|bis|à|a|til)\s*{NUMBER}")
-OF_RANGE: dict[OfRange, Callable[[float, float], float]] = {
-    "low": lambda low, _: low,
-    "high": lambda _, high: high,
-    "mean": lambda low, high: 0.5 * (low + high),
-    "geometric": lambda low, high: math.sqrt(low * high),
-}
 USUAL_MARKS = frozenset((-99.0, -999.0, -9999.0, -99999.0, 999.0, 9999.0, 99999.0))
 
 
@@ -197,7 +191,10 @@ def with_remedy(problem: RowProblem) -> RowProblem:
 def _of_range(ends: Sequence[str], kind: OfRange | None) -> float | None:
     numbers = [canonical(end.strip(), "point") for end in ends]
     low, high = (math.nan if text is None else float(text) for text in numbers)
-    return OF_RANGE[kind](low, high) if kind is not None and low < high else None
+    if kind is None or not low < high:
+        return None
+    middle = {"mean": 0.5 * (low + high), "geometric": math.sqrt(low * high)}
+    return {"low": low, "high": high, **middle}[kind]
 
 
 def _holds_numbers(column: str, table: FileTable) -> bool:

@@ -172,10 +172,7 @@ H_OVER_L_REL_SIGMA = 0.05
 
 
 def runout_sigma_m(year: int | None) -> float:
-    """Standard deviation of a recorded runout in m: 25 before 1905, linear to 10 in 1975.
-
-    An event without a year is taken as recent.
-    """
+    """Standard deviation (m) of a runout: 25 before 1905, linear to 10 in 1975; no year: 10."""
     if year is None or year >= 1975:
         return 10.0
     if year < 1905:
@@ -238,10 +235,7 @@ class Records:
 
 
 def find_path(records: Records, path_id: str) -> Path:
-    """Return the path of this name.
-
-    Raises `AvahazardError` where there is none; the hint lists those that there are.
-    """
+    """Return the path of this name. Raises `AvahazardError` where there is none."""
     same = (path_id, normalize("NFC", path_id))
     for path in records.paths:
         if path.path_id in same:
@@ -318,8 +312,7 @@ def paths_to_run(
 ) -> list[str]:
     """The paths that are named, or all with a profile, in the order of their names.
 
-    Raises `AvahazardError` where a path is unknown or has no profile, or there are none with a
-    profile.
+    Raises `AvahazardError` where a path is unknown or has no profile, or none has one.
     """
     known = set(path_ids)
     for path_id in named:

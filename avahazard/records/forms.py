@@ -84,9 +84,8 @@ def _kind(columns: set[str], stem: str) -> Kind | None:
         speeds = "speed_m_s" in columns or stem.startswith(("velocit", "speed"))
         return "velocities" if speeds else "events"
     if "path_id" in columns:
-        points = {"x_m", "y_m"} <= columns or (
-            bool({"x_m", "y_m"} & columns) and not stem.startswith("path")
-        )
+        needed = 2 if stem.startswith("path") else 1
+        points = len({"x_m", "y_m"} & columns) >= needed
         return "profiles" if points or stem.startswith("profile") else "paths"
     return next((kind for start, kind in _BY_NAME.items() if stem.startswith(start)), None)
 

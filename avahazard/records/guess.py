@@ -180,10 +180,7 @@ _quoted = partial(json.dumps, ensure_ascii=False)
 
 
 def as_toml(tables: Sequence[tuple[str, GuessedTable]]) -> str:
-    """The guesses on tables of files, by name, as a `columns.toml`.
-
-    Each with its reason, and what is open as comments.
-    """
+    """The guesses on tables of files, by name, as a `columns.toml`; its comments say why."""
     files = ", ".join(dict.fromkeys(file for file, _ in tables))
     lines = [f"# What the columns of {files} seem to be. Read it, correct it, then import.", ""]
     for file, found in tables:

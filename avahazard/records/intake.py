@@ -43,10 +43,9 @@ class Guess:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn:
-    """The lines of a file as rows of `paths.csv` and `profiles.csv`.
+    """The lines of a file as rows of `paths.csv` and `profiles.csv`, and the ground around them.
 
-    Each with the number of its feature in the place of a line number; the ground around them; and
-    what is wrong with them.
+    The number of a feature stands in the place of a line number.
     """
 
     file: str

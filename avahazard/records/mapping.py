@@ -11,7 +11,7 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from avahazard.records.conventions import Decimal, Order
+from avahazard.records.conventions import Conventions, Decimal, Order
 from avahazard.records.errors import AvahazardError, did_you_mean
 from avahazard.records.meanings import MEANINGS, known_unit, squash
 from avahazard.records.table import Column, FileTable, OfRange, texts
@@ -157,9 +157,7 @@ def mapped(table: FileTable, mapping: TableMapping) -> FileTable:
         lines=lines,
         columns=columns,
         words=(*table.words, *words),
-        unknown=tuple(str(mark) for mark in mapping.unknown),
-        decimal=mapping.decimal,
-        dates=mapping.dates,
+        given=Conventions(mapping.decimal, mapping.dates, unknown=tuple(map(str, mapping.unknown))),
     )
 
 

@@ -108,10 +108,9 @@ def read_records(
 ) -> Records:
     """Return the records in `sources`, files or folders of them (docs/data_forms.md).
 
-    Rows may refer to the paths and events of `known`, the records stored before. With `need_runout`
-    false an event may lack its runout. `given` says what files may leave open. Raises
-    `AvahazardError` where a source is missing; `RejectedRows` for rows that cannot be taken, all of
-    them.
+    Rows may refer to `known` records, stored before. With `need_runout` false an event may lack its
+    runout. `given` says what files may leave open. Raises `AvahazardError` where a source is
+    missing; `RejectedRows`, with all of them, for rows that cannot be taken.
     """
     intake = read_files(sources, known or Records(), need_runout=need_runout, given=given)
     if intake.problems:
@@ -401,8 +400,6 @@ def gather_events(
     convert: Convert | None,
 ) -> list[Event]:
     """Return the events, on a path where the row names one, else on their straight line.
-
-    A stop that is a point on the map is put on the line of its path.
 
     What the file has no column for is that of the stored event of the same id; but where no runout
     is needed the events are new ones, whatever they are called.

@@ -73,19 +73,13 @@ def check_rows(
         try:
             yield line, form.model_validate(cells, context=context)
         except ValidationError as error:
-            problems.extend(_row_problems(form, file, line, cells, error))
-
-
-def _row_problems(
-    form: type[Row], file: str, line: int, cells: dict[str, str], error: ValidationError
-) -> Iterator[RowProblem]:
-    for fault in error.errors(include_url=False):
-        if fault["type"] == "row":
-            column, accepted = fault["ctx"]["column"], fault["ctx"]["accepted"]
-        else:
-            column = str(fault["loc"][0])
-            accepted = form.model_fields[column].description or ""
-        yield RowProblem(file, line, column, cells.get(column, ""), accepted)
+            for fault in error.errors(include_url=False):
+                if fault["type"] == "row":
+                    column, accepted = fault["ctx"]["column"], fault["ctx"]["accepted"]
+                else:
+                    column = str(fault["loc"][0])
+                    accepted = form.model_fields[column].description or ""
+                problems.append(RowProblem(file, line, column, cells.get(column, ""), accepted))
 
 
 YEAR = "a year"

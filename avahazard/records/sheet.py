@@ -62,8 +62,7 @@ FOREIGN = re.compile(
 def decode(file: str, raw: bytes, problems: list[RowProblem]) -> tuple[str, str] | None:
     """Return the text of `raw` and the name of its encoding; None after adding to `problems`.
 
-    A byte order mark decides; else UTF-8 where it is valid; else Windows-1252, unless it gives
-    words that no language writes.
+    A byte order mark decides, else UTF-8 where valid, else Windows-1252 with words of a language.
     """
 
     def refuse(line: int, byte: int) -> None:

@@ -15,7 +15,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.records.conventions import FIRST_DAY, Decimal, Order, is_number
+from avahazard.records.conventions import FIRST_DAY, UNKNOWN, Conventions, is_number
 from avahazard.records.errors import RowProblem
 
 Line = tuple[int, Sequence[str]]  # line number from 1, cells without the blanks around them
@@ -90,8 +90,8 @@ class FileTable:
     """Cells without the blanks around them: of each column those of `lines`.
 
     `name` hints at the form, `words` say how the file was read, `separator` is that of a text
-    file, empty for a sheet with its `title` and `first_day`. `first` is the line of the header. The
-    last three are what a mapping says of the cells.
+    file, empty for a sheet with its `title` and `first_day`. `first` is the line of the header,
+    `given` what a mapping says of the cells.
     """
 
     file: str
@@ -103,9 +103,7 @@ class FileTable:
     title: str = ""
     first: int = 1
     first_day: dt.date = FIRST_DAY
-    unknown: tuple[str, ...] = ()
-    decimal: Decimal | None = None
-    dates: Order | None = None
+    given: Conventions = UNKNOWN
 
     @property
     def header(self) -> tuple[str, ...]:

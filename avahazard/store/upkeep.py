@@ -30,8 +30,7 @@ COUNTED: dict[str, type[tables.Base]] = {
 def create(database: str) -> tables.State:
     """Create the tables of an empty or missing `database`; return its state before.
 
-    Raises `AvahazardError` where it holds other tables or those of another version, or cannot be
-    written.
+    Raises `AvahazardError` where it holds tables of another kind or version, or cannot be written.
     """
     return _migrate(database, make=True)
 
@@ -39,17 +38,13 @@ def create(database: str) -> tables.State:
 def upgrade(database: str) -> tables.State:
     """Run the migrations that `database` lacks; return its state before.
 
-    Raises `AvahazardError` where it is missing or empty, of another program, or newer than this
-    one.
+    Raises `AvahazardError` where it is missing, empty, of another program, or newer than this one.
     """
     return _migrate(database, make=False)
 
 
 def status(database: str) -> DatabaseState:
-    """Return the state of `database`.
-
-    Raises `AvahazardError` where it is missing or cannot be read.
-    """
+    """Return the state of `database`. Raises `AvahazardError` where it cannot be read."""
     with engine_of(database) as engine, engine.connect() as connection:
         state = tables.state(connection)
         counts = {
