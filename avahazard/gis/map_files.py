@@ -24,7 +24,7 @@ from rasterio.transform import array_bounds, from_origin
 from rasterio.warp import reproject
 from shapely.geometry import mapping, shape
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Bools, Floats
 from avahazard.gis.hazard_map import Feature, MapLayer, MappedPath, PathLine
 from avahazard.gis.systems import WGS84, cells_of, moved_geometry
 from avahazard.records.collection import TerrainCrop
@@ -191,7 +191,7 @@ def _write_table(
         ) from error
 
 
-def _column(values: list[Any]) -> tuple[NDArray[Any], NDArray[np.bool_] | None]:
+def _column(values: list[Any]) -> tuple[NDArray[Any], Bools | None]:
     """Values as an array of one kind, and a mask of those that are None."""
     missing = np.array([value is None for value in values])
     kinds = {type(value) for value in values if value is not None}
@@ -306,7 +306,7 @@ def is_own_raster(file: FilePath) -> bool:
 
 
 def areas(
-    grid: MapGrid, inside: NDArray[np.bool_], line: PathLine, attributes: Mapping[str, object]
+    grid: MapGrid, inside: Bools, line: PathLine, attributes: Mapping[str, object]
 ) -> list[Feature]:
     """The cells `inside` as polygons in the system of a path's line, each with the attributes."""
     there = CRS.from_user_input(grid.crs)

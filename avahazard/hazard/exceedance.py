@@ -12,17 +12,18 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from avahazard.arrays import Floats, Ints
+from avahazard.arrays import Bools, Floats, Ints
 from avahazard.effects.site import Site, release_place
 from avahazard.hazard.exceedance_kernel import (
+    REACH,
     Descent,
     ShareCurves,
     exceeded_places,
+    given_over_zero,
     rates_at,
-    share_curves,
+    tabulate,
 )
 from avahazard.hazard.extremes import EventVolumes, annual_rate
 from avahazard.inference.model.friction_model import below
@@ -31,6 +32,12 @@ from avahazard.physics.cells import Resistance
 from avahazard.physics.runout_curve import MU, RunoutCurve, inverse
 
 LEAST_SCATTER = 1e-9
+PER_SCATTER = 5.0
+"""Nodes of a curve of shares to its smallest scatter."""
+MAX_NODES = 1024
+"""Curves that need more are not tabulated: every share is then summed anew."""
+NOTHING = 1e-8
+"""A share of avalanches that does not count."""
 HALVINGS = 24
 
 
@@ -49,13 +56,13 @@ class Avalanches:
     """
 
     site: Site
-    release: NDArray[np.int64]
+    release: Ints
     volumes: EventVolumes
     class_share: Floats
     kind_share: Floats
     location: Floats
     scatter: Floats
-    group: NDArray[np.int64]
+    group: Ints
     curves: tuple[RunoutCurve, ...]
     resistances: tuple[Resistance, ...]
     ahead: tuple[Floats, ...]
@@ -184,26 +191,40 @@ def path_ends(avalanches: Avalanches) -> tuple[float, float]:
     return float(avalanches.site.release_x.min()), float(avalanches.site.smooth.x_max)
 
 
-def friction_shares(
-    avalanches: Avalanches, ends: tuple[float, float]
-) -> tuple[ShareCurves, NDArray[np.int64]]:
-    """Shares with friction under ν between two frictions, and the kind of each class."""
+def friction_shares(avalanches: Avalanches, ends: tuple[float, float]) -> tuple[ShareCurves, Ints]:
+    """Shares with friction under ν between two frictions, and the kind of each class.
+
+    Friction that is normal is taken given that it is over 0.
+    """
+    student = avalanches.student
     first, kind = _kinds(avalanches)
-    shares = share_curves(
-        np.ascontiguousarray(avalanches.location[:, first]),
-        np.ascontiguousarray(np.maximum(avalanches.scatter, LEAST_SCATTER)[:, first]),
-        avalanches.share,
-        (float(np.log(ends[0])), float(np.log(ends[1]))) if avalanches.in_log else ends,
-        in_log=avalanches.in_log,
-        student=avalanches.student,
-    )
+    location = np.ascontiguousarray(avalanches.location[:, first])
+    scatter = np.ascontiguousarray(np.maximum(avalanches.scatter, LEAST_SCATTER)[:, first])
+    share = np.where(avalanches.share < NOTHING, 0.0, avalanches.share)
+    weight = np.broadcast_to(share[:, None], location.shape).copy()
+    none = np.zeros(location.shape[:2])
+    if avalanches.in_log:
+        ends = float(np.log(ends[0])), float(np.log(ends[1]))
+    else:
+        given_over_zero(location, scatter, weight, none, student)
+    far = np.inf if student else REACH
+    low = np.maximum(np.min(location - far * scatter, axis=2), ends[0])
+    high = np.minimum(np.max(location + far * scatter, axis=2), ends[1])
+    step = np.min(scatter, axis=2) / PER_SCATTER
+    n_nodes = np.maximum(np.ceil(np.maximum(high - low, 0.0) / step) + 1.0, 2.0)
+    whole = int(min(n_nodes.max(), MAX_NODES + 1))
+    nodes = np.zeros((*low.shape, 0 if whole > MAX_NODES else whole, 3))
+    n_nodes = np.minimum(n_nodes, whole).astype(np.int64)
+    shares = ShareCurves(location, scatter, weight, none, low, 1.0 / step, n_nodes, nodes, student)
+    if nodes.size:
+        tabulate(shares)
     return shares, kind
 
 
 @lru_cache(maxsize=4)
 def stops(
     curves: tuple[RunoutCurve, ...],
-) -> tuple[Floats, NDArray[np.bool_], tuple[float, float]]:
+) -> tuple[Floats, Bools, tuple[float, float]]:
     """`falling` and `discontinuous` of `Descent`, and the ends of the frictions that are asked for.
 
     Of the last curves they are kept: every row of a path takes the same.
@@ -222,7 +243,7 @@ def _thresholds_between(falling: Floats) -> tuple[float, float]:
     return float(MU[max(int(left) - 1, 0)]), float(MU[int(held)])
 
 
-def _kinds(avalanches: Avalanches) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _kinds(avalanches: Avalanches) -> tuple[Ints, Ints]:
     """A class of each kind of friction `[n_kinds]`, and the kind of each class `[n_classes]`."""
     location, scatter = avalanches.location, avalanches.scatter
     rows = np.hstack([location[0], scatter[0]])

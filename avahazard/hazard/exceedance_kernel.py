@@ -12,9 +12,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Bools, Floats, Ints
 from avahazard.inference.model.friction_model import (
     normal_below,
     normal_density,
@@ -24,12 +23,6 @@ from avahazard.inference.model.friction_model import (
 from avahazard.kernels import kernel
 from avahazard.physics.runout_curve import inverse
 
-PER_SCATTER = 5.0
-"""Nodes to the smallest scatter of a curve."""
-MAX_NODES = 1024
-"""Curves that need more are not tabulated: every share is then summed anew."""
-NOTHING = 1e-8
-"""A share of avalanches that does not count."""
 FAR = 8.5
 """Standard scatters past which the normal distribution is 0 or 1 to the last bit."""
 REACH = 6.5
@@ -52,49 +45,13 @@ class ShareCurves(NamedTuple):
     none: Floats
     low: Floats
     per_step: Floats
-    n_nodes: NDArray[np.int64]
+    n_nodes: Ints
     nodes: Floats
     student: bool
 
 
-def share_curves(
-    location: Floats,
-    scatter: Floats,
-    share: Floats,
-    ends: tuple[float, float],
-    *,
-    in_log: bool,
-    student: bool,
-) -> ShareCurves:
-    """Tabulate shares between two frictions ν (`ends`).
-
-    `location`, `scatter` `[n_parameters, n_kinds, n_volumes]`; of the avalanches of draw p
-    `share` `[n_parameters, n_volumes]` have each volume. Friction that is normal (not `in_log`) is
-    taken given that it is over 0.
-    """
-    weight = np.broadcast_to(np.where(share < NOTHING, 0.0, share)[:, None], location.shape)
-    weight = weight.copy()
-    none = np.zeros(location.shape[:2])
-    if not in_log:
-        _given_over_zero(location, scatter, weight, none, student)
-    reach = np.inf if student else REACH
-    low = np.maximum(np.min(location - reach * scatter, axis=2), ends[0])
-    high = np.minimum(np.max(location + reach * scatter, axis=2), ends[1])
-    step = np.min(scatter, axis=2) / PER_SCATTER
-    n_nodes = np.maximum(np.ceil(np.maximum(high - low, 0.0) / step) + 1.0, 2.0)
-    whole = int(min(n_nodes.max(), MAX_NODES + 1))
-    nodes = np.zeros((*low.shape, 0 if whole > MAX_NODES else whole, 3))
-    curves = ShareCurves(
-        *(location, scatter, weight, none, low, 1.0 / step),
-        *(np.minimum(n_nodes, whole).astype(np.int64), nodes, student),
-    )
-    if nodes.size:
-        _tabulate(curves)
-    return curves
-
-
 @kernel
-def _given_over_zero(location, scatter, weight, none, student):  # type: ignore[no-untyped-def]
+def given_over_zero(location, scatter, weight, none, student):  # type: ignore[no-untyped-def]
     """Divide weights by the chance that friction is over 0, and sum up what is taken off."""
     for p in range(location.shape[0]):
         for k in range(location.shape[1]):
@@ -128,7 +85,8 @@ def summed_share(curves, p, k, nu):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _tabulate(curves):  # type: ignore[no-untyped-def]
+def tabulate(curves):  # type: ignore[no-untyped-def]
+    """Fill in the nodes of the curves."""
     density = np.empty((3, curves.nodes.shape[2]))
     for p in range(curves.low.shape[0]):
         for k in range(curves.low.shape[1]):
@@ -222,11 +180,11 @@ class Descent(NamedTuple):
     """
 
     falling: Floats
-    discontinuous: NDArray[np.bool_]
-    group: NDArray[np.int64]
+    discontinuous: Bools
+    group: Ints
     class_share: Floats
     rate: Floats
-    kind: NDArray[np.int64]
+    kind: Ints
     shares: ShareCurves
     in_log: bool
 

@@ -12,12 +12,11 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 from scipy.ndimage import gaussian_filter
 from scipy.special import expm1, gamma, log1p, logsumexp
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Floats, Ints
 from avahazard.inference.likelihood.terms import exp_memory, exponentials, logarithms
 from avahazard.kernels import kernel
 
@@ -383,7 +382,7 @@ def _locations(n: int) -> Floats:
     return np.asarray(DEVIATIONS * SPREAD / np.sqrt(n) - MEAN_OFFSET[:, None])
 
 
-def _cells(log_density: Floats, n: int, rng: np.random.Generator) -> tuple[NDArray[np.int64], ...]:
+def _cells(log_density: Floats, n: int, rng: np.random.Generator) -> tuple[Ints, ...]:
     """Grid indices of draws, an array `[n]` for each axis."""
     flat = log_density.ravel()
     weight = np.exp(flat - flat.max())
@@ -391,6 +390,6 @@ def _cells(log_density: Floats, n: int, rng: np.random.Generator) -> tuple[NDArr
     return tuple(np.asarray(axis) for axis in np.unravel_index(drawn, log_density.shape))
 
 
-def _spread(grid: Floats, index: NDArray[np.int64], rng: np.random.Generator) -> Floats:
+def _spread(grid: Floats, index: Ints, rng: np.random.Generator) -> Floats:
     """Values about the points of a uniform grid, within half a step."""
     return np.asarray(grid[index] + (grid[1] - grid[0]) * rng.uniform(-0.5, 0.5, len(index)))

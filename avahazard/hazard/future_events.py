@@ -177,15 +177,6 @@ class FutureEvents:
         return replace(self.columns.at(rows), log_volume=log_volume)
 
 
-def future_events(
-    records: Records, path_id: str, volume_m3: float, *, event_columns: bool
-) -> FutureEvents:
-    """The classes of future avalanches on a path, of this volume (`classes_to_come`)."""
-    selected = of_path(records, path_id)
-    events = classes_to_come(records, path_id, volume_m3, event_columns=event_columns)
-    return classes_of(replace(selected, events=events))
-
-
 def classes_of(there: Records) -> FutureEvents:
     """The events of one path as classes of future avalanches."""
     ((path,), (profile,)), events = (there.paths, there.profiles), there.events

@@ -20,7 +20,7 @@ from avahazard.effects.site import stop_places
 from avahazard.hazard.exceedance import Avalanches, with_unseen
 from avahazard.hazard.extremes import ANY_VOLUME_M3, EventVolumes, one_volume, with_volumes
 from avahazard.hazard.frequency import N_DRAWS
-from avahazard.hazard.future_events import FutureEvents, future_events, path_release_zone
+from avahazard.hazard.future_events import FutureEvents, classes_of, classes_to_come
 from avahazard.inference.fitted_model import FittedModel, table_groups
 from avahazard.inference.likelihood.predicted import Values, front_ahead, fronts
 from avahazard.inference.model.friction_model import FrictionKinds, FrictionModel
@@ -174,12 +174,13 @@ def path_hazard(
     mixed = _mixed(volumes, () if volumes is not None else at)
     middle = float(np.exp(np.median(mixed.log_volume)))
     by_columns = model.takes_event_columns
-    future = future_events(records, path_id, middle, event_columns=by_columns)
-    released = path_release_zone(records, path_id) is not None
+    selected = of_path(records, path_id)
+    events = classes_to_come(records, path_id, middle, event_columns=by_columns)
+    future = classes_of(replace(selected, events=events))
+    released = events[0].release_elevation_m is not None
     varying = Varying(released, by_columns, not model.ignores_volume)
     found = hazard_of_events(model, future, volumes, at, varying, seed=seed)
     log_volume = model.columns.log_volume
-    selected = of_path(records, path_id)
     places = stop_places(future.site.smooth, selected.events)
     return replace(
         found,

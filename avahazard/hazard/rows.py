@@ -55,14 +55,14 @@ STEPS = tuple(k / 20 for k in range(1, 20))
 
 def draw_stops(
     curves: Pieces,
-    of: NDArray[np.int64],
+    of: Ints,
     location: Floats,
     scatter: Floats,
     n_draws: int,
     rng: np.random.Generator,
     *,
     in_log: bool,
-) -> tuple[Floats, Floats, NDArray[np.int64]]:
+) -> tuple[Floats, Floats, Ints]:
     """Draw frictions over the posterior and run each down the path (Ancey 2005, § 3).
 
     `location`, `scatter` `[n_posterior]` are of log μ (`in_log`) or μ at the volume in question,

@@ -114,7 +114,7 @@ class DatedVolumes:
     sigma: Floats
     n_undated: int
 
-    def winters(self, starts: int) -> NDArray[np.int64]:
+    def winters(self, starts: int) -> Ints:
         """Of each event the year in which its winter ends (`Event.winter`)."""
         return self.year + np.int64(0) + ((starts > 1) & (self.month >= starts))
 
@@ -144,7 +144,7 @@ def data_window(paths: Iterable[DatedVolumes], starts: int) -> tuple[int, int] |
     return _ends(np.array(ends)) if ends else None
 
 
-def _ends(winters: NDArray[np.int64]) -> tuple[int, int]:
+def _ends(winters: Ints) -> tuple[int, int]:
     return int(winters.min()), int(winters.max())
 
 

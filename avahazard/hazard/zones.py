@@ -296,14 +296,6 @@ def draw_densities(mean: float, sd: float, n: int, rng: np.random.Generator) -> 
     return np.asarray(np.exp(np.log(mean) - 0.5 * variance + np.sqrt(variance) * noise))
 
 
-def pressure_kpa(density: Floats, speed: Floats) -> Floats:
-    """ρ u² in kPa.
-
-    Of `density` `[n_parameters]` (kg/m3) and `speed` `[..., n_parameters, n_places]` (m/s).
-    """
-    return np.asarray(density[:, None] * speed**2 / 1000.0)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Exceeded:
     """What is exceeded once in one return period, by posterior draw.
@@ -397,7 +389,7 @@ def path_zones(
     x, chance = reach(avalanches, N_PLACES)
     elevation = avalanches.site.smooth.height(x)
     speeds = exceeded_speeds(avalanches, x, periods)
-    pressures = pressure_kpa(densities, speeds)
+    pressures = densities[:, None] * speeds**2 / 1000.0  # kPa
     exceeded = {
         period: Exceeded(exceeded_runout(avalanches, period), pressures[k], period in extrapolated)
         for k, period in enumerate(periods)

@@ -69,7 +69,7 @@ def fingerprint_of(session: Session, path_ids: Sequence[str]) -> str:
 
 
 def any_events(session: Session) -> tuple[Event, ...]:
-    """Those of all paths that stand for the events of a path without any (`future_events`)."""
+    """Those of all paths that stand for the events of a path without any (`classes_to_come`)."""
     n = sum(event.path_id is not None for event in stored.load_events(session))
     kept = set(np.linspace(0, n - 1, min(n, MAX_CLASSES)).round().astype(int).tolist())
     there = (event for event in stored.load_events(session) if event.path_id is not None)

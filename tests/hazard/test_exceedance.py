@@ -11,6 +11,7 @@ from scipy import stats
 from avahazard.effects.catalogue import definition
 from avahazard.hazard.exceedance import (
     LEAST_SEEN,
+    MAX_NODES,
     Avalanches,
     _thresholds_between,
     at_the_middle,
@@ -26,7 +27,7 @@ from avahazard.hazard.exceedance import (
     reach,
     with_unseen,
 )
-from avahazard.hazard.exceedance_kernel import MAX_NODES, share_under, summed_share
+from avahazard.hazard.exceedance_kernel import share_under, summed_share
 from avahazard.hazard.extremes import (
     EventVolumes,
     annual_rate,

@@ -24,7 +24,6 @@ from avahazard.hazard.zones import (
     draw_densities,
     exceeded_speeds,
     path_zones,
-    pressure_kpa,
     read_limits,
     zone_pieces,
 )
@@ -362,8 +361,6 @@ def test_density_has_its_mean_and_spread() -> None:
         pytest.approx(50.0, rel=0.01),
     )
     assert draw_densities(250.0, 0.0, 3, np.random.default_rng(1)) == pytest.approx([250.0] * 3)
-    speed = np.array([[[10.0, 0.0]]])
-    assert pressure_kpa(np.array([300.0]), speed)[0, 0].tolist() == [30.0, 0.0]
 
 
 def test_french_red_begins_at_thirty_kilopascals() -> None:
