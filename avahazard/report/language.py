@@ -6,7 +6,7 @@ Words are made in the language that is spoken: English, unless within `speaking`
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -58,6 +58,10 @@ class Language(Writer):
         if mark and known == key:
             return self.catalogue.pgettext(EFFECT, kind + ":{column}").format(column=column)
         return known
+
+    def effects(self, keys: Iterable[str]) -> str:
+        """The names of effects in a row, as a sentence has them."""
+        return self.listed([self.effect(key) for key in keys])
 
     def number(self, text: str) -> str:
         """A number as Python writes it (`-1,234.5`, `12%`) with the signs of this language."""

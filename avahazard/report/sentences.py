@@ -1,12 +1,10 @@
-"""What the command line and the report say in sentences: of a model, its error, its verdict."""
+"""What the command line and the report say in sentences: of a model's error, its verdict."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 
-from avahazard.inference.model.choices import METHODS
-from avahazard.inference.model.laws import law
 from avahazard.report.language import plural, say, spoken
 from avahazard.report.model_tables import failing
 from avahazard.report.words import (
@@ -18,53 +16,12 @@ from avahazard.report.words import (
     events,
     in_unit,
     level_text,
-    paths,
     share,
     some,
 )
-from avahazard.results.calibration import Calibration, Kinds
-from avahazard.results.comparison import BeforeAndAfter, Comparison, ErrorFall, LadderEntry
+from avahazard.results.calibration import Kinds
+from avahazard.results.comparison import BeforeAndAfter, Comparison, ErrorFall
 from avahazard.results.diagnosis import Diagnosis
-
-
-def model_text(model: Calibration, n_paths: int) -> list[str]:
-    """What the model is, in two or three sentences."""
-    values = {"events": events(model.n_events), "method": say(METHODS[model.method].words)}
-    families = {
-        "lognormal": say("lognormal"),
-        "normal": say("normal"),
-        "lognormal student": say("lognormal, Student t"),
-        "normal student": say("normal, Student t"),
-    }
-    family = families[model.distribution + (" student" if model.tails == "student" else "")]
-    if METHODS[model.method].in_metres:
-        scatter = say("Stops scatter about that of the block by σ metres of elevation.")
-    elif model.scatter == "volume":
-        scatter = say(
-            "Friction scatters between avalanches ({family}), less or more by volume.",
-            family=family,
-        )
-    else:
-        scatter = say("Friction scatters between avalanches ({family}).", family=family)
-    named = spoken().listed([spoken().effect(key) for key in model.effects])
-    return some(
-        say(
-            "The avalanche is a block that slides down the path; its friction μ {law}.",
-            law=say(law(model.law).words),
-        ),
-        say(
-            "The model was calibrated on {events} on {paths}, by {method}.",
-            paths=paths(n_paths),
-            **values,
-        )
-        if n_paths
-        else say("The model was calibrated on {events}, without profiles, by {method}.", **values),
-        scatter,
-        named and say("Further effects: {effects}.", effects=named),
-        *([] if model.kinds is None else kinds_text(model.kinds)),
-        not model.centrifugal and say("The load of the path's curvature on the bed is left out."),
-        model.parent and say("It extends the model “{model}”.", model=model.parent),
-    )
 
 
 def kinds_text(kinds: Kinds) -> list[str]:
@@ -89,27 +46,6 @@ def kinds_text(kinds: Kinds) -> list[str]:
         found = spoken().listed(columns)
         words.append(say("Columns that go with it (rank correlation): {columns}.", columns=found))
     return words
-
-
-def why_text(name: str, ladder: list[LadderEntry]) -> list[str]:
-    """Why this model and not another of the ladder: its held-out error."""
-    known = {row.model: row.held_out_crps_m for row in ladder if row.held_out_crps_m is not None}
-    if len(known) < 2 or name not in known:
-        return []
-    best = min(known, key=lambda key: known[key])
-    coordinate = next(row.coordinate for row in ladder if row.model == name)
-    own, least = (amount(known[key], coordinate) for key in (name, best))
-    if best == name:
-        return [say("It has the lowest held-out CRPS of {n} models.", n=len(known))]
-    return [
-        say(
-            "“{best}” has the lowest held-out CRPS of {n} models, {least}; this one has {error}.",
-            best=best,
-            n=len(known),
-            least=least,
-            error=own,
-        )
-    ]
 
 
 def _held_out_error(by: str, crps_m: float, coordinate: str, along: float | None = None) -> str:
@@ -235,7 +171,7 @@ def _together(diagnosis: Diagnosis) -> Iterator[str]:
         yield say(
             "Needed together: {effects}. All of them gain {nats:.1f} nats over the best of them "
             "alone (p {p}).",
-            effects=spoken().listed([spoken().effect(key) for key in last.effects]),
+            effects=spoken().effects(last.effects),
             nats=last.gain_over_best_single,
             p=chance(last.p_value, 1.0 / (diagnosis.n_worlds + 1)),
         )

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from avahazard.report.model_tables import kinds_table
-from avahazard.report.sentences import model_text, verdict_text
+from avahazard.report.sentences import kinds_text, verdict_text
 from avahazard.results.base import Rows
 from avahazard.results.calibration import InCommon, Kinds
 from tests.results.samples import CALIBRATION, CANDIDATE, DIAGNOSIS
@@ -64,7 +64,7 @@ def test_a_second_kind_is_told_of_the_model_and_where_it_is_missing() -> None:
         "0.76 times that of the others. 1 of 3 events are more likely of it than not. "
         "Columns that go with it (rank correlation): weather = storm (\u22120.31)."
     )
-    assert words in " ".join(model_text(replace(CALIBRATION, kinds=KINDS), 3))
+    assert words in " ".join(kinds_text(KINDS))
     candidate = replace(CANDIDATE, effect="two-kinds", kinds=KINDS)
     found = replace(DIAGNOSIS, candidates=Rows([candidate]), verdict="missing-effect")
     assert words in verdict_text(replace(found, missing=("two-kinds",)))

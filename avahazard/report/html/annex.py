@@ -49,7 +49,7 @@ def chapters(content: ReportContent) -> list[tuple[str, list[str]]]:
             )
         heading = say("“{name}”", name=name)
         if parent is not None:
-            more = spoken().listed([spoken().effect(key) for key in added.get(name, ())])
+            more = spoken().effects(added.get(name, ()))
             heading = say("“{model}”: “{parent}” and {more}", model=name, parent=parent, more=more)
         found.append((heading, words))
     return found

@@ -12,6 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from avahazard.inference.model.choices import METHODS
+from avahazard.inference.model.laws import law
 from avahazard.report import model_tables, sentences, tables, words
 from avahazard.report.html import (
     annex,
@@ -54,6 +55,7 @@ def render(content: ReportContent) -> str:
             state.key: {key: getattr(state, key) for key in ("held_out_m", "crps_m", "rmse_m")}
             for state in content.loop.models
         },
+        "law": law(content.model.law),
         "method": METHODS[content.model.method],
         "versions": [(say("version of {name}", name=n), v) for n, v in content.versions.items()],
         "style": Markup((folder / "report.css").read_text(encoding="utf-8")),  # noqa: S704 (our own)

@@ -216,7 +216,7 @@ def suspect_figure(events: Sequence[EventView], names: Names, loop: LoopView) ->
     found, before = loop.suspect, loop.before
     if found is None or before is None or (found.force and len(found.force.x)):
         return None
-    effects = spoken().listed([spoken().effect(key) for key in found.effects])
+    effects = spoken().effects(found.effects)
     explained = say("explained by {effect}", effect=effects)
     values: Any = found.explained if found.column is None else found.values
     data: list[Trace] = []
