@@ -1,58 +1,22 @@
-"""What the annex says in sentences: the story of the model, and its notes."""
+"""What the annex says of a step of the model, and the notes."""
 
 from __future__ import annotations
 
 from avahazard.notes import Note, grouped, placed
 from avahazard.report.html.content import ReportContent
-from avahazard.report.language import say, spoken
-from avahazard.report.sentences import change_text, error_text, failure_text, verdict_text
-from avahazard.report.words import amount
+from avahazard.report.language import spoken
+from avahazard.report.sentences import change_text
+from avahazard.results.comparison import Comparison
 
 
-def chapters(content: ReportContent) -> list[tuple[str, list[str]]]:
-    """The story of the model from its first ancestor: a heading and sentences for each of the line.
-
-    Empty where nothing was ever compared.
-    """
+def fall_text(before: Comparison, after: Comparison) -> str:
+    """How the held-out error changes from a model to its child."""
     from avahazard.criticism.scoring.held_out import error_fall  # noqa: PLC0415 (slow)
 
-    loop = content.loop
-    added = {row.model: row.added for row in content.ladder}
-    found = []
-    for k, name in enumerate(loop.lineage):
-        compared, diagnosis = loop.comparisons.get(name), loop.diagnoses.get(name)
-        if compared is None and diagnosis is None:
-            continue
-        parent = loop.lineage[k - 1] if k else None
-        before = loop.comparisons.get(parent or "")
-        words: list[str] = []
-        if compared is not None and before is not None:
-            was, now = (c.held_out.runout.crps_m for c in (before, compared))
-            if compared.held_out.parent_crps_m is not None:
-                was = compared.held_out.parent_crps_m
-            fall = error_fall(before, compared)
-            words.append(change_text(was, now, compared.coordinate, fall))
-        elif compared is not None:
-            words += error_text(compared)[:1]
-        if compared is not None and not (diagnosis and diagnosis.where):
-            words.append(failure_text(compared))
-        if diagnosis is not None:
-            words.append(verdict_text(diagnosis))
-        budget = {} if compared is None else {part.source: part.rms_m for part in compared.budget}
-        if compared is not None and name == loop.lineage[-1] and budget.get("unexplained"):
-            words.append(
-                say(
-                    "Unexplained: {size} (rms), beyond errors of the records, scatter and "
-                    "uncertain parameters.",
-                    size=amount(budget["unexplained"], compared.coordinate, 0),
-                )
-            )
-        heading = say("“{name}”", name=name)
-        if parent is not None:
-            more = spoken().effects(added.get(name, ()))
-            heading = say("“{model}”: “{parent}” and {more}", model=name, parent=parent, more=more)
-        found.append((heading, words))
-    return found
+    was, now = after.held_out.parent_crps_m, after.held_out.runout.crps_m
+    if was is None:
+        was = before.held_out.runout.crps_m
+    return change_text(was, now, after.coordinate, error_fall(before, after))
 
 
 def notes_of(content: ReportContent) -> list[str]:

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from avahazard.report.html.annex import chapters
 from avahazard.report.html.brief import path_cards
 from avahazard.report.html.content import Cover, ForceView, ReportContent
 from avahazard.report.html.page import render
@@ -38,16 +37,14 @@ def test_the_shown_error_is_that_of_compare(loop_content: ReportContent) -> None
 
 
 def test_the_story_has_failure_evidence_fall_and_what_is_left(loop_content: ReportContent) -> None:
-    (_, base), (heading, child) = chapters(loop_content)
-    text = " ".join(base)
+    text = section_words(loop_content, "loop")
     assert (
         untold(text, "Held-out CRPS", "The model lacks an effect: snow-type", "P01 has snow") == []
     )
-    assert "snow-type" in heading
+    assert "“child”: “base” and snow-type" in text
     before, after = (
         loop_content.loop.comparisons[k].held_out.runout.crps_m for k in ("base", "child")
     )
-    text = " ".join(child)
     assert untold(text, f"from {before:.1f} m to {after:.1f} m") == []
 
 
