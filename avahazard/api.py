@@ -270,7 +270,7 @@ class Model:
         >>> base.zones(paths="P01", no_drag=True).rows[0].zones[0].zone
         'red'
         """
-        return _with_bar(workflow.zones.zones, self.database, self.name, request)
+        return _with_bar(workflow.hazard.zones, self.database, self.name, request)
 
     @taking(requests.RunoutRequest)
     def runout(self, path_id: str, request: requests.RunoutRequest) -> Runout:

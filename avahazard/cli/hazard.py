@@ -149,7 +149,7 @@ def show_zones(console: Console, found: Zones) -> None:
         console.print("Design runouts, speeds and pressures: avahazard --verbose zones …")
 
 
-@answers("zones.zones", show_zones, notes=_beside_windows)
+@answers("hazard.zones", show_zones, notes=_beside_windows)
 def zones(name: CalibratedModel, *, request: requests.ZonesRequest) -> None:
     """Find speed, pressure and hazard zones along the paths, by return period.
 

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from avahazard.workflow import path as path
     from avahazard.workflow import report as report
     from avahazard.workflow import stored as stored
-    from avahazard.workflow import zones as zones
 
 
 def __getattr__(name: str) -> Any:

@@ -25,6 +25,7 @@ from avahazard.criticism.scoring.held_out import (
 from avahazard.criticism.scoring.loo import leave_one_out
 from avahazard.criticism.scoring.where_it_fails import event_axes, where_it_fails
 from avahazard.effects.effect import Effect
+from avahazard.inference import prediction
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.model.observations import (
     ELEVATION,
@@ -33,13 +34,6 @@ from avahazard.inference.model.observations import (
     PLACE,
     Observations,
     stated_release_sigma,
-)
-from avahazard.inference.prediction import (
-    extrapolation,
-    ground_error,
-    predict_stops,
-    stops_over_releases,
-    told,
 )
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
@@ -118,7 +112,7 @@ def comparison(
     rng = generator(0, "compare")
     expected = scoring.expected_records(model, RECORD_DRAWS, rng)
     pit = scoring.record_pit(expected, rng)
-    of_profile = ground_error(model)
+    of_profile = prediction.ground_error(model)
     progress(0.09)
     speeds = speeds_of.matched_speeds(model, rng)
     progress(0.15)
@@ -268,8 +262,7 @@ def ladder_rows(
 
 def _on_held_out(found: results.Comparison | None) -> list[Note]:
     """That held-out groups differ from those of the parent."""
-    error = None if found is None else found.held_out.parent_crps_m
-    if found is None or error is None:
+    if found is None or (error := found.held_out.parent_crps_m) is None:
         return []
     return [Note("held_out_by_event", model=found.model, crps=error)]
 
@@ -317,13 +310,14 @@ def predict(
     of_all = [*notes_of_fit(stored)]
     on = partial(on_events, stored, records)
     model = on(events)
-    stops = predict_stops(model, STOP_DRAWS, generator(0, "predict"))
-    values, left = told(model.observations, stops.record, stops.elevation), stops.left
+    stops = prediction.predict_stops(model, STOP_DRAWS, generator(0, "predict"))
+    values = prediction.told(model.observations, stops.record, stops.elevation)
+    left = stops.left
     sigma = stated_release_sigma(events, {p.path_id: p for p in records.paths})
     unsure = np.flatnonzero(sigma > 0.0)
     if len(unsure):
         some, rng = [events[i] for i in unsure], generator(0, "predict release")
-        released = stops_over_releases(on, some, sigma[unsure], STOP_DRAWS, rng)
+        released = prediction.stops_over_releases(on, some, sigma[unsure], STOP_DRAWS, rng)
         values[unsure], left[unsure] = released
     if stops.n_nonpositive:
         share = stops.n_nonpositive / stops.friction.size
@@ -358,7 +352,7 @@ def _of_volume(model: FittedModel, event: Event) -> list[Note]:
     if event.volume_m3 is None or model.ignores_volume:
         return []
     of = () if event.path_id is None else (event.path_id,)
-    return extrapolation(model, event.path_id, event.volume_m3, *of)
+    return prediction.extrapolation(model, event.path_id, event.volume_m3, *of)
 
 
 def _has_runout(event: Event) -> bool:

@@ -42,10 +42,10 @@ from avahazard.store.results import now
 from avahazard.store.session import reading
 from avahazard.workflow.by_path import survey
 from avahazard.workflow.export import drawn_path, replace_file
+from avahazard.workflow.hazard import load_limits
 from avahazard.workflow.requests import MapRequest
 from avahazard.workflow.simulate import DEFAULT_WIDTH_M
 from avahazard.workflow.stored import load_stored, notes_of_fit, require_friction_scatter
-from avahazard.workflow.zones import load_limits
 
 if TYPE_CHECKING:
     from avahazard.gis.hazard_map import MappedPath

@@ -45,6 +45,7 @@ from avahazard.whole_file import written_whole
 from avahazard.workflow import friction as frictions
 from avahazard.workflow.calibrate import show_model
 from avahazard.workflow.compare import COORDINATES, RECORD_DRAWS, ladder_rows, latest_comparison
+from avahazard.workflow.hazard import knows_speeds, load_limits
 from avahazard.workflow.map import map_parts
 from avahazard.workflow.next_step import latest_diagnosis, next_step
 from avahazard.workflow.path import alpha_beta_paths, describe_path, list_paths, run_site
@@ -57,7 +58,6 @@ from avahazard.workflow.stored import (
     notes_of_fit,
     surroundings,
 )
-from avahazard.workflow.zones import knows_speeds, load_limits
 
 ENDINGS = (".html", ".htm")
 R = TypeVar("R", HazardRow, TerrainRunout, ZonedPath)

@@ -38,11 +38,10 @@ from avahazard.workflow.compare import compare
 from avahazard.workflow.database import database_status, import_files, init_database
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.export import export
-from avahazard.workflow.hazard import hazard, hazard_work
+from avahazard.workflow.hazard import NoDragError, hazard, hazard_work, zones, zones_work
 from avahazard.workflow.next_step import latest_diagnosis, next_step
 from avahazard.workflow.report import write_report
 from avahazard.workflow.stored import notes_of
-from avahazard.workflow.zones import NoDragError, zones, zones_work
 
 NAME = "avahazard.toml"
 EXAMPLE = (

@@ -11,10 +11,8 @@ from avahazard.synth.making import make_dataset
 from avahazard.synth.writing import refuse_full, write_dataset
 from avahazard.workflow.requests import SynthRequest
 
-AS_USUAL = SynthRequest()
 
-
-def synthesise(folder: FilePath, request: SynthRequest = AS_USUAL) -> SyntheticDataset:
+def synthesise(folder: FilePath, request: SynthRequest) -> SyntheticDataset:
     """Write a synthetic dataset into `folder` and return its result; all effects have one strength.
 
     Raises `AvahazardError` where the folder is not empty, an effect is unknown, or nothing runs.

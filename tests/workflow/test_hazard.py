@@ -29,10 +29,9 @@ from avahazard.store.results import AVERAGE, BOUNDS, latest_documents
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.database import import_files
-from avahazard.workflow.hazard import hazard
+from avahazard.workflow.hazard import hazard, zones
 from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ImportRequest, ZonesRequest
 from avahazard.workflow.stored import load_stored
-from avahazard.workflow.zones import zones
 from tests.workflow.twin import twin_records
 
 Write = Callable[[str, str], Path]

@@ -19,9 +19,8 @@ from avahazard.store.tables import PathResultTable, PathRunTable
 from avahazard.workflow import by_path
 from avahazard.workflow import hazard as hazard_module
 from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.hazard import hazard, run_hazard
+from avahazard.workflow.hazard import hazard, run_hazard, zones
 from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ZonesRequest
-from avahazard.workflow.zones import zones
 
 pytestmark = pytest.mark.usefixtures("default_engine")
 

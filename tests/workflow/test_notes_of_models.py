@@ -27,7 +27,7 @@ from avahazard.workflow.compare import compare, ladder, predict
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.export import export
 from avahazard.workflow.friction import show_frictions
-from avahazard.workflow.hazard import hazard
+from avahazard.workflow.hazard import hazard, zones
 from avahazard.workflow.path import run_block
 from avahazard.workflow.report import write_report
 from avahazard.workflow.requests import (
@@ -40,7 +40,6 @@ from avahazard.workflow.requests import (
     ZonesRequest,
 )
 from avahazard.workflow.stored import record_notes, volume_notes
-from avahazard.workflow.zones import zones
 from tests.inference import studies
 from tests.workflow.worlds import bowl, height, known_stops
 

@@ -15,10 +15,10 @@ from avahazard.hazard.path_hazard import path_hazard
 from avahazard.records.collection import Simulation
 from avahazard.store.session import reading
 from avahazard.workflow.by_path import survey
+from avahazard.workflow.hazard import load_limits
 from avahazard.workflow.map import map_parts
 from avahazard.workflow.requests import MapRequest
 from avahazard.workflow.stored import load_stored
-from avahazard.workflow.zones import load_limits
 from tests.conftest import command_line
 from tests.engines.valleys import FRICTIONS, NAMES, WITH_PEAKS, import_valleys, store_recorded
 

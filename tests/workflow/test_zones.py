@@ -19,7 +19,7 @@ from avahazard.store.session import reading
 from avahazard.store.upkeep import create
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.database import import_files
-from avahazard.workflow.hazard import hazard
+from avahazard.workflow.hazard import NoDragError, hazard, load_limits, zones
 from avahazard.workflow.requests import (
     CalibrateRequest,
     HazardRequest,
@@ -27,7 +27,6 @@ from avahazard.workflow.requests import (
     ZonesRequest,
 )
 from avahazard.workflow.synth import synthesise
-from avahazard.workflow.zones import NoDragError, load_limits, zones
 
 Write = Callable[[str, str], Path]
 OWN = """

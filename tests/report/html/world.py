@@ -17,9 +17,8 @@ from avahazard.synth.writing import write_records
 from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.database import import_files
-from avahazard.workflow.hazard import hazard
+from avahazard.workflow.hazard import hazard, zones
 from avahazard.workflow.requests import CalibrateRequest, HazardRequest, ZonesRequest
-from avahazard.workflow.zones import zones
 from tests.few_draws import few_draws
 
 DATA = Path(__file__).resolve().parents[3] / "data"
