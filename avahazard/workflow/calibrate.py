@@ -66,9 +66,8 @@ def calibrate(
 ) -> Calibration:
     """Calibrate a model on the records and store it as `name`: all at the end, or nothing.
 
-    Raises `AvahazardError` where the name is taken, a path or effect is unknown or cannot be
-    estimated from the data, the method cannot do it, or a prior is not that of this model's
-    friction, comes from the same events, or cannot be.
+    Raises `AvahazardError` where the name is taken, a path or effect is unknown, the data or the
+    method cannot estimate an effect, or a prior cannot be that of this model and its records.
     """
     method, paths = request.method, request.paths
     left_out = [definition(key) for key in request.without]
@@ -267,9 +266,8 @@ def add(
     """Add `effects` to the model `name`, calibrate from its mode, compare, store as `new_name`.
 
     Chains, draws and seed are the parent's. `effect_files` hold the user's own effects, of the
-    parent and new ones. Raises `AvahazardError` where a name is taken or unknown, an effect is
-    unknown, already there or cannot be estimated from the data, an effect file is missing or
-    changed, or the records have changed since the parent was calibrated.
+    parent and new ones. Raises `AvahazardError` where a name is taken or unknown, an effect cannot
+    be added, an effect file is missing or changed, or the records have changed since.
     """
     with reading(database) as session:
         model = store.load_model(session, name)
@@ -390,8 +388,7 @@ def rerun(
 ) -> Rerun:
     """Calibrate the model `name` again and hold every draw against the stored ones.
 
-    Raises `AvahazardError` where there is no such model, its records have changed, or the files of
-    its own effects are missing or others.
+    Raises `AvahazardError` as `load_stored`, and where its records have changed.
     """
     stored, records = load_stored(database, name, effect_files)
     own = stored.definitions

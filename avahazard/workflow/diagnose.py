@@ -38,9 +38,8 @@ def diagnose_model(
 ) -> results.Diagnosis:
     """Diagnose the stored model `name`, and store it; effects of `effect_files` are candidates too.
 
-    Raises `AvahazardError` where there is no such model, it has an expected effect already or the
-    data cannot tell it, its records have changed, none of them stopped on its profile, or its
-    method has no likelihood that effects could be tested in.
+    Raises `AvahazardError` where there is no such model, an expected effect is no candidate, its
+    records have changed, none stopped on its profile, or its method cannot test effects.
     """
     expect, plot, file = tuple(request.expect), request.plot, request.write_effect
     if file is not None and file.exists():
@@ -151,7 +150,7 @@ def _where(
     observations = stored.observations
     with reading(database) as session:
         compared = latest_comparison(session, stored.name)
-    notes = [] if compared is None else failing_paths(compared)
+    notes = failing_paths(compared) if compared else []
     tried = {c.effect for c in found.candidates}
     for key in found.missing:
         if key in tried and (

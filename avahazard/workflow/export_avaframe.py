@@ -101,8 +101,7 @@ def write_projects(
             else:  # the mean over the cells of the block
                 drag = np.array([np.mean(one.drag) for one in found.resistances])[found.group]
             own = part / re.sub(r"[^\w-]", "_", path_id)
-            if own.exists():
-                own = part / f"{own.name}_{k}"
+            own = part / f"{own.name}_{k}" if own.exists() else own
             rng = generator(request.seed, "avaframe", path_id)
             _write(own, path, _median(found, drag), _drawn(found, drag, request.draws, rng))
         if whole.exists():

@@ -93,13 +93,9 @@ def perturbation_check(
         moved = np.array([fit_law(law(LAW), volume, mu).parameters for mu in found.moved])
     except AvahazardError:  # too few events with a volume for a law
         return check
-    spread = moved.mean(axis=0), moved.std(axis=0, ddof=1)
-    figures = np.column_stack([fit.parameters, fit.standard_errors, *spread]).tolist()
-    parameters = {
-        name: results.PerturbedParameter(*row)
-        for name, row in zip(fit.law.names, figures, strict=True)
-    }
-    return replace(check, law=LAW, parameters=parameters)
+    figures = fit.parameters, fit.standard_errors, moved.mean(axis=0), moved.std(axis=0, ddof=1)
+    parameters = map(results.PerturbedParameter, *(values.tolist() for values in figures))
+    return replace(check, law=LAW, parameters=dict(zip(fit.law.names, parameters, strict=True)))
 
 
 N_VOLUMES = 60
@@ -279,9 +275,8 @@ def fit_laws(database: str, path_id: str | None = None, plot: Path | None = None
     fits, notes = fit_every_law(volume, mu)
     if left_out := observations.n_events - n_events:
         notes.append(
-            f"left out of {observations.n_events} events: {left_out}, "
-            "without a volume, or stopped where no friction stops the block (see "
-            "`avahazard friction`)."
+            f"left out of {observations.n_events} events: {left_out}, without a volume, or stopped "
+            "where no friction stops the block (see `avahazard friction`)."
         )
     found = results.Fits(Rows(_entry(fit, n_events) for fit in fits), tuple(notes))
     if plot is not None:
@@ -292,13 +287,11 @@ def fit_laws(database: str, path_id: str | None = None, plot: Path | None = None
 
 
 def _entry(fit: LawFit, n_events: int) -> results.LeastSquares:
-    names, units = fit.law.names, fit.law.units
-    values = zip(fit.parameters.tolist(), fit.standard_errors.tolist(), units, strict=True)
+    values, errors = fit.parameters.tolist(), fit.standard_errors.tolist()
+    parameters = map(results.FittedParameter, values, errors, fit.law.units)
     return results.LeastSquares(
         law=fit.law.name,
-        parameters={
-            name: results.FittedParameter(*of) for name, of in zip(names, values, strict=True)
-        },
+        parameters=dict(zip(fit.law.names, parameters, strict=True)),
         covariance=tuple(tuple(row) for row in fit.covariance.tolist()),
         r2=float(fit.r2),
         aic=float(fit.aic),

@@ -71,12 +71,10 @@ class HazardRun:
         """What `--json` prints: its rows, and in their place why a path failed."""
         with reading(self.database) as session:
             for found in read_run(session, self.run):
-                if found.failed is None:
-                    yield from (
-                        results.HazardRow.from_dict(row).to_dict() for row in found.documents
-                    )
-                else:
+                if found.failed is not None:
                     yield results.failed_document(found.path_id, found.failed)
+                for row in found.documents:
+                    yield results.HazardRow.from_dict(row).to_dict()
 
 
 def hazard(
@@ -202,8 +200,7 @@ def hazard_of_path(
 ) -> tuple[list[results.HazardRow], tuple[Note, ...]]:
     """The rows of a path, for return periods (years) and volumes (m3); `notes` go with each.
 
-    By one model, or by several averaged with their weights. Raises `AvahazardError` where it lacks
-    what a return period needs.
+    `models` are with their weights. Raises `AvahazardError` where it lacks what a period needs.
     """
     path_id, needs_volume = task.path_id, not all(m.ignores_volume for m, _ in models)
     frequency: VolumeFrequency | None = None
@@ -261,9 +258,8 @@ CURVE = tuple(float(t) for t in np.geomspace(1.2, 1000.0, 60))
 def volumes(database: str, request: VolumesRequest) -> results.Volumes:
     """The frequency of volumes of each path, all where none is named; nothing is stored.
 
-    Periods that are shorter than the time between avalanches have no level. Raises `AvahazardError`
-    where a path is unknown, no path has what is needed, a file of `source` cannot be read, or
-    `plot` is not a picture's name.
+    Raises `AvahazardError` where a path is unknown, no path has what is needed, a file of `source`
+    cannot be read, or `plot` is not a picture's name.
     """
     paths: tuple[str, ...] = many(request.paths)
     wanted, plot = request.return_periods or RETURN_PERIODS, request.plot
@@ -344,10 +340,9 @@ def zones(
 ) -> results.Zones:
     """Find and store speed, pressure and zones along paths: an entry for each that has a rate.
 
-    Raises `AvahazardError` where there is no such model, path or preset, the file of limits cannot
-    be used, `effect_files` are not those of the model, its scatter is in metres, `plot` is not the
-    name of a picture, or no path has a rate of avalanches; `NoDragError` where neither drag nor
-    measured speeds limit its speeds, without `no_drag`.
+    Raises `AvahazardError` where there is no such model, path or limits, its scatter is in metres,
+    `plot` is not the name of a picture, or no path has a rate of avalanches; `NoDragError` where
+    neither drag nor measured speeds limit its speeds, without `no_drag`.
     """
     require_picture(request.plot)
     work, of_all = zones_work(database, name, request)

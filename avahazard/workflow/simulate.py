@@ -93,12 +93,8 @@ def simulate_paths(database: str, request: SimulateRequest, report: Report = sil
             report(words, len(made), whole)
     report("Simulating", 1.0, 1.0)
     n_new = Counter(path for path, _, _ in made)
-    rows = [
-        _row(path.path_id, _of(database, path, request), n_new[k]) for k, path in enumerate(paths)
-    ]
-    if not made:
-        notes = (*notes, Note("simulated_before"))
-    return Simulations(Rows(rows), notes)
+    rows = Rows(_row(p.path_id, _of(database, p, request), n_new[k]) for k, p in enumerate(paths))
+    return Simulations(rows, notes if made else (*notes, Note("simulated_before")))
 
 
 def plan_simulations(database: str, request: SimulateRequest) -> SimulationPlan:

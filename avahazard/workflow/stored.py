@@ -79,8 +79,7 @@ def save_calibrated(
     """Store a model with its calibration in the transaction of `session`.
 
     `paths` are those that it was calibrated on, none: all; `request` is what `calibrate` was asked
-    for; `effect_file` is the text of the user's effects. Raises `AvahazardError` for a taken name
-    or a parent that is not there.
+    for; `effect_file` is the text of the user's effects. Raises as `store.results.save_model`.
     """
     chains = model.chains
     by_chain = chains.draws.shape[:2]
@@ -436,8 +435,9 @@ def record_notes(records: Records, sites: Sequence[Site]) -> tuple[Note, ...]:
         if fault is not None:
             values = dict(zip(("column", "value", "accepted"), fault, strict=True))
             notes.append(Note("contradicts_itself", event.event_id, **values))
-        elevation = None if path is None else crosscheck.unseen_elevation(event, path, profile)
-        if path is not None and elevation is not None:
+        if path is None:
+            continue
+        if (elevation := crosscheck.unseen_elevation(event, path, profile)) is not None:
             above.setdefault(path.path_id, []).append((elevation, event.event_id))
     for path_id, stops in above.items():
         highest, events = zip(*sorted(stops, reverse=True), strict=True)
