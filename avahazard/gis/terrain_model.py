@@ -156,11 +156,7 @@ def _readable(file: FilePath) -> str:
         if not {"ncols", "nrows"} <= header.keys():
             return str(file)
         lines.seek(at)
-        n, rest = 0, b""
-        while block := lines.read(1 << 24):
-            whole, _, rest = (rest + block).rpartition(b"\n")
-            n += len(whole.split())
-        n += len(rest.split())
+        n = sum(len(line.split()) for line in lines)
     columns, rows = header["ncols"], header["nrows"]
     if not (columns.isdigit() and rows.isdigit()):
         return str(file)

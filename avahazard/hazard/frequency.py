@@ -86,8 +86,7 @@ class VolumeFrequency:
 
     def volumes(self) -> EventVolumes:
         """Rates and volumes of all avalanches, for the runout exceeded once in T years."""
-        low, high = self.draws.ends()
-        found = event_volumes(self.draws.rate, self.draws.rate_over, low, high)
+        found = event_volumes(self.draws.rate, self.draws.rate_over, *self.draws.ends())
         return replace(found, seen_only=self.source == "records")
 
 
@@ -174,9 +173,8 @@ def return_volume(frequency: VolumeFrequency, return_period_years: float) -> Ret
                 f"{observed.n_years} years: no volume returns every {period:g} years.",
                 f"Ask for a return period over {1 / often:.0f} years.",
             )
-    low, middle, high = np.exp(
-        np.quantile(frequency.draws.log_volume(1.0 / period), [0.05, 0.5, 0.95])
-    )
+    log_volume = frequency.draws.log_volume(1.0 / period)
+    low, middle, high = np.exp(np.quantile(log_volume, [0.05, 0.5, 0.95]))
     return ReturnLevel(
         return_period_years=period,
         volume_m3=float(middle),
