@@ -13,9 +13,9 @@ from markupsafe import Markup
 
 from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.laws import law
+from avahazard.notes import Note, grouped, placed
 from avahazard.report import model_tables, sentences, tables, words
 from avahazard.report.html import (
-    annex,
     brief,
     model_figures,
     record_figures,
@@ -27,6 +27,7 @@ from avahazard.report.html.figure import script_json
 from avahazard.report.html.map_figure import map_figure
 from avahazard.report.html.path_figure import path_figure
 from avahazard.report.language import plural, say, spoken
+from avahazard.results.comparison import Comparison
 
 UNIT = re.compile(
     r"(?<=\d) (?=(?:m[²³]?|m/s|kPa|nats)(?!\w))|(?<=\d) ?(?=%)| (?=[:;?!»×])|(?<=×) |(?<=«) "
@@ -68,6 +69,43 @@ def render(content: ReportContent) -> str:
     return template.render(values, script=code, script_hash=_hash(script))
 
 
+def fall_text(before: Comparison, after: Comparison) -> str:
+    """How the held-out error changes from a model to its child."""
+    from avahazard.criticism.scoring.held_out import error_fall  # noqa: PLC0415 (slow)
+
+    was, now = after.held_out.parent_crps_m, after.held_out.runout.crps_m
+    if was is None:
+        was = before.held_out.runout.crps_m
+    return sentences.change_text(was, now, after.coordinate, error_fall(before, after))
+
+
+def notes_of(content: ReportContent) -> list[str]:
+    """The notes on the rows of bounds and on the model, a line for all of one kind."""
+    names, model = content.names, content.model.model
+    # The brief says these.
+    said = (Note("stale", model=model), Note("unconverged", model=model))
+    where: dict[Note, dict[str, None]] = {}
+    for row in content.rows:
+        for note in row.notes:
+            if note not in (*said, *content.of_model):
+                where.setdefault(note, {})[names.get(row.path_id, row.path_id)] = None
+    notes = placed(where, len({row.path_id for row in content.rows}))
+    notes += [note for note in content.of_model if note not in said]
+    return [spoken().note(note) for note in grouped(notes)]
+
+
+def every_note(content: ReportContent) -> list[str]:
+    """The same notes, each by itself."""
+    names = content.names
+    notes = [
+        note.about(names.get(row.path_id, row.path_id))
+        for row in content.rows
+        for note in row.notes
+        if note not in content.of_model
+    ]
+    return [spoken().note(note) for note in dict.fromkeys((*notes, *content.of_model))]
+
+
 def _environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("avahazard.report.html", "templates"),
@@ -82,11 +120,13 @@ def _environment() -> Environment:
     translations: Any = environment
     translations.install_gettext_callables(say, plural)
     environment.globals.update(
-        annex=annex,
         brief=brief,
+        every_note=every_note,
+        fall_text=fall_text,
         map_figure=map_figure,
         model_figures=model_figures,
         model_tables=model_tables,
+        notes_of=notes_of,
         path_figure=path_figure,
         record_figures=record_figures,
         score_figures=score_figures,

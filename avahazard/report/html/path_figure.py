@@ -176,16 +176,8 @@ def _zones(zones: Sequence[Zone], foot: float, drop: float) -> list[Trace]:
 LEAST = 1e-5
 
 
-def reach_of(view: PathView) -> ReachChance | None:
-    """The first row's chance to reach each place, None where the rows have none."""
-    found = (row.reach for row in view.rows if row.reach)
-    return next(found, None)
-
-
-def reach_traces(view: PathView) -> list[Trace]:
+def reach_traces(reach: ReachChance) -> list[Trace]:
     """Median and 90 % of what the yearly chance may be, for a logarithmic axis."""
-    reach = reach_of(view)
-    assert reach is not None
     x = list(reach.x_m)
     low, middle, high = (
         [max(p or 0.0, LEAST) for p in getattr(reach.p_per_year, key)]
@@ -269,11 +261,6 @@ def stops_of(view: PathView, loop: LoopView, events: Sequence[EventView]) -> lis
     return sorted(known, key=lambda k: events[k].volume_m3 or 0.0)
 
 
-def stops_height(n: int) -> int:
-    """Pixels for so many records."""
-    return int(np.clip(ROW_PX * n, LEAST_PX, MOST_PX))
-
-
 def stops_traces(
     view: PathView, loop: LoopView, events: Sequence[EventView], shown: Sequence[int]
 ) -> tuple[list[Trace], dict[str, Mapping[int, Trace]]]:
@@ -282,14 +269,13 @@ def stops_traces(
     A band holds 90 % of where the block of that record is expected to stop.
     """
     states = {state.key: state for state in loop.models}
-    name = loop.lineage[-1]
-    parent = loop.lineage[-2] if len(loop.lineage) > 1 and loop.lineage[-2] in states else None
+    name, before = loop.lineage[-1], loop.before
     rows = np.arange(1.0, len(shown) + 1.0)
     names = {view.path.path_id: view.name}
     traces: list[Trace] = []
-    if parent is not None:
-        before = say("90 % by “{model}”", model=parent)
-        traces.append(_bands(states[parent], shown, rows, before, BEFORE, 5.0))
+    if before is not None and before.key != name:
+        by_parent = say("90 % by “{model}”", model=before.key)
+        traces.append(_bands(before, shown, rows, by_parent, BEFORE, 5.0))
     band = len(traces)
     now = say("90 % of the model shown")
     traces.append(_bands(states[name], shown, rows, now, BLUE, 2.4))
@@ -358,13 +344,15 @@ def path_figure(
             for key, change in changes.items()
         }
         rows = axis(say("records"), range=[0.0, len(shown) + 1.0], showticklabels=False)
-        panels.append((traces, {**rows, "ticks": "", "showgrid": False}, stops_height(len(shown))))
+        px = int(np.clip(ROW_PX * len(shown), LEAST_PX, MOST_PX))
+        panels.append((traces, {**rows, "ticks": "", "showgrid": False}, px))
     speeds = speed_traces(view)
     if speeds:
         of_speed = say("speed (m/s)") if drag else say("speed without drag (m/s)")
         panels.append((speeds, axis(of_speed, rangemode="tozero"), PANEL_PX))
-    if reach_of(view) is not None:
-        panels.append((reach_traces(view), axis(say("annual probability"), **ONCE_IN), PANEL_PX))
+    reach = next((row.reach for row in view.rows if row.reach), None)
+    if reach is not None:
+        panels.append((reach_traces(reach), axis(say("annual probability"), **ONCE_IN), PANEL_PX))
     total = sum(px for _, _, px in panels) + GAP_PX * (len(panels) - 1)
     data: list[Trace] = []
     axes: dict[str, Any] = {}

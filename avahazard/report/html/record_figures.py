@@ -187,17 +187,14 @@ def failed_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> 
         selected, places = [events[k] for k in rows], [events[k].stop_x_m for k in rows]
         look = {"color": color, "size": 7}
         data.append(_against(before.x[rows], places, selected, look, names, name))
+    _, across, upwards = _titles("x")
     ends = [v for k in known for v in (events[k].stop_x_m, before.x[k, 1]) if v is not None]
     data.append(_equal(min(ends), max(ends)))
     return Figure(
         "failed",
         say("Where “{model}” failed: recorded against predicted", model=before.key),
         data,
-        layout(
-            axis(say("predicted distance x of the stop (m)")),
-            axis(say("recorded distance x of the stop (m)")),
-            height=460,
-        ),
+        layout(axis(across), axis(upwards), height=460),
     )
 
 

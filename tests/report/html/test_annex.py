@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from avahazard.notes import Note
-from avahazard.report.html.annex import every_note, notes_of
 from avahazard.report.html.content import ReportContent
+from avahazard.report.html.page import every_note, notes_of
 from tests.report.html.pages import section_words
 from tests.report.html.world import NAMES
 
