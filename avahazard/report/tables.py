@@ -46,13 +46,6 @@ class Table:
     shown: int | None = None
     folded: str = ""
 
-    @property
-    def parts(self) -> list[tuple[bool, Sequence[Sequence[str]]]]:
-        """The rows that are always seen, and those that are folded, each if there are any."""
-        k = len(self.rows) if self.shown is None else self.shown
-        parts = [(False, self.rows[:k]), (True, self.rows[k:])]
-        return [part for part in parts if part[1]]
-
 
 def made(
     key: str,

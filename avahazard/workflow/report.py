@@ -145,7 +145,6 @@ def gather(
     report("Writing the report", 0.4, 1.0)
     loop = loop_view(database, stored, models, comparisons, diagnoses)
     report("Writing the report", 0.9, 1.0)
-    calibration = show_model(database, name)
     model = next(model for model in models if model.name == name)
     there = {
         "profiles": records.profiles,
@@ -155,8 +154,7 @@ def gather(
         "zones": zones,
     }
     return page.ReportContent(
-        model=calibration,
-        created=str(calibration.created),
+        model=show_model(database, name),
         draws={key: v.ravel() for key, v in load_parameter_draws(database, name).items()},
         paths=paths,
         events=events,

@@ -251,7 +251,6 @@ class ReportContent:
     """
 
     model: Calibration
-    created: str
     draws: Mapping[str, Floats]
     paths: tuple[PathView, ...]
     events: tuple[EventView, ...]
