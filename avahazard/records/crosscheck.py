@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Collection, Hashable, Iterable
 from collections.abc import Set as AbstractSet
 from dataclasses import fields
 from functools import lru_cache
@@ -326,9 +326,10 @@ COLUMNS = attrgetter(*(f.name for f in fields(Event) if f.name not in ("event_id
 SHOWN = 3
 
 
-def repeated(events: Iterable[Event]) -> list[tuple[str, ...]]:
-    """The ids of events that are alike in path, day and stop, or in all but their id.
+def repeated(events: Iterable[Event], new: Collection[str] | None = None) -> list[Note]:
+    """Notes on events that are alike in path, day and stop, or in all but their id.
 
+    With `new` only on groups of which one has an id among these.
     Two avalanches may stop at one rounded place in the same year: where the day is not known, they
     must have the same volume and all else too. Those without a recorded stop are never alike.
     """
@@ -336,12 +337,11 @@ def repeated(events: Iterable[Event]) -> list[tuple[str, ...]]:
     for event in events:
         if (key := _told_by(event)) is not None:
             groups.setdefault(key, []).append(event.event_id)
-    return [tuple(ids) for ids in groups.values() if len(ids) > 1]
-
-
-def repeated_notes(groups: Iterable[Sequence[str]]) -> list[Note]:
-    """A note on each of the groups of `repeated`."""
-    return [Note("recorded_twice", " = ".join(ids)) for ids in groups]
+    return [
+        Note("recorded_twice", " = ".join(ids))
+        for ids in groups.values()
+        if len(ids) > 1 and (new is None or any(event_id in new for event_id in ids))
+    ]
 
 
 def _told_by(event: Event) -> Hashable | None:

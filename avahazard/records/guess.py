@@ -51,11 +51,9 @@ def guess_tables(file: FilePath) -> tuple[list[GuessedTable], list[RowProblem]]:
     for head in heads:
         row = [column.texts[0] for column in head.columns.values() if len(head.lines)]
         words = [text for text in row if text and not is_number(text)]
-        units = None
-        if words and len(words) == sum(map(bool, row)):
-            units = head.lines[0] if 2 * sum(map(_any_unit, words)) >= len(words) else None
+        units = len(words) == sum(map(bool, row)) and 2 * sum(map(_any_unit, words)) >= len(words)
         merged = any("merged" in fault.value for fault in faults if fault.file == head.file)
-        layout = SheetLayout(head.first, units, merged)
+        layout = SheetLayout(head.first, head.lines[0] if words and units else None, merged)
         tables = read_tables(file, [], layout)
         found += [_guessed(table, layout) for table in tables if table.title == head.title]
     return found, [] if heads else faults
@@ -77,16 +75,16 @@ def _guessed(table: FileTable, layout: SheetLayout) -> GuessedTable:
     taken: dict[str, Guess] = {}
     open_: list[str] = []
     for guess in candidates:
-        same = [g for g in taken.values() if g.source == guess.source]
+        if any(other.source == guess.source for other in taken.values()):
+            continue
         rival = taken.get(guess.column)
-        if guess.confidence < LIKELY:
-            if not same and not rival:
-                sure = f"{guess.confidence:.0%}: {guess.reason}"
-                open_.append(f"{guess.source!r} may be {guess.column} ({sure})")
-        elif rival and rival.confidence == guess.confidence and not same:
+        if rival and rival.confidence == guess.confidence:
             open_.append(f"{guess.source!r} or {rival.source!r} is {guess.column}: which one?")
-        elif not rival and not same:
+        elif not rival and guess.confidence >= LIKELY:
             taken[guess.column] = guess
+        elif not rival:
+            sure = f"{guess.confidence:.0%}: {guess.reason}"
+            open_.append(f"{guess.source!r} may be {guess.column} ({sure})")
     for guess in taken.values():
         unit = MEANINGS[guess.column].unit if guess.column in MEANINGS else ""
         if guess.ranges:

@@ -443,7 +443,7 @@ def record_notes(records: Records, sites: Sequence[Site]) -> tuple[Note, ...]:
         highest, events = zip(*sorted(stops, reverse=True), strict=True)
         told = {"n": len(stops), "limit": paths[path_id].observed_below_m, "events": list(events)}
         notes.append(Note("above_limit", path_id, **told, elevation=highest[0]))
-    return (*notes, *crosscheck.repeated_notes(crosscheck.repeated(records.events)))
+    return (*notes, *crosscheck.repeated(records.events))
 
 
 def _misfits(profiles: Mapping[str, Profile], sites: Sequence[Site]) -> Iterator[Note]:

@@ -9,7 +9,7 @@ import pytest
 
 from avahazard.notes import grouped
 from avahazard.records.collection import Event
-from avahazard.records.crosscheck import dwarfing, repeated, repeated_notes
+from avahazard.records.crosscheck import dwarfing, repeated
 
 FIRST = Event(
     "a", "P", "1951-01-20", runout_elevation_m=1300.0, volume_m3=5e3, covariates={"snow": "wet"}
@@ -39,15 +39,18 @@ LENGTH = Event("a", fall_height_m=640.0, runout_length_m=1450.0, volume_m3=2e6)
 def test_what_is_one_avalanche_twice(event: Event, other: dict[str, object], alike: bool) -> None:
     again = replace(event, event_id="b", **other)  # type: ignore[arg-type]
     third = replace(event, event_id="c", path_id="R", runout_elevation_m=900.0)
-    assert repeated([event, third, again]) == ([("a", "b")] if alike else [])
+    found = repeated([event, third, again])
+    assert [note.of for note in found] == ([("a = b",)] if alike else [])
 
 
 def test_each_group_has_a_note() -> None:
-    assert repeated_notes([]) == []
-    (note,) = repeated_notes([("a", "b", "c")])
+    assert repeated([]) == []
+    (note,) = repeated([replace(FIRST, event_id=event_id) for event_id in "abc"])
     assert note.startswith("a = b = c: alike in path, day and stop")
-    (one,) = grouped(repeated_notes((f"a{k}", f"b{k}") for k in range(6)))
+    pairs = [replace(FIRST, path_id=f"P{k}", event_id=f"{x}{k}") for k in range(6) for x in "ab"]
+    (one,) = grouped(repeated(pairs))
     assert one.startswith("a0 = b0, a1 = b1, a2 = b2 and 3 more: alike")
+    assert [note.of for note in repeated(pairs, new={"b3", "c"})] == [("a3 = b3",)]
 
 
 USUAL = [1e3, 2e4, 1e5, 3e5, 8e5]
