@@ -14,7 +14,6 @@ from avahazard.records.conventions import (
     canonical,
     is_number,
     read_dates,
-    weigh,
 )
 from avahazard.records.errors import RowProblem
 from avahazard.records.meanings import MEANINGS, factor, known_unit
@@ -50,8 +49,7 @@ def plain_cells(table: FileTable, given: Conventions, problems: list[RowProblem]
         if column.dated and meaning and meaning.content in ("name", "text"):
             texts = zip(table.lines, column.texts, strict=True)
             faults += [(line, name, text) for line, text in texts if line in column.dated]
-    for line, name, text in sorted(faults):
-        problems.append(RowProblem(table.file, line, name, text, MADE_A_DATE))
+    problems += [RowProblem(table.file, *fault, MADE_A_DATE) for fault in sorted(faults)]
     return table
 
 
@@ -117,18 +115,22 @@ def _with_plain_numbers(
 
 def _decided(table: FileTable, cells: Sequence[Cell], problems: list[RowProblem]) -> Decimal | None:
     """The decimal sign that the numbers show, None after adding to `problems`."""
-    found = weigh([text for _, _, text in cells])
+    found: dict[str, list[Cell]] = {"point": [], "comma": [], "both": []}
+    for cell in cells:
+        point, comma = canonical(cell[2], "point"), canonical(cell[2], "comma")
+        if point != comma:  # integers and words say nothing of the sign
+            found["point" if comma is None else "comma" if point is None else "both"].append(cell)
     signs: tuple[Decimal, Decimal] = ("point", "comma")
     sign, rarer = sorted(signs, key=lambda sign: -len(found[sign]))
     # Between commas a point is the decimal one: so programs write numbers.
-    wrong = [k for k in found["both"] if table.separator != "," or "," in cells[k][2]]
+    wrong = [cell for cell in found["both"] if table.separator != "," or "," in cell[2]]
     accepted = AMBIGUOUS
     if found[rarer]:
-        wrong, first = found[rarer], table.lines[cells[found[sign][0]][0]]
+        wrong, first = found[rarer], table.lines[found[sign][0][0]]
         accepted = f"a decimal {sign}, as in line {first}: one sign in a file"
     elif found[sign]:
         return sign
-    for row, column, text in (cells[k] for k in wrong):
+    for row, column, text in wrong:
         problems.append(RowProblem(table.file, table.lines[row], column, text, accepted))
     return None if wrong else "point"
 

@@ -201,19 +201,6 @@ def canonical(text: str, decimal: Decimal) -> str | None:
     return digits.replace("," if sign == "." else ".", "").replace(sign, ".")
 
 
-def weigh(texts: Sequence[str]) -> dict[str, list[int]]:
-    """Places in `texts` `[n]` that can only be read with a `point`, with a `comma`, or with `both`.
-
-    Integers and words say nothing of the decimal sign; with both it is ambiguous, as in 1,234.
-    """
-    found: dict[str, list[int]] = {"point": [], "comma": [], "both": []}
-    for k, text in enumerate(texts):
-        point, comma = canonical(text, "point"), canonical(text, "comma")
-        if point != comma:
-            found["point" if comma is None else "comma" if point is None else "both"].append(k)
-    return found
-
-
 def is_number(text: str) -> bool:
     """Tell whether `text` is a number by one of the signs."""
     return any(pattern.fullmatch(text) for pattern in PATTERNS.values())

@@ -15,7 +15,7 @@ import numpy as np
 from rapidfuzz import fuzz, process
 
 from avahazard.records.cells import LIKELY_MARKS, RANGE
-from avahazard.records.conventions import is_number, read_dates
+from avahazard.records.conventions import ISO, is_number, read_dates
 from avahazard.records.errors import RowProblem
 from avahazard.records.intake import Guess
 from avahazard.records.meanings import MEANINGS, known_unit, squash
@@ -149,7 +149,7 @@ def _share(column: str, texts: Sequence[str]) -> float:
         return 1.0
     if content == "date":
         dates, faults, _ = read_dates(texts, "dmy")
-        good = sum(bool(re.fullmatch(r"[0-9]{4}(?:-[0-9]{2}-[0-9]{2})?", d)) for d in dates)
+        good = sum(bool(ISO.fullmatch(date)) for date in dates)
         return max(0, good - len(faults)) / len(texts)
     return sum(is_number(text.lstrip("<>~≈ ")) or "-" in text for text in texts) / len(texts)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime as dt
-import re
 from collections.abc import Iterable, Iterator
 from typing import Annotated, Literal, Self, TypeVar
 
@@ -19,6 +18,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from avahazard.records.conventions import ISO
 from avahazard.records.errors import RowProblem
 from avahazard.records.meanings import RATIO
 
@@ -144,15 +144,13 @@ class ProfileRow(PointRow):
 
 
 LENGTH = "metres, over 0"
-YEAR_ONLY = re.compile(r"[0-9]{4}")
-FULL_DATE = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
 
 
 def _iso_date(text: str) -> str:
-    if FULL_DATE.fullmatch(text):
-        dt.date.fromisoformat(text)
-    elif not YEAR_ONLY.fullmatch(text) or text == "0000":
+    if not ISO.fullmatch(text) or text == "0000":
         raise ValueError(text)
+    if len(text) > len("1950"):
+        dt.date.fromisoformat(text)
     return text
 
 
