@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from avahazard.arrays import Floats
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
-from avahazard.records.collection import Event, Path, Profile, Records, Speed
+from avahazard.records.collection import Event, Path, Profile, Speed
 from avahazard.records.intake import KEYS, Intake, Key, speed_key
 from avahazard.records.meanings import ELEVATION
 
@@ -254,12 +254,12 @@ def check_references(
             intake.refuse(speed_key(speed), "event_id", speed.event_id, accepted)
 
 
-def check_places(intake: Intake, known: Records) -> None:
+def check_places(intake: Intake) -> None:
     """Refuse stops, releases and speeds off the profile of their path, and contradictory events.
 
     Stored records are checked again where their path has another profile or release now.
     """
-    new = intake.records
+    new, known = intake.records, intake.known
     paths = {p.path_id: p for p in (*known.paths, *new.paths)}
     events = {e.event_id: e for e in (*known.events, *new.events)}
     speeds = {speed_key(s): s for s in (*known.speeds, *new.speeds)}
@@ -299,10 +299,10 @@ def check_places(intake: Intake, known: Records) -> None:
             intake.refuse(key, *fault)
 
 
-def check_one_scale(intake: Intake, known: Records) -> None:
+def check_one_scale(intake: Intake) -> None:
     """Refuse H/L alone beside runouts in metres: no score could be taken over both."""
     read = {e.event_id for e in intake.records.events}
-    stored = [e for e in known.events if e.event_id not in read]
+    stored = [e for e in intake.known.events if e.event_id not in read]
     ratios = [e for e in intake.records.events if e.in_ratio]
     others = [e for e in intake.records.events if not e.in_ratio]
     remedy = "or a database of its own: H/L and metres have no score in common"

@@ -15,7 +15,7 @@ from typing import Literal
 from avahazard.notes import counted
 from avahazard.records.cells import PLAIN_NUMBER as NUMBER
 from avahazard.records.cells import USUAL_MARKS, plain_cells
-from avahazard.records.collection import Covariate, Event, Path, Records
+from avahazard.records.collection import Covariate, Event, Path
 from avahazard.records.conventions import Conventions
 from avahazard.records.errors import RowProblem
 from avahazard.records.intake import Intake, UnderstoodColumn
@@ -344,7 +344,6 @@ COLUMNS: dict[Kind, frozenset[str]] = {
 
 def read_forms(
     sheets: Sequence[FileTable],
-    known: Records,
     intake: Intake,
     faults: Sequence[RowProblem],
     need_runout: bool,
@@ -355,8 +354,8 @@ def read_forms(
     What is wrong goes to `intake.problems`, where a wrong header stands for the faults of the
     rows under it. Of a workbook with a known form, sheets of no form are left out and reported.
     """
-    stored = column_kinds((*known.paths, *known.events))
-    ids = {event.event_id for event in known.events}
+    known = intake.known
+    stored, ids = column_kinds((*known.paths, *known.events)), {e.event_id for e in known.events}
     unknown: list[tuple[FileTable, list[RowProblem]]] = []
     found: list[tuple[Kind, FileTable]] = []
     wrong: list[RowProblem] = []

@@ -143,9 +143,7 @@ class Count:
     updated: int = 0
 
 
-def merge_records(
-    intake: Intake, stored: Records, *, update: bool = False
-) -> tuple[Records, dict[str, Count]]:
+def merge_records(intake: Intake, *, update: bool = False) -> tuple[Records, dict[str, Count]]:
     """What has to be written of what was read, and counts by kind; floats are compared exactly.
 
     A record that contradicts a stored one is added to `intake.problems`, unless `update`:
@@ -155,7 +153,7 @@ def merge_records(
     counts = {kind: Count() for kind in KEYS}
     write: dict[str, list[Any]] = {kind: [] for kind in KEYS}
     for kind, count in counts.items():
-        held = {KEYS[kind](record): record for record in getattr(stored, kind)}
+        held = {KEYS[kind](record): record for record in getattr(intake.known, kind)}
         for record in getattr(intake.records, kind):
             key = KEYS[kind](record)
             old = held.get(key)

@@ -137,14 +137,14 @@ def read_files(
     `columns` is a `columns.toml` for all files, else the one beside each is taken, if any.
     `convert` moves stops that are points into the system of their path.
     """
-    intake = Intake()
+    intake = Intake(known=known)
     used: list[TableMapping] = []
     tables: dict[Kind, list[FileTable]] = {kind: [] for kind in FORMS}
     for file in find_files(sources):
         intake.files.append(str(file))
         faults: list[RowProblem] = []
         sheets = mapped_tables(file, faults, columns, used)
-        for kind, table in read_forms(sheets, known, intake, faults, need_runout, given):
+        for kind, table in read_forms(sheets, intake, faults, need_runout, given):
             tables[kind].append(table)
     if columns is not None and not used:
         raise AvahazardError(
@@ -152,7 +152,7 @@ def read_files(
         )
     for table in points:
         intake.files.append(table.file)
-        for kind, spelt in read_forms([table], known, intake, (), need_runout, given):
+        for kind, spelt in read_forms([table], intake, (), need_runout, given):
             tables[kind].append(spelt)
     for lines in drawn:
         intake.files.append(lines.file)
@@ -167,13 +167,12 @@ def read_files(
         touched = {e.path_id for e in known.events if e.event_id in named and e.path_id}
         for of_kind in tables.values():
             touched |= _ids("path_id", of_kind)
-        known = replace(known, profiles=tuple(profiles_of(touched)))
-    intake.known = known
-    paths = gather_paths(tables["paths"], known, intake)
-    profiles = gather_profiles(tables["profiles"], known, intake)
+        intake.known = known = replace(known, profiles=tuple(profiles_of(touched)))
+    paths = gather_paths(tables["paths"], intake)
+    profiles = gather_profiles(tables["profiles"], intake)
     of_paths = {p.path_id: p for p in (*known.profiles, *profiles)}
-    events = gather_events(tables["events"], known, intake, need_runout, of_paths, convert)
-    speeds = gather_speeds(tables["velocities"], known, intake)
+    events = gather_events(tables["events"], intake, need_runout, of_paths, convert)
+    speeds = gather_speeds(tables["velocities"], intake)
 
     # A row that was refused still counts as there: what refers to it is not wrong too.
     listed = _ids("path_id", tables["paths"]) | {path.path_id for path in known.paths}
@@ -182,8 +181,8 @@ def read_files(
     implied = [Path(p.path_id) for p in profiles if p.path_id not in listed]
     intake.records = Records((*paths, *implied), tuple(profiles), tuple(events), tuple(speeds))
     check_references(intake, path_ids, event_ids)
-    check_places(intake, known)
-    check_one_scale(intake, known)
+    check_places(intake)
+    check_one_scale(intake)
     intake.problems = [with_remedy(problem) for problem in told_once(intake.problems)]
     return intake
 
@@ -348,11 +347,11 @@ def _kept(
 ON_PROFILE = frozenset({"runout_x_m", "runout_elevation_m"})
 
 
-def gather_paths(tables: Sequence[FileTable], known: Records, intake: Intake) -> list[Path]:
+def gather_paths(tables: Sequence[FileTable], intake: Intake) -> list[Path]:
     """Return the paths that have a row of their own."""
-    stored, columns = column_kinds(known.paths), PathRow.model_fields.keys()
+    stored, columns = column_kinds(intake.known.paths), PathRow.model_fields.keys()
     covariates = read_covariates(tables, columns, stored, intake.problems, intake.notes)
-    old = {path.path_id: path for path in known.paths}
+    old = {path.path_id: path for path in intake.known.paths}
     paths = []
     for table in tables:
         rows = _each_once("path", "path_id", table, intake)
@@ -362,9 +361,9 @@ def gather_paths(tables: Sequence[FileTable], known: Records, intake: Intake) ->
     return paths
 
 
-def gather_profiles(tables: Sequence[FileTable], known: Records, intake: Intake) -> list[Profile]:
+def gather_profiles(tables: Sequence[FileTable], intake: Intake) -> list[Profile]:
     """Return the profiles of which every point and the order of the points are right."""
-    old = {profile.path_id: profile for profile in known.profiles}
+    old = {profile.path_id: profile for profile in intake.known.profiles}
     profiles = []
     for table in tables:
         _note_unused(table, ProfileRow, intake)
@@ -393,7 +392,6 @@ def gather_profiles(tables: Sequence[FileTable], known: Records, intake: Intake)
 
 def gather_events(
     tables: Sequence[FileTable],
-    known: Records,
     intake: Intake,
     need_runout: bool,
     profiles: Mapping[str, Profile],
@@ -404,10 +402,10 @@ def gather_events(
     What the file has no column for is that of the stored event of the same id; but where no runout
     is needed the events are new ones, whatever they are called.
     """
-    stored = column_kinds(known.events)
+    stored = column_kinds(intake.known.events)
     columns = EventRow.model_fields.keys() | StraightRow.model_fields.keys()
     covariates = read_covariates(tables, columns, stored, intake.problems, intake.notes)
-    old = {event.event_id: event for event in known.events} if need_runout else {}
+    old = {event.event_id: event for event in intake.known.events} if need_runout else {}
     events = []
     for table in tables:
         header, placed = table.header, dict[str, float]()
@@ -448,9 +446,9 @@ def _event_rows(
         yield from check_rows(form, table.file, [(line, cells)], intake.problems, context)
 
 
-def gather_speeds(tables: Sequence[FileTable], known: Records, intake: Intake) -> list[Speed]:
+def gather_speeds(tables: Sequence[FileTable], intake: Intake) -> list[Speed]:
     """Return the speeds."""
-    old = {speed_key(speed): speed for speed in known.speeds}
+    old = {speed_key(speed): speed for speed in intake.known.speeds}
     speeds = []
     for table in tables:
         _note_unused(table, VelocityRow, intake)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import closing, suppress
 from pathlib import Path as FilePath
 
-from sqlalchemy import func, select, text
+from sqlalchemy import func, select, table, text
 from sqlalchemy.orm import Session
 
 from avahazard.records.errors import AvahazardError
@@ -18,13 +18,7 @@ from avahazard.store.results import read_draws
 from avahazard.store.session import database_name, database_url, engine_of, make_engine, sqlite_file
 from avahazard.whole_file import written_whole
 
-COUNTED: dict[str, type[tables.Base]] = {
-    "paths": tables.PathTable,
-    "events": tables.EventTable,
-    "speeds": tables.SpeedTable,
-    "models": tables.ModelTable,
-    "calibrations": tables.CalibrationTable,
-}
+COUNTED = ("paths", "events", "speeds", "models", "calibrations")
 
 
 def create(database: str) -> tables.State:
@@ -48,8 +42,8 @@ def status(database: str) -> DatabaseState:
     with engine_of(database) as engine, engine.connect() as connection:
         state = tables.state(connection)
         counts = {
-            name: connection.scalar(select(func.count()).select_from(table)) or 0
-            for name, table in (COUNTED.items() if state == "current" else ())
+            name: connection.scalar(select(func.count()).select_from(table(name))) or 0
+            for name in (COUNTED if state == "current" else ())
         }
         revision = tables.revision(connection)
     return DatabaseState(database_name(database), state, revision, tables.head(), counts)
@@ -120,8 +114,8 @@ def check_database(session: Session) -> list[str]:
         for (line,) in session.execute(text("PRAGMA integrity_check")):
             if line != "ok":
                 problems.append(f"The file is damaged: {line}.")
-        for table, row, parent, _ in session.execute(text("PRAGMA foreign_key_check")):
-            problems.append(f"Row {row} of {table} refers to {parent} that is not there.")
+        for name, row, parent, _ in session.execute(text("PRAGMA foreign_key_check")):
+            problems.append(f"Row {row} of {name} refers to {parent} that is not there.")
     for calibration, model in session.execute(
         select(tables.CalibrationTable.id, tables.CalibrationTable.model)
     ):
@@ -137,12 +131,12 @@ def check_database(session: Session) -> list[str]:
     return problems
 
 
-def _faults(session: Session, table: type[tables.Sealed]) -> Iterator[str]:
+def _faults(session: Session, sealed: type[tables.Sealed]) -> Iterator[str]:
     """Rows of a table that are not what was stored."""
-    for key in session.execute(select(*table.__table__.primary_key)).all():
-        where = f"Row {', '.join(map(str, key))} of {table.__tablename__}"
+    for key in session.execute(select(*sealed.__table__.primary_key)).all():
+        where = f"Row {', '.join(map(str, key))} of {sealed.__tablename__}"
         try:
-            row = session.get_one(table, tuple(key))
+            row = session.get_one(sealed, tuple(key))
         except ValueError:
             yield f"{where} is no document any more."
             continue

@@ -159,10 +159,9 @@ def import_files(
             convert=_converted,
             profiles_of=partial(load_profiles, session),
         )
-        stored = intake.known
-        new, counts = merge_records(intake, stored, update=request.update)
+        new, counts = merge_records(intake, update=request.update)
         written = {event.event_id for event in new.events}
-        kept = (event for event in stored.events if event.event_id not in written)
+        kept = (event for event in intake.known.events if event.event_id not in written)
         every = [*kept, *new.events]
         volumes = np.log(np.array([event.volume_m3 or np.nan for event in every]))
         intake.notes += [

@@ -48,8 +48,8 @@ def test_paths_and_events_must_be_known() -> None:
 @pytest.mark.parametrize(("length_m", "fault"), [(900.0, False), (600.0, True)])
 def test_stored_records_are_checked_on_a_new_profile(length_m: float, fault: bool) -> None:
     known = Records((Path("P"),), (profile(1000.0),), (STOP,), (SPEED,))
-    intake = Intake(records=Records(profiles=(profile(length_m),)))
-    check_places(intake, known)
+    intake = Intake(records=Records(profiles=(profile(length_m),)), known=known)
+    check_places(intake)
     expected = [
         ("the database, event e", "runout_x_m"),
         ("the database, a speed of event e", "x_m"),
@@ -62,16 +62,17 @@ def test_stored_records_are_checked_on_a_new_profile(length_m: float, fault: boo
 )
 def test_stored_stops_are_checked_below_a_new_release(release_m: float | None, fault: bool) -> None:
     known = Records((Path("P", release_elevation_m=650.0),), (profile(1000.0),), (STOP,))
-    intake = Intake(records=Records((Path("P", release_elevation_m=release_m),)))
-    check_places(intake, known)
+    intake = Intake(records=Records((Path("P", release_elevation_m=release_m),)), known=known)
+    check_places(intake)
     assert faults(intake) == ([("the database, event e", "runout_x_m")] if fault else [])
 
 
 def test_a_row_that_replaces_a_stored_one_stands_for_it() -> None:
     known = Records((Path("P"),), (profile(600.0),), (STOP,))
     corrected = Event("e", "P", runout_x_m=500.0, runout_sigma_m=10.0)
-    intake = Intake(records=Records(events=(corrected,), profiles=(profile(600.0),)))
-    check_places(intake, known)
+    read = Records(events=(corrected,), profiles=(profile(600.0),))
+    intake = Intake(records=read, known=known)
+    check_places(intake)
     assert faults(intake) == []
 
 

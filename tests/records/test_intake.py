@@ -25,7 +25,7 @@ STORED = Records(
 )
 
 
-def intake(records: Records) -> Intake:
+def intake(records: Records, known: Records = STORED) -> Intake:
     """Return `records` as if each had been read from its own line."""
     keys = [
         *(("path", p.path_id) for p in records.paths),
@@ -33,12 +33,13 @@ def intake(records: Records) -> Intake:
         *(("event", e.event_id) for e in records.events),
         *(speed_key(s) for s in records.speeds),
     ]
-    return Intake(["f"], records, {key: ("f", line) for line, key in enumerate(keys, start=2)})
+    origins = {key: ("f", line) for line, key in enumerate(keys, start=2)}
+    return Intake(["f"], records, origins, known=known)
 
 
 def test_the_same_again_is_no_change() -> None:
     read = intake(STORED)
-    write, counts = merge_records(read, STORED)
+    write, counts = merge_records(read)
     assert not read.problems
     assert write == Records()
     assert counts == {
@@ -50,7 +51,7 @@ def test_the_same_again_is_no_change() -> None:
 
 
 def test_new_records_are_written() -> None:
-    write, counts = merge_records(intake(STORED), Records())
+    write, counts = merge_records(intake(STORED, Records()))
     assert write == STORED
     assert counts["events"] == Count(new=2)
 
@@ -65,7 +66,7 @@ CHANGED = Records(
 
 def test_contradictions_are_listed_with_the_stored_value() -> None:
     read = intake(CHANGED)
-    write, _ = merge_records(read, STORED)
+    write, _ = merge_records(read)
     assert write == Records()
     assert [(p.line, p.column, p.value) for p in read.problems] == [
         (2, "section", "open"),
@@ -79,7 +80,7 @@ def test_contradictions_are_listed_with_the_stored_value() -> None:
 
 def test_update_replaces_whole_records() -> None:
     read = intake(CHANGED)
-    write, counts = merge_records(read, STORED, update=True)
+    write, counts = merge_records(read, update=True)
     assert not read.problems
     assert write == CHANGED
     assert all(count == Count(updated=1) for count in counts.values())
@@ -87,7 +88,7 @@ def test_update_replaces_whole_records() -> None:
 
 def test_a_bare_path_takes_its_row_without_update() -> None:
     read = intake(Records((replace(STORED.paths[0], name="Name"),)))
-    _, counts = merge_records(read, STORED)
+    _, counts = merge_records(read)
     assert not read.problems
     assert counts["paths"] == Count(updated=1)
 

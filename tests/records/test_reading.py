@@ -391,7 +391,7 @@ def updated(write: Write, known: Records, name: str, text: str, update: bool = T
     """Return what an update by this file would write."""
     file = write(name, text)
     intake = read_files([file], known)
-    new, _ = merge_records(intake, known, update=update)
+    new, _ = merge_records(intake, update=update)
     file.unlink()
     assert intake.problems == []
     return new
