@@ -80,8 +80,6 @@ BATCH = 50
 """Paths that are stored together, at most."""
 BATCH_S = 10.0
 """Seconds of work that an interruption may lose, about."""
-
-
 FAILURES = (ArithmeticError, ValueError, LookupError)
 """What ends the work on one path only, besides `AvahazardError`."""
 

@@ -330,10 +330,9 @@ def start_from(parent: FittedModel, child: Posterior) -> Floats | None:
 
     None, to start from the data, where the parent's coordinates mean something else.
     """
-    theirs, ours = (
-        (of.specification.law, of.specification.reference_volume_m3) for of in (parent, child)
-    )
-    if not parent.knows_errors or theirs != ours:
+    theirs, ours = parent.specification, child.specification
+    alike = theirs.law == ours.law and theirs.reference_volume_m3 == ours.reference_volume_m3
+    if not (parent.knows_errors and alike):
         return None
     layout, slots = child.layout, [slot.name for slot in parent.layout.slots]
     neutral = {s.name: s.mean if np.isnan(s.neutral) else s.neutral for s in layout.slots}

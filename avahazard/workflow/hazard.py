@@ -121,9 +121,8 @@ def hazard_work(
     database: str, names: str | Sequence[str], request: HazardRequest
 ) -> tuple[PathWork, tuple[Note, ...]]:
     """What is done on each path, and the notes on the models. Raises as `run_hazard`."""
-    sizes, n_draws = tuple(request.volumes), request.draws
-    periods = tuple(request.return_periods) or (() if sizes else (DEFAULT_RETURN_PERIOD,))
-    seed, source = request.seed, request.source
+    if not request.return_periods and not request.volumes:
+        request = replace(request, return_periods=(DEFAULT_RETURN_PERIOD,))
     asked = tuple(dict.fromkeys([names] if isinstance(names, str) else names))
     loaded = [load_for_paths(database, name, request.effect_files) for name in asked]
     models, survey = [model for model, _ in loaded], loaded[0][1]
@@ -132,27 +131,22 @@ def hazard_work(
     if any(model.ignores_volume for model in models):
         notes[Note("any_volume")] = None
     settings: dict[str, Any] = {
-        "return_periods": list(periods),
-        "volumes": list(sizes),
-        "n_draws": n_draws,
-        "seed": seed,
-        "source": source_settings(source),
+        "return_periods": list(request.return_periods),
+        "volumes": list(request.volumes),
+        "n_draws": request.draws,
+        "seed": request.seed,
+        "source": source_settings(request.source),
     }
     if len(models) > 1:
         weights, kind = model_weights(database, asked, request.effect_files), AVERAGE
         settings["weights"] = dict(zip(asked, weights, strict=True))
         told = ", ".join(f"{name} {weight:.2f}" for name, weight in settings["weights"].items())
         notes = {Note("weights", weights=told): None, **notes}
-    answer = partial(
-        hazard_of_path,
-        tuple(zip(models, weights, strict=True)),
-        volume_frequencies(survey.volumes, seed, source) if periods else None,
-        periods,
-        sizes,
-        tuple(notes),
-        n_draws=n_draws,
-        seed=seed,
-    )
+    frequencies = None
+    if request.return_periods:
+        frequencies = volume_frequencies(survey.volumes, request.seed, request.source)
+    weighted = tuple(zip(models, weights, strict=True))
+    answer = partial(hazard_of_path, weighted, frequencies, request, tuple(notes))
     others = next((found.others for _, found in loaded if found.others), ())
     survey = replace(survey, others=others)
     path_ids = survey.paths_to_run(request.paths)
@@ -190,23 +184,19 @@ def model_weights(
 def hazard_of_path(
     models: Sequence[tuple[FittedModel, float]],
     frequencies: Frequencies | None,
-    return_periods: Sequence[float],
-    volumes: Sequence[float],
+    request: HazardRequest,
     notes: Sequence[Note],
     task: PathTask,
-    *,
-    n_draws: int,
-    seed: int,
 ) -> tuple[list[results.HazardRow], tuple[Note, ...]]:
-    """The rows of a path, for return periods (years) and volumes (m3); `notes` go with each.
+    """The rows of a path by models with their weights; `notes` go with each.
 
-    `models` are with their weights. Raises `AvahazardError` where it lacks what a period needs.
+    Raises `AvahazardError` where it lacks what a return period needs.
     """
     path_id, needs_volume = task.path_id, not all(m.ignores_volume for m, _ in models)
     frequency: VolumeFrequency | None = None
     scenarios: list[Scenario] = []
     refused: list[AvahazardError] = []
-    for period in return_periods:
+    for period in request.return_periods:
         assert frequencies is not None
         try:
             frequency = frequency or frequencies.of(path_id)
@@ -222,10 +212,11 @@ def hazard_of_path(
         rate = frequency.volumes()
     elif frequencies is not None and not needs_volume:
         rate = frequencies.rate_alone(path_id)
-    scenarios += [Scenario(path_id, volume) for volume in volumes]
+    scenarios += [Scenario(path_id, volume) for volume in request.volumes]
     if not scenarios:
         raise refused[0]
     at = [scenario.any_volume_m3 for scenario in scenarios]
+    seed = request.seed
     each = [
         Weighted(m.name, weight, path_hazard(m, task.records, path_id, rate, at, seed=seed))
         for m, weight in models
@@ -236,7 +227,7 @@ def hazard_of_path(
         model = next(m for m, _ in models if not m.ignores_volume)
         beyond = {v: extrapolation(model, path_id, v) for v in asked}
     rows = []
-    for row in path_rows(each, scenarios, n_draws, seed):
+    for row in path_rows(each, scenarios, request.draws, seed):
         of_rate = frequencies.notes(path_id) if row.return_period_years and frequencies else ()
         noted = (*of_rate, *row.notes, *beyond.get(row.volume_m3, ()), *notes)
         rows.append(replace(row, notes=noted))
@@ -379,27 +370,18 @@ def zones_work(
             f"Add drag: avahazard add {name} {_remedies()} --as NEW; or import measured speeds and "
             f"calibrate again; or accept it: avahazard zones {name} --no-drag.",
         )
-    seed, source = request.seed, request.source
     periods = tuple(sorted({*request.return_periods, *wanted.return_periods}))
     no_drag = () if limits_speed(model) else (Note("no_drag", model=name, effects=_remedies()),)
     notes = (*map(Note.ready, wanted.notes), *no_drag, *notes_of_fit(model))
-    answer = partial(
-        zones_of_path,
-        model,
-        volume_frequencies(survey.volumes, seed, source),
-        wanted,
-        periods,
-        results.Density(request.density, request.density_sd),
-        notes,
-        seed=seed,
-    )
+    frequencies = volume_frequencies(survey.volumes, request.seed, request.source)
+    answer = partial(zones_of_path, model, frequencies, wanted, periods, request, notes)
     settings = {
         "limits": plain(wanted),
         "return_periods": periods,
         "density": request.density,
         "density_sd": request.density_sd,
-        "seed": seed,
-        "source": source_settings(source),
+        "seed": request.seed,
+        "source": source_settings(request.source),
     }
     path_ids = survey.paths_to_run(request.paths)
     work = PathWork(ZONES, "Zones", answer, model.calibration, survey, path_ids, settings)
@@ -411,17 +393,16 @@ def zones_of_path(
     frequencies: Frequencies,
     limits: ZoneSystem,
     periods: Sequence[float],
-    density: results.Density,
+    request: ZonesRequest,
     notes: Sequence[Note],
     task: PathTask,
-    *,
-    seed: int,
 ) -> tuple[list[results.ZonedPath], tuple[Note, ...]]:
     """The entry of a path, with `notes`. Raises `AvahazardError` where it has no rate."""
     volumes = frequencies.volumes(task.path_id, by_volume=not model.ignores_volume)
-    path = path_hazard(model, task.records, task.path_id, volumes, seed=seed)
+    path = path_hazard(model, task.records, task.path_id, volumes, seed=request.seed)
     far = {period for period in periods if frequencies.extrapolated(task.path_id, period)}
-    entry = path_zones(path, limits, periods, density, far, seed)
+    density = results.Density(request.density, request.density_sd)
+    entry = path_zones(path, limits, periods, density, far, request.seed)
     of_rate = [note.about(task.path_id) for note in frequencies.notes(task.path_id)]
     return [replace(entry, notes=(*of_rate, *entry.notes, *notes))], ()
 
