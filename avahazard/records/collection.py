@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
+from avahazard.notes import ENGLISH
 from avahazard.records.errors import AvahazardError, did_you_mean
 
 Covariate = float | str
@@ -248,8 +249,7 @@ def unknown_path(path_id: str, names: Sequence[str]) -> AvahazardError:
     if not names:
         hint = "There are no paths yet: import some with `avahazard import`."
     else:
-        more = f" and {len(names) - 12} more" if len(names) > 12 else ""
-        hint = f"{did_you_mean(path_id, names)}The paths are: {', '.join(names[:12])}{more}."
+        hint = f"{did_you_mean(path_id, names)}The paths are: {ENGLISH.few(names, 12)}."
     return AvahazardError(f"There is no path '{path_id}'.", hint)
 
 

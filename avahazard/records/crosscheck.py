@@ -323,7 +323,6 @@ def check_one_scale(intake: Intake) -> None:
 A_DAY = len("1999-01-31")
 COLUMNS = attrgetter(*(f.name for f in fields(Event) if f.name not in ("event_id", "covariates")))
 """All that the forms say of an event but its id."""
-SHOWN = 3
 
 
 def repeated(events: Iterable[Event], new: Collection[str] | None = None) -> list[Note]:

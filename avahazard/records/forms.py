@@ -12,7 +12,7 @@ from itertools import islice
 from pathlib import PurePath
 from typing import Literal
 
-from avahazard.notes import counted
+from avahazard.notes import ENGLISH, counted
 from avahazard.records.cells import PLAIN_NUMBER as NUMBER
 from avahazard.records.cells import USUAL_MARKS, plain_cells
 from avahazard.records.collection import Covariate, Event, Path
@@ -209,7 +209,6 @@ def _accepted(name: str, stored: Mapping[str, Content]) -> str:
 
 YEARS = ("date", "observed_from", "observed_to")
 FIRST_YEAR = 1000
-SHOWN = 3
 
 
 def check_ranges(
@@ -229,10 +228,9 @@ def check_ranges(
             if text in refused:
                 problems.append(RowProblem(table.file, line, column, text, accepted))
         if doubtful := [f"line {line}: {text}" for line, text in rows if text not in refused]:
-            more = f" and {len(doubtful) - SHOWN} more" if len(doubtful) > SHOWN else ""
             doubts.append(
-                f"{table.file}: {column} {what} ({', '.join(doubtful[:SHOWN])}{more}). Are the "
-                "unit and the value right? If so, use --unusual."
+                f"{table.file}: {column} {what} ({ENGLISH.few(doubtful)}). Are the unit and the "
+                "value right? If so, use --unusual."
             )
         notes += _marks_among_numbers(table, column)
     if not unusual:

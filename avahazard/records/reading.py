@@ -59,16 +59,12 @@ def find_files(sources: Sequence[str | FilePath]) -> list[FilePath]:
     """
     found: dict[FilePath, FilePath] = {}
     for source in map(FilePath, sources):
-        if source.is_dir():
-            files = _in_folder(source)
-        elif source.exists():
-            files = [source]
-        else:
+        if not source.exists():
             raise AvahazardError(
                 f"There is no file or folder {source}.",
                 "Name files (.csv, .xlsx), or folders of them.",
             )
-        for file in files:
+        for file in _in_folder(source) if source.is_dir() else [source]:
             found.setdefault(file.resolve(), file)
     return list(found.values())
 
