@@ -15,7 +15,14 @@ from avahazard.hazard.rows import draw_stops
 from avahazard.inference.fitted_model import diagnose_chains
 from avahazard.inference.model.laws import law
 from avahazard.inference.paper.calibration import run_gibbs
-from avahazard.inference.paper.metropolis import runout_records, squared_residuals, walk
+from avahazard.inference.paper.metropolis import (
+    FLAT_ON_SIGMA,
+    Prior,
+    prior_by,
+    runout_records,
+    squared_residuals,
+    walk,
+)
 from avahazard.physics.cells import build_cells, no_resistance
 from avahazard.physics.runout_curve import EVEN, MU, MU_STEP, pieces, tabulate
 from avahazard.physics.smooth_profile import smooth_profile
@@ -90,8 +97,10 @@ def mh_emcee() -> Row:
 
     def ours() -> float:
         begin = time.perf_counter()
-        found = (-0.5, 0.0), start, np.diag([0.03, 0.15]), next(seeds), 4, N_DRAWS
-        draws, sigma, _ = walk(records, mean, sd, *found)
+        prior = prior_by(mean, sd, FLAT_ON_SIGMA)
+        draws, sigma, _ = walk(
+            records, prior, start, np.diag([0.03, 0.15]), next(seeds), 4, N_DRAWS
+        )
         taken = time.perf_counter() - begin
         both = np.concatenate([draws, np.log(sigma)[..., None]], axis=2)
         moments["ours"] = both.mean(axis=(0, 1)), both.std(axis=(0, 1))
@@ -141,10 +150,10 @@ def gibbs_limit() -> Row:
     rng = np.random.default_rng(1)
     # N, mean x, mean y, Σ(x - mean)², smallest Σ residual², slope of least squares
     sums = np.array([N_EVENTS, 0.05, 0.7, 1.4, N_EVENTS * 0.158**2, 0.3])
-    mean, precision = np.array([0.7, 0.0]), np.array([4.0, 0.01])
+    prior = Prior(np.array([0.7, 0.0]), np.array([4.0, 0.01]), 1.0, 0.01)
     draws, shape = np.empty((N_GIBBS, 3)), 1.0 + 0.5 * N_EVENTS
     ratio, a, b = alternate(
-        lambda: seconds(lambda: run_gibbs(rng, 0.3, 0.02, sums, mean, precision, 1.0, 0.01, draws)),
+        lambda: seconds(lambda: run_gibbs(rng, 0.3, 0.02, sums, prior, draws)),
         lambda: seconds(lambda: random_numbers(rng, shape, draws)),
         9,
     )

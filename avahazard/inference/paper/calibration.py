@@ -26,7 +26,7 @@ from avahazard.inference.model.laws import Law, law
 from avahazard.inference.model.observations import LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper.apparent import back_calculate
-from avahazard.inference.paper.metropolis import metropolis, runout_records
+from avahazard.inference.paper.metropolis import Prior, metropolis, prior_by, runout_records
 from avahazard.inference.seeds import generator
 from avahazard.kernels import kernel
 from avahazard.notes import Note
@@ -173,29 +173,18 @@ WEAK_ON_SIGMA = (1.0, 0.01)  # σ of log μ: about 0.04 to 1.4 with 99 %
 
 
 def gibbs(
-    law: Law,
-    volume: Floats,
-    mu: Floats,
-    *,
-    seed: int,
-    prior_mean: Floats | None = None,
-    prior_sd: Floats | None = None,
-    sigma_prior: tuple[float, float] = WEAK_ON_SIGMA,
-    n_chains: int = 4,
-    n_draws: int = 5000,
+    law: Law, volume: Floats, mu: Floats, *, seed: int, n_chains: int = 4, n_draws: int = 5000
 ) -> Chains:
     """Posterior draws of the law's natural parameters and of sigma, the sd of log μ.
 
-    `volume` [n_events] in m3 and `mu` [n_events] the apparent friction. Priors are independent
-    normals on the law's coordinates (by default the law's own) and inverse gamma (shape, scale)
-    on σ². The law is one whose log friction is linear in its parameters.
+    `volume` [n_events] in m3 and `mu` [n_events] the apparent friction. Priors are those of the
+    law, whose log friction is linear in its parameters, and `WEAK_ON_SIGMA` on σ².
     """
-    mean = (law.prior_mean if prior_mean is None else prior_mean) * [-1.0, 1.0][: len(law.names)]
-    sd = law.prior_sd if prior_sd is None else prior_sd
+    mean, sd = law.prior_mean * [-1.0, 1.0][: len(law.names)], law.prior_sd
     if not law.uses_volume:  # a slope on no covariate: it stays in its prior and is dropped
         mean, sd = np.append(mean, 0.0), np.append(sd, 1.0)
-    x = law.covariate(volume)
-    draws = regression(x, -np.log(mu), mean, sd, sigma_prior, seed, n_chains, n_draws)
+    prior = prior_by(mean, sd, WEAK_ON_SIGMA)
+    draws = regression(law.covariate(volume), -np.log(mu), prior, seed, n_chains, n_draws)
     u = draws[..., :2] * [-1.0, 1.0]
     natural = law.to_natural(u[..., : len(law.names)])
     names, units = (*law.names, "sigma"), (*law.units, "")
@@ -203,33 +192,23 @@ def gibbs(
 
 
 def regression(
-    x: Floats,
-    y: Floats,
-    prior_mean: Floats,
-    prior_sd: Floats,
-    sigma_prior: tuple[float, float],
-    seed: int,
-    n_chains: int,
-    n_draws: int,
+    x: Floats, y: Floats, prior: Prior, seed: int, n_chains: int, n_draws: int
 ) -> Floats:
     """Draws [n_chains, n_draws, 3] of α, β, σ in y = α + β x + N(0, σ²).
 
-    Priors: α and β normal (an infinite sd is flat), σ² inverse gamma (shape, scale); shape -1/2
-    and scale 0 are flat on σ. Chains start dispersed over β and σ.
+    A prior of shape -1/2 and scale 0 is flat on σ. Chains start dispersed over β and σ.
     """
     sums, fitted = _sums(x, y)
-    precision = 1.0 / np.square(np.asarray(prior_sd, np.float64))
     draws = np.empty((n_chains, n_draws, 3))
     burn = np.empty((N_BURN, 3))
     variance = max(sums[4] / x.size, 1e-12)
-    slope_sd = np.sqrt(1.0 / (sums[3] / variance + precision[1]))
+    slope_sd = np.sqrt(1.0 / (sums[3] / variance + prior.precision[1]))
     for c in range(n_chains):
         rng = generator(seed, "gibbs", c)
         beta = fitted + 3.0 * slope_sd * rng.standard_normal()
         sigma2 = variance * np.exp(rng.uniform(-2.0, 2.0))
-        mean = np.asarray(prior_mean, np.float64)
-        beta, sigma2 = run_gibbs(rng, beta, sigma2, sums, mean, precision, *sigma_prior, burn)
-        run_gibbs(rng, beta, sigma2, sums, mean, precision, *sigma_prior, draws[c])
+        beta, sigma2 = run_gibbs(rng, beta, sigma2, sums, prior, burn)
+        run_gibbs(rng, beta, sigma2, sums, prior, draws[c])
     return draws
 
 
@@ -248,10 +227,7 @@ def run_gibbs(
     beta: float,
     sigma2: float,
     sums: Floats,
-    prior_mean: Floats,
-    prior_precision: Floats,
-    sigma_shape: float,
-    sigma_scale: float,
+    prior: Prior,
     draws: Floats,
 ) -> tuple[float, float]:
     """Fills `draws` [n_draws, 3] with α, β, σ; the last β and σ².
@@ -259,19 +235,19 @@ def run_gibbs(
     With γ = α + β x̄, the sum of squares is R + N (ȳ - γ)² + S (β - b)², b and R of least squares.
     """
     n, x_mean, y_mean, sxx, rest, fitted = sums
-    p_alpha, p_beta = prior_precision[0], prior_precision[1]
-    pull_beta = p_beta * prior_mean[1]
-    shape = sigma_shape + 0.5 * n
+    p_alpha, p_beta = prior.precision[0], prior.precision[1]
+    pull_beta = p_beta * prior.mean[1]
+    shape = prior.shape + 0.5 * n
     for i in range(draws.shape[0]):
         w = 1.0 / sigma2
         v = 1.0 / (n * w + p_alpha)
-        centre = n * w * y_mean + p_alpha * (prior_mean[0] + beta * x_mean)
+        centre = n * w * y_mean + p_alpha * (prior.mean[0] + beta * x_mean)
         gamma = v * centre + np.sqrt(v) * rng.standard_normal()
         v = 1.0 / (sxx * w + p_alpha * x_mean * x_mean + p_beta)
-        centre = sxx * w * fitted + p_alpha * x_mean * (gamma - prior_mean[0]) + pull_beta
+        centre = sxx * w * fitted + p_alpha * x_mean * (gamma - prior.mean[0]) + pull_beta
         beta = v * centre + np.sqrt(v) * rng.standard_normal()
         squares = rest + n * (y_mean - gamma) ** 2 + sxx * (beta - fitted) ** 2
-        sigma2 = (sigma_scale + 0.5 * squares) / rng.standard_gamma(shape)
+        sigma2 = (prior.scale + 0.5 * squares) / rng.standard_gamma(shape)
         draws[i, 0] = gamma - beta * x_mean
         draws[i, 1] = beta
         draws[i, 2] = np.sqrt(sigma2)

@@ -25,7 +25,7 @@ from avahazard.kernels import kernel
 FLAT_ON_SIGMA = (-0.5, 0.0)  # inverse-gamma shape and scale of σ² whose limit is flat on σ
 TARGET_ACCEPTANCE = 0.35
 WARM_UP = 2400
-WINDOWS = 12  # of the warm-up; the shape of the proposal is frozen in the last third
+WINDOWS = 12  # of these steps; the shape of the proposal is frozen in the last third
 LOG_SCATTER = 0.2  # of log friction, for the first proposals only
 FAST_BUT_NAN = {"reassoc", "contract", "nsz", "arcp"}  # all but nnan and ninf
 
@@ -48,6 +48,23 @@ class FitRecords(NamedTuple):
     bends: bool
 
 
+class Prior(NamedTuple):
+    """Independent normals on coordinates, and an inverse gamma of `shape` and `scale` on σ².
+
+    `mean` and `precision` are `[n_coordinates]`; a precision of 0 is flat.
+    """
+
+    mean: Floats
+    precision: Floats
+    shape: float
+    scale: float
+
+
+def prior_by(mean: Floats, sd: Floats, on_sigma: tuple[float, float]) -> Prior:
+    """The prior by standard deviations, of which an infinite one is flat."""
+    return Prior(np.asarray(mean, np.float64), 1.0 / np.square(np.asarray(sd)), *on_sigma)
+
+
 def metropolis(
     law: Law,
     volume: Floats,
@@ -55,8 +72,6 @@ def metropolis(
     start: Floats,
     *,
     seed: int,
-    prior_mean: Floats | None = None,
-    prior_sd: Floats | None = None,
     sigma_prior: tuple[float, float] = FLAT_ON_SIGMA,
     n_chains: int = 4,
     n_draws: int = 5000,
@@ -64,30 +79,23 @@ def metropolis(
     """Posterior draws of the law's natural parameters and of sigma, m.
 
     `volume` [n_events] in m3, `records` from `runout_records`, `start` [n_coordinates] from
-    `Law.start`. Priors are independent normals on the law's coordinates (by default the law's own;
-    an infinite sd is flat) and inverse gamma (shape, scale) on σ².
+    `Law.start`. Priors are those of the law and inverse gamma (shape, scale) on σ².
     """
-    mean = law.prior_mean if prior_mean is None else prior_mean
-    sd = law.prior_sd if prior_sd is None else prior_sd
-    spread = _first_spread(law, volume, start, sd)
-    draws, sigma, acceptance = walk(
-        records, mean, sd, sigma_prior, start, spread, seed, n_chains, n_draws
-    )
+    prior = prior_by(law.prior_mean, law.prior_sd, sigma_prior)
+    spread = _first_spread(law, volume, start)
+    draws, sigma, acceptance = walk(records, prior, start, spread, seed, n_chains, n_draws)
     natural = np.concatenate([law.to_natural(draws), sigma[..., None]], axis=2)
     return Chains((*law.names, "sigma"), (*law.units, "m"), natural, acceptance)
 
 
 def walk(
     records: FitRecords,
-    prior_mean: Floats,
-    prior_sd: Floats,
-    sigma_prior: tuple[float, float],
+    prior: Prior,
     start: Floats,
     spread: Floats,
     seed: int,
     n_chains: int,
     n_draws: int,
-    n_warmup: int = WARM_UP,
 ) -> tuple[Floats, Floats, Floats]:
     """Draws [n_chains, n_draws, n_coordinates], sigma [n_chains, n_draws], acceptance [n_chains].
 
@@ -97,34 +105,24 @@ def walk(
     draws = np.empty((n_chains, n_draws, start.size))
     sigma = np.empty((n_chains, n_draws))
     acceptance = np.empty(n_chains)
-    prior = (np.asarray(prior_mean, np.float64), 1.0 / np.square(np.asarray(prior_sd, np.float64)))
     for c in range(n_chains):
         rng = generator(seed, "metropolis", c)
         u = start + 3.0 * spread @ rng.standard_normal(start.size)
-        u, proposal = _warm_up(rng, u, spread, records, prior, sigma_prior, n_warmup)
-        _, acceptance[c] = run_chain(
-            rng, u, proposal, records, *prior, *sigma_prior, draws[c], sigma[c]
-        )
+        u, proposal = _warm_up(rng, u, spread, records, prior)
+        _, acceptance[c] = run_chain(rng, u, proposal, records, prior, draws[c], sigma[c])
     return draws, sigma, acceptance
 
 
 def _warm_up(
-    rng: np.random.Generator,
-    u: Floats,
-    spread: Floats,
-    records: FitRecords,
-    prior: tuple[Floats, Floats],
-    sigma_prior: tuple[float, float],
-    n_warmup: int,
+    rng: np.random.Generator, u: Floats, spread: Floats, records: FitRecords, prior: Prior
 ) -> tuple[Floats, Floats]:
     """The point reached, and the proposal: diagonal in the coordinates that the chain showed."""
-    n_window = max(n_warmup // WINDOWS, 20)
-    d = u.size
+    n_window, d = WARM_UP // WINDOWS, u.size
     scale = 2.4 / np.sqrt(d)
     seen = np.empty((WINDOWS, n_window, d))
     sigma = np.empty(n_window)
     for w in range(WINDOWS):
-        u, rate = run_chain(rng, u, scale * spread, records, *prior, *sigma_prior, seen[w], sigma)
+        u, rate = run_chain(rng, u, scale * spread, records, prior, seen[w], sigma)
         scale *= np.exp(2.0 * (rate - TARGET_ACCEPTANCE))
         if 2 <= w < WINDOWS * 2 // 3 and rate > 0.05:
             later = seen[w // 2 : w + 1].reshape(-1, d)
@@ -142,10 +140,7 @@ def run_chain(
     start: Floats,
     proposal: Floats,
     records: FitRecords,
-    prior_mean: Floats,
-    prior_precision: Floats,
-    sigma_shape: float,
-    sigma_scale: float,
+    prior: Prior,
     draws: Floats,
     sigma: Floats,
 ) -> tuple[Floats, float]:
@@ -154,11 +149,11 @@ def run_chain(
     The step is `proposal` [n_coordinates, n_coordinates], lower triangular, times normals.
     """
     d = start.size
-    shape = sigma_shape + 0.5 * records.y.size
+    shape = prior.shape + 0.5 * records.y.size
     u, candidate, z = start.copy(), start.copy(), np.empty(d)
     place = np.empty(records.y.size)
-    half_sum = 0.5 * squared_residuals(u, records, place) + sigma_scale
-    log_p = _log_prior(u, prior_mean, prior_precision) - shape * np.log(half_sum)
+    half_sum = 0.5 * squared_residuals(u, records, place) + prior.scale
+    log_p = _log_prior(u, prior) - shape * np.log(half_sum)
     accepted = 0
     for i in range(draws.shape[0]):
         for j in range(d):
@@ -167,8 +162,8 @@ def run_chain(
             for k in range(j + 1):
                 step += proposal[j, k] * z[k]
             candidate[j] = u[j] + step
-        new_sum = 0.5 * squared_residuals(candidate, records, place) + sigma_scale
-        new_p = _log_prior(candidate, prior_mean, prior_precision) - shape * np.log(new_sum)
+        new_sum = 0.5 * squared_residuals(candidate, records, place) + prior.scale
+        new_p = _log_prior(candidate, prior) - shape * np.log(new_sum)
         if -rng.standard_exponential() < new_p - log_p:
             u[:] = candidate
             half_sum, log_p = new_sum, new_p
@@ -227,14 +222,14 @@ def squared_residuals(u: Floats, records: FitRecords, place: Floats) -> float:
 
 
 @kernel(inner=True)
-def _log_prior(u: Floats, mean: Floats, precision: Floats) -> float:
+def _log_prior(u: Floats, prior: Prior) -> float:
     total = 0.0
     for j in range(u.size):
-        total -= 0.5 * precision[j] * (u[j] - mean[j]) ** 2
+        total -= 0.5 * prior.precision[j] * (u[j] - prior.mean[j]) ** 2
     return total
 
 
-def _first_spread(law: Law, volume: Floats, start: Floats, prior_sd: Floats) -> Floats:
+def _first_spread(law: Law, volume: Floats, start: Floats) -> Floats:
     """Cholesky factor of the coordinates' covariance if log friction scattered by 0.2.
 
     In effect the walk is over log friction at well-separated volumes, not over (a, n), which go
@@ -242,7 +237,7 @@ def _first_spread(law: Law, volume: Floats, start: Floats, prior_sd: Floats) -> 
     """
     steps: Floats = 1e-5 * np.eye(start.size)
     jacobian = (law.log_friction(start + steps, volume) - law.log_friction(start, volume)) / 1e-5
-    information = jacobian @ jacobian.T / LOG_SCATTER**2 + np.diag(prior_sd**-2.0 + 1e-6)
+    information = jacobian @ jacobian.T / LOG_SCATTER**2 + np.diag(law.prior_sd**-2.0 + 1e-6)
     return np.linalg.cholesky(np.linalg.inv(information))
 
 

@@ -14,6 +14,7 @@ from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.laws import LAWS, law
 from avahazard.inference.model.observations import LEFT, build_observations
 from avahazard.inference.model.specification import Specification
+from avahazard.inference.paper import calibration
 from avahazard.inference.paper.calibration import (
     calibrate_paper,
     check_method,
@@ -21,7 +22,7 @@ from avahazard.inference.paper.calibration import (
     recorded_elevation,
     regression,
 )
-from avahazard.inference.paper.metropolis import FLAT_ON_SIGMA
+from avahazard.inference.paper.metropolis import FLAT_ON_SIGMA, prior_by
 from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Event, Records
 from avahazard.records.errors import AvahazardError
@@ -177,20 +178,13 @@ def test_metropolis_can_do_the_rational_law() -> None:
     check_method("metropolis", Specification(law="rational", centrifugal=False))
 
 
-def test_posterior_equals_quadrature_on_a_grid() -> None:
+def test_posterior_equals_quadrature_on_a_grid(monkeypatch: pytest.MonkeyPatch) -> None:
     """Priors that pull, so that the carried-over prior of the centred level is tried too."""
     volume, mu = frictions("exponential", [0.52, 3e-6], 0.16, 25, 1)
     prior_mean, prior_sd, sigma_prior = np.array([-0.5, 1.0]), np.array([0.05, 0.6]), (2.0, 0.08)
-    result = gibbs(
-        law("exponential"),
-        volume,
-        mu,
-        seed=2,
-        prior_mean=prior_mean,
-        prior_sd=prior_sd,
-        sigma_prior=sigma_prior,
-        n_draws=40000,
-    )
+    monkeypatch.setattr(calibration, "WEAK_ON_SIGMA", sigma_prior)
+    chosen = replace(law("exponential"), prior_mean=prior_mean, prior_sd=prior_sd)
+    result = gibbs(chosen, volume, mu, seed=2, n_draws=40000)
     a, n, sigma = result.pooled().T
     ours = np.stack([np.log(a), n * 1e6, sigma])
     axes = [np.linspace(v.mean() - 6 * v.std(), v.mean() + 6 * v.std(), 90) for v in ours[:2]]
@@ -213,7 +207,7 @@ def test_posterior_equals_quadrature_on_a_grid() -> None:
 @pytest.mark.parametrize("name", ["kilpisjarvi", "mesquite"])
 def test_reference_draws_of_a_regression(name: str, shared_data: Path) -> None:
     x, y, mean, sd, reference = reference_regression(shared_data, name)
-    ours = regression(x, y, mean, sd, FLAT_ON_SIGMA, 3, 4, 20000).reshape(-1, 3)
+    ours = regression(x, y, prior_by(mean, sd, FLAT_ON_SIGMA), 3, 4, 20000).reshape(-1, 3)
     np.testing.assert_array_less(
         np.abs(ours.mean(axis=0) - reference[:, 0]), 0.05 * reference[:, 1]
     )

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from avahazard.inference.model.laws import LAWS, law
+from avahazard.inference.paper import metropolis as sampler
 from avahazard.inference.paper.metropolis import (
     FLAT_ON_SIGMA,
     metropolis,
+    prior_by,
     runout_records,
     squared_residuals,
     walk,
@@ -89,7 +91,10 @@ def test_too_few_draws_are_called_unconverged() -> None:
 
 
 @pytest.mark.parametrize("name", ["kilpisjarvi", "mesquite"])
-def test_reference_draws_of_a_regression(name: str, shared_data: Path) -> None:
+def test_reference_draws_of_a_regression(
+    name: str, shared_data: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sampler, "WARM_UP", 6000)
     x, y, mean, sd, reference = reference_regression(shared_data, name)
     spread_beta = 1.0 / np.std(x) / np.sqrt(x.size)
     start = np.array([y.mean(), 0.0])
@@ -102,9 +107,8 @@ def test_reference_draws_of_a_regression(name: str, shared_data: Path) -> None:
             ]
         )
     )
-    draws, sigma, _ = walk(
-        line_records(x, y), mean * [1, -1], sd, FLAT_ON_SIGMA, start, spread, 1, 4, 80000, 6000
-    )
+    prior = prior_by(mean * [1, -1], sd, FLAT_ON_SIGMA)
+    draws, sigma, _ = walk(line_records(x, y), prior, start, spread, 1, 4, 80000)
     ours = np.stack([draws[..., 0].ravel(), -draws[..., 1].ravel(), sigma.ravel()])
     np.testing.assert_array_less(
         np.abs(ours.mean(axis=1) - reference[:, 0]), 0.05 * reference[:, 1]

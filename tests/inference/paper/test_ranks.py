@@ -8,6 +8,7 @@ within its standard errors as often as Student's t says is asked of it in the sa
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -61,8 +62,9 @@ def metropolis_ranks(chosen: Law, seed: int, rng: Rng, fault: float) -> np.ndarr
     stop = np.array([np.interp(m, MU[EVEN], table[k]) for m, k in zip(mu, row, strict=True)])
     runout = stop + (1.0 + fault) * sigma * rng.standard_normal(N_EVENTS)
     records = runout_records(chosen, volume, runout, row, table, float(MU[EVEN][0]), MU_STEP)
-    priors = {"prior_mean": mean, "prior_sd": sd, "sigma_prior": SQUARE}
-    found = metropolis(chosen, volume, records, mean, seed=seed, n_chains=2, **priors).pooled()
+    narrow = replace(chosen, prior_mean=mean, prior_sd=sd)
+    drawn = metropolis(narrow, volume, records, mean, seed=seed, n_chains=2, sigma_prior=SQUARE)
+    found = drawn.pooled()
     truth, free = chosen.to_natural(u), np.ones(len(chosen.names) + 1, dtype=bool)
     if chosen.name == "rational":
         free[1] = False  # b is 1
