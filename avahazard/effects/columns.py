@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from datetime import date
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,18 +17,21 @@ RELEASE_SIGMA = "release_sigma_m"
 """A column of events or paths: the error of the release elevation, and so no driver of friction."""
 
 
-class MeasuredTrack(NamedTuple):
-    """Speeds (m/s) `[n]` with their errors at places x (m) along one event, by its index.
+@dataclass(frozen=True, eq=False)
+class MeasuredTrack:
+    """Speeds (m/s) `[n_speeds]` with their errors at places x (m) along one event, by its index.
 
-    It was released at `release_x` (m) and came to rest at `stop_x`, NaN beyond its profile.
+    It was released at `release_x` (m) and came to rest at `stop_x`, or passed it, the end of the
+    profile, where it `left`.
     """
 
     event: int
-    release_x: float
-    stop_x: float
     x: Floats
     speed: Floats
     sigma: Floats
+    release_x: float
+    stop_x: float
+    left: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -212,7 +212,7 @@ def _short_fall(
     everywhere, are taken off both.
     """
     tracks = [t for t in columns.tracks if _path_of(columns, t) in bins]
-    rows = [len(t.x) + np.isfinite(t.stop_x) for t in tracks]
+    rows = [len(t.x) + (not t.left) for t in tracks]
     first = np.concatenate([[0], np.cumsum(rows)])
     short, rest = np.empty(first[-1]), np.zeros((first[-1], len(tracks) + 1))
     work = {path: np.zeros((first[-1], len(ends) - 1)) for path, ends in bins.items()}
@@ -220,11 +220,11 @@ def _short_fall(
     for k, track in enumerate(tracks):
         path = _path_of(columns, track)
         here, smooth = slice(first[k], first[k + 1]), by_path[path].smooth
-        ended = np.isfinite(track.stop_x)
-        at = np.append(track.x, track.stop_x) if ended else track.x
-        speed = np.append(track.speed, 0.0) if ended else track.speed
-        sigma = 2.0 * track.sigma * np.hypot(track.speed, 0.71 * track.sigma)
-        sigma = np.append(sigma, STOP_SIGMA) if ended else sigma
+        at, speed = track.x, track.speed
+        sigma = 2.0 * track.sigma * np.hypot(speed, 0.71 * track.sigma)
+        if not track.left:
+            at, speed = np.append(at, track.stop_x), np.append(speed, 0.0)
+            sigma = np.append(sigma, STOP_SIGMA)
         x = np.arange(track.release_x, max(float(at.max()), track.release_x) + STEP_M, STEP_M)
         square = np.interp(x, [track.release_x, *at], [0.0, *speed**2])
         height, slope, bend = smooth.derivatives(x)

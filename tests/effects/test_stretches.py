@@ -38,7 +38,8 @@ def tracks(rng: np.random.Generator, drag: float, friction: float) -> EventColum
         speed = speeds_along(cells, int(np.searchsorted(cells.x, start)), mu, x)[0]
         sigma = np.full(len(x), 1.0)
         measured = np.maximum(speed + rng.normal(size=len(x)), 0.0)
-        found.append(MeasuredTrack(int(events[k % len(events)]), start, np.nan, x, measured, sigma))
+        event, end = int(events[k % len(events)]), site.smooth.x_max
+        found.append(MeasuredTrack(event, x, measured, sigma, start, end, left=True))
     return replace(given, tracks=tuple(found))
 
 
@@ -113,5 +114,5 @@ def test_where_it_is_stands_in_a_sentence_and_a_curve() -> None:
 def test_one_speed_of_each_avalanche_shows_no_stretch() -> None:
     """It goes to the friction of its track."""
     given = tracks(np.random.default_rng(1), 0.0, 0.5)
-    few = [t._replace(x=t.x[-1:], speed=t.speed[-1:], sigma=t.sigma[-1:]) for t in given.tracks]
+    few = [replace(t, x=t.x[-1:], speed=t.speed[-1:], sigma=t.sigma[-1:]) for t in given.tracks]
     assert stretch_facts(replace(given, tracks=tuple(few)), sites()) is None

@@ -18,7 +18,6 @@ from avahazard.inference.model.observations import (
     LEFT,
     Observations,
     SpeedRecord,
-    speed_record,
 )
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import LEFT_PROFILE
@@ -186,7 +185,7 @@ def _measured(
         k = int(np.searchsorted(track.x, stop))
         if k == 0:
             continue
-        made = speed_record(i, track.x[:k], track.speed[:k], track.sigma[:k], track.release_x, stop)
+        made = SpeedRecord(i, track.x[:k], track.speed[:k], track.sigma[:k], track.release_x, stop)
         square = np.array([np.interp(friction[i], MU, column**2) for column in speeds.T[:k]])
         drawn = drawn_speeds(square[:, None], made, scatter, rng, arrives=False)
         tracks.append(replace(made, speed=drawn[:, 0]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -167,20 +168,22 @@ def _leaving_frictions(curves: RunoutCurve) -> Floats:
     return found
 
 
-def height_over_length(events: Sequence[Event], sites: tuple[Site, ...], release: Ints) -> Floats:
-    """H/L of the line from release to recorded stop `[n_events]`; nan where the stop is unknown."""
+def height_over_length(
+    events: Sequence[Event], sites: Sequence[Site], of_path: Mapping[str, list[int]], release: Ints
+) -> Floats:
+    """H/L of the line from release to recorded stop `[n_events]`; nan where the stop is unknown.
+
+    `of_path` are the events of each path.
+    """
     ratio = np.full(len(events), np.nan)
-    of_path: dict[str, list[int]] = {}
     for i, e in enumerate(events):
-        if e.path_id is not None:
-            of_path.setdefault(e.path_id, []).append(i)
-        elif e.fall_height_m and e.runout_length_m:
+        if e.path_id is None and e.fall_height_m and e.runout_length_m:
             ratio[i] = e.fall_height_m / e.runout_length_m
     for site in sites:
         x, y = site.terrain_x, site.heights()
         # Lowest so far, falling: its negative is sorted for the search.
         fallen = -np.minimum.accumulate(y)
-        for i in of_path.get(site.path.path_id, ()):
+        for i in of_path[site.path.path_id]:
             e = events[i]
             stop, start = e.runout_x_m, float(site.release_x[release[i]])
             if stop is None and e.runout_elevation_m is not None:
@@ -196,37 +199,32 @@ FRICTION_CORRELATION_M = 100.0
 """Length over which friction stays alike along a track: about that of a terrain step."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SpeedRecord:
-    """Speeds measured along one event: `x`, `speed`, `sigma`, each `[n_speeds]`.
+class SpeedRecord(MeasuredTrack):
+    """A measured track, and how friction that varies along it moves the squares of its speeds."""
 
-    `release_x` (m) is where it started, `stop_x` where it was recorded to stop, or the end of the
-    profile that it left; `share` `[n_speeds]` of the way there lies above each place. `spread`
-    `[n_speeds, n_speeds]` (m⁴/s⁴) is the covariance of r for s = 1, `root` times itself transposed
-    the same.
-    """
+    @cached_property
+    def share(self) -> Floats:
+        """Of the way to the stop, what lies above each place `[n_speeds]`."""
+        return self._way / self._length
 
-    event: int
-    x: Floats
-    speed: Floats
-    sigma: Floats
-    release_x: float
-    stop_x: float
-    share: Floats
-    spread: Floats
-    root: Floats
+    @cached_property
+    def spread(self) -> Floats:
+        """Covariance `[n_speeds, n_speeds]` (m⁴/s⁴) of r for s = 1 (`track_spread`)."""
+        return track_spread(self._way, self._length)
 
+    @cached_property
+    def root(self) -> Floats:
+        """A square root `[n_speeds, n_speeds]`: times itself transposed it is the `spread`."""
+        values, vectors = np.linalg.eigh(self.spread)
+        return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
-def speed_record(
-    event: int, x: Floats, speed: Floats, sigma: Floats, release_x: float, stop_x: float
-) -> SpeedRecord:
-    """The record of one event that was released and stopped at these places (m)."""
-    length = max(stop_x - release_x, 1.0)
-    way = np.maximum(x - release_x, 0.0)
-    spread = track_spread(way, length)
-    values, vectors = np.linalg.eigh(spread)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    return SpeedRecord(event, x, speed, sigma, release_x, stop_x, way / length, spread, root)
+    @property
+    def _length(self) -> float:
+        return max(self.stop_x - self.release_x, 1.0)
+
+    @property
+    def _way(self) -> Floats:
+        return np.maximum(self.x - self.release_x, 0.0)
 
 
 def track_spread(way: Floats, length: float) -> Floats:
@@ -250,36 +248,31 @@ def track_spread(way: Floats, length: float) -> Floats:
 
 
 def speed_records(
-    speeds: Sequence[Speed],
-    events: Sequence[Event],
-    sites: dict[str, Site],
-    release: Ints,
+    records: Records, columns: EventColumns, sites: Sequence[Site], release: Ints
 ) -> tuple[SpeedRecord, ...]:
     """Speeds by event, in the order of the events; elevations become the first place there."""
-    index = {e.event_id: i for i, e in enumerate(events)}
-    of_event: dict[int, list[Speed]] = {}
-    for speed in speeds:
-        if speed.event_id in index:
-            of_event.setdefault(index[speed.event_id], []).append(speed)
+    of_event: dict[str, list[Speed]] = {}
+    for speed in records.speeds:
+        of_event.setdefault(speed.event_id, []).append(speed)
     result = []
-    for i, measured in sorted(of_event.items()):
-        path_id = events[i].path_id
-        if path_id is None:
+    for i, event in enumerate(records.events):
+        measured = of_event.get(event.event_id)
+        if measured is None or event.path_id is None:
             continue
-        site = sites[path_id]
-        smooth = site.smooth
-        stop = stop_place(smooth, events[i])
-        places = release_places(smooth, [s.elevation_m for s in measured])
+        site = sites[columns.path_index[i]]
+        stop = stop_place(site.smooth, event)
+        places = release_places(site.smooth, [s.elevation_m for s in measured])
         x = [x if s.x_m is None else s.x_m for s, x in zip(measured, places, strict=True)]
         order = np.argsort(x, kind="stable")
         result.append(
-            speed_record(
+            SpeedRecord(
                 event=i,
                 x=np.array(x)[order],
                 speed=np.array([s.speed_m_s for s in measured])[order],
                 sigma=np.array([s.speed_sigma_m_s for s in measured])[order],
                 release_x=float(site.release_x[release[i]]),
-                stop_x=smooth.x_max if stop is None else min(stop, smooth.x_max),
+                stop_x=site.smooth.x_max if stop is None else min(stop, site.smooth.x_max),
+                left=stop is None,
             )
         )
     return tuple(result)
@@ -352,18 +345,18 @@ def build_observations(
     require_one_scale(events, prior)
     paths = {p.path_id: p for p in records.paths}
     profiles = {p.path_id: p for p in records.profiles}
-    used = tuple(dict.fromkeys(e.path_id for e in events if e.path_id is not None))
-    require_profiles(name for name in used if name not in profiles)
-    sites: list[Site] = []
-    release, elevation = np.zeros(len(events), dtype=np.int64), np.full(len(events), np.nan)
-    known = {} if prior is None else {site.path.path_id: site.smooth for site in prior.sites}
-    of_path: dict[str, list[int]] = {name: [] for name in used}
+    of_path: dict[str, list[int]] = {}
     for i, event in enumerate(events):
         if event.path_id is not None:
-            of_path[event.path_id].append(i)
-    new = [profiles[name] for name in used if name not in known]
+            of_path.setdefault(event.path_id, []).append(i)
+    require_profiles(name for name in of_path if name not in profiles)
+    known = {} if prior is None else {site.path.path_id: site.smooth for site in prior.sites}
+    new = [profiles[name] for name in of_path if name not in known]
     known |= {profile.path_id: smooth for profile, smooth in zip(new, _grounds(new), strict=True)}
     runs = runs_by_path(records, prior, forward)
+    sites: list[Site] = []
+    release = np.zeros(len(events), dtype=np.int64)
+    elevation = np.array([event.release_elevation_m for event in events], np.float64)
     for name, selected in of_path.items():
         ground, own = (paths[name], profiles[name], known[name]), [events[i] for i in selected]
         if runs is None:
@@ -372,7 +365,9 @@ def build_observations(
             site, rows = _simulated(*ground, own, runs)
         sites.append(site)
         release[selected], elevation[selected] = rows, release_elevations(site)[rows]
-    return _arranged(records, prior, tuple(sites), release, elevation)
+    ratio = height_over_length(events, sites, of_path, release)
+    columns = build_columns(events, paths, elevation, ratio)
+    return _arranged(records, prior, tuple(sites), release, columns)
 
 
 def released_site(
@@ -501,41 +496,25 @@ def _arranged(
     prior: Observations | None,
     sites: tuple[Site, ...],
     release: Ints,
-    elevation: Floats,
+    columns: EventColumns,
 ) -> Observations:
     """Observations of the records' events, which start at `release` of their sites, if any."""
     events, in_ratio = records.events, records.events[0].in_ratio
     paths = {p.path_id: p for p in records.paths}
-    for i, event in enumerate(events):
-        if event.path_id is None and event.release_elevation_m is not None:
-            elevation[i] = event.release_elevation_m
-    columns = build_columns(events, paths, elevation, height_over_length(events, sites, release))
-    columns = replace(columns, made=counted(columns))
     kinds = [_observation(e) for e in events]
     kind = np.array([k for k, _ in kinds], dtype=np.int64)
     observed = np.array([v for _, v in kinds], np.float64)
     # Few events that are to be predicted may follow their stops by chance.
     outcomes = outcome_columns(columns, kind, observed) if prior is None else {}
-    numbers = {name: values for name, values in columns.numbers.items() if name not in outcomes}
     # Measured speeds are held against those of a block alone.
-    speeds = speed_records(
-        [] if any(isinstance(s, SimulatedSite) for s in sites) else records.speeds,
-        events,
-        {s.path.path_id: s for s in sites},
-        release,
+    simulated = any(isinstance(site, SimulatedSite) for site in sites)
+    speeds = () if simulated else speed_records(records, columns, sites, release)
+    columns = replace(
+        columns,
+        numbers={name: values for name, values in columns.numbers.items() if name not in outcomes},
+        made=counted(columns),
+        tracks=speeds,
     )
-    tracks = tuple(
-        MeasuredTrack(
-            t.event,
-            t.release_x,
-            np.nan if kind[t.event] == LEFT else t.stop_x,
-            t.x,
-            t.speed,
-            t.sigma,
-        )
-        for t in speeds
-    )
-    columns = replace(columns, numbers=numbers, tracks=tracks)
     fall_height = np.array([1.0 if in_ratio else e.fall_height_m or np.nan for e in events])
     released = carried_error(
         stated_release_sigma(events, paths),
@@ -605,20 +584,16 @@ def part_of(observations: Observations, events: Ints) -> Observations:
     Volumes are read in the light of all, as they were.
     """
     assert not observations.speeds
-    n, path = observations.n_events, observations.columns.path_index[events]
+    columns, volumes = observations.columns, observations.volumes
+    path = columns.path_index[events]
     known = np.unique(path[path >= 0])
-
-    def rows(value: Any) -> Any:
-        if isinstance(value, np.ndarray) and len(value) == n:
-            return value[events]
-        return value
 
     def of(record: Any, **own: Any) -> Any:
         """A dataclass with the rows of these events in all its columns."""
-        told = {f.name: rows(getattr(record, f.name)) for f in fields(record) if f.init}
-        return replace(record, **{**told, **own})
+        every = {f.name: getattr(record, f.name) for f in fields(record) if f.init}
+        rows = {k: v[events] for k, v in every.items() if isinstance(v, np.ndarray)}
+        return replace(record, **rows, **own)
 
-    columns, volumes = observations.columns, observations.volumes
     part: Observations = of(
         observations,
         sites=tuple(observations.sites[k] for k in known),
@@ -627,14 +602,7 @@ def part_of(observations: Observations, events: Ints) -> Observations:
             paths=tuple(columns.paths[k] for k in known),
             path_index=np.where(path >= 0, np.searchsorted(known, path), -1),
         ),
-        volumes=of(
-            volumes,
-            records=of(
-                volumes.records,
-                path=tuple(volumes.records.path[i] for i in events),
-                paths=tuple(columns.paths[k] for k in known),
-            ),
-        ),
+        volumes=of(volumes, records=of(volumes.records)),
     )
     return part
 

@@ -145,11 +145,7 @@ def site() -> Site:
 def track(site: Site, places: tuple[float, ...] = (100.0, 300.0, 700.0, 1100.0)) -> Course:
     x = np.array(places)
     speed = np.full(len(x), START_M_S)
-    spread = np.eye(len(x))
-    return course_of(
-        site,
-        SpeedRecord(0, x, speed, np.ones(len(x)), 50.0, 1500.0, x / 1500.0, spread, spread),
-    )
+    return course_of(site, SpeedRecord(0, x, speed, np.ones(len(x)), 50.0, 1500.0))
 
 
 def solved(site: Site, course: Course, share: float, *, weakens: bool) -> np.ndarray:

@@ -23,7 +23,6 @@ from avahazard.inference.model.observations import (
     Observations,
     SpeedRecord,
     build_observations,
-    speed_record,
 )
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.runout_curve import MU
@@ -265,7 +264,7 @@ def _speeds() -> tuple[SpeedRecord, np.ndarray]:
     predicted = np.sqrt(np.maximum(3600.0 * (1.0 - MU[:, None] / np.array([0.9, 0.7])), 0.0))
     measured = predicted[int(np.argmin(np.abs(MU - 0.4)))]
     x = np.array([200.0, 600.0])
-    return speed_record(0, x, measured, np.array([3.0, 3.0]), 0.0, 1200.0), predicted
+    return SpeedRecord(0, x, measured, np.array([3.0, 3.0]), 0.0, 1200.0), predicted
 
 
 def test_speeds_join_the_record() -> None:

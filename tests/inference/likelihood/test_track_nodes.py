@@ -20,7 +20,7 @@ from avahazard.inference.likelihood.track_nodes import (
     squared,
     whitening,
 )
-from avahazard.inference.model.observations import ELEVATION, LEFT, SpeedRecord, speed_record
+from avahazard.inference.model.observations import ELEVATION, LEFT, SpeedRecord
 from avahazard.physics.runout_curve import MU
 from tests.inference.studies import observations, posterior
 
@@ -30,7 +30,7 @@ SPEED = np.array([9.0, 21.0, 24.0, 12.0])
 
 def track(sigma: np.ndarray = SIGMA) -> SpeedRecord:
     x = np.array([40.0, 90.0, 200.0, 390.0])
-    return speed_record(0, x, SPEED, sigma, release_x=20.0, stop_x=420.0)
+    return SpeedRecord(0, x, SPEED, sigma, release_x=20.0, stop_x=420.0)
 
 
 def dense_error() -> np.ndarray:
@@ -75,7 +75,7 @@ def test_the_inverse_root_is_that_of_the_library() -> None:
 def test_exact_friction_leaves_the_errors_of_the_measurement() -> None:
     """Without scatter along the track the density is that of the speeds themselves."""
     speed, sigma = np.full(5, 30.0), np.full(5, 0.3)
-    one = speed_record(0, np.linspace(50.0, 250.0, 5), speed, sigma, 0.0, 300.0)
+    one = SpeedRecord(0, np.linspace(50.0, 250.0, 5), speed, sigma, 0.0, 300.0)
     for off in (-0.5, 0.0, 0.4):
         measured, whiten, constant = whitening(speed, sigma, one.spread, 0.0)
         found = -0.5 * np.sum((whiten @ (measured - (speed + off) ** 2)) ** 2) - constant
@@ -182,7 +182,7 @@ def _fast(*events: tuple[int, float, float]) -> np.ndarray:
     n, x = len(events), np.array([200.0, 600.0])
     stops = [np.nan if kind == LEFT else float(_stop(np.array(mu))) for kind, mu, _ in events]
     measured = [
-        speed_record(i, x, _speed(np.array([mu]))[0], np.full(2, sigma), 0.0, 1200.0)
+        SpeedRecord(i, x, _speed(np.array([mu]))[0], np.full(2, sigma), 0.0, 1200.0)
         for i, (_, mu, sigma) in enumerate(events)
     ]
     some = type(given)(

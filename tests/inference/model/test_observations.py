@@ -15,9 +15,9 @@ from avahazard.inference.model.observations import (
     LENGTH,
     PLACE,
     Observations,
+    SpeedRecord,
     build_observations,
     half_difference,
-    speed_record,
     track_spread,
 )
 from avahazard.physics.cells import GRAVITY
@@ -152,17 +152,17 @@ def test_speeds_are_certain_at_the_release_and_at_the_stop() -> None:
 
 def test_the_root_is_one_of_the_spread() -> None:
     speed = np.full(5, 10.0)
-    one = speed_record(3, 100.0 + WAY, speed, np.ones(5), 100.0, 100.0 + TRACK_M)
+    one = SpeedRecord(3, 100.0 + WAY, speed, np.ones(5), 100.0, 100.0 + TRACK_M)
     np.testing.assert_allclose(one.root @ one.root.T, one.spread, atol=1e-6 * one.spread.max())
     assert one.share == pytest.approx(WAY / TRACK_M)
 
 
 def test_a_place_above_the_release_or_below_the_stop_is_borne() -> None:
     x = np.array([-50.0, 10.0, 700.0])
-    one = speed_record(0, x, np.zeros(3), np.ones(3), 0.0, 500.0)
+    one = SpeedRecord(0, x, np.zeros(3), np.ones(3), 0.0, 500.0)
     assert one.share[0] == 0.0
     assert np.all(np.isfinite(one.root))
-    held = speed_record(0, x, np.zeros(3), np.ones(3), 600.0, 500.0)
+    held = SpeedRecord(0, x, np.zeros(3), np.ones(3), 600.0, 500.0)
     assert np.all(np.isfinite(held.spread))
 
 
