@@ -36,9 +36,8 @@ class PredictedStops:
     """Draws of where events stop, `[n_events, n_draws]`, without the error of the record.
 
     `record` is in the coordinate of each event's record, `x` and `elevation` in metres; where
-    `left`, they are those of the profile's end. `friction` is the draw of μ; `n_nonpositive`
-    counts draws of μ ≤ 0, which run beyond any profile (normal scatter only). `sigma` (m) is the
-    error that each record would have.
+    `left`, they are those of the profile's end. `friction` is the draw of μ: those ≤ 0 run beyond
+    any profile (normal scatter only). `sigma` (m) is the error that each record would have.
     """
 
     record: Floats
@@ -46,7 +45,6 @@ class PredictedStops:
     elevation: Floats
     left: NDArray[np.bool_]
     friction: Floats
-    n_nonpositive: int
     sigma: Floats
 
 
@@ -68,7 +66,6 @@ def predict_stops(
     sigma = np.empty((n, len(groups)))
     of_group = np.empty(n_draws, dtype=np.int64)
     left = np.empty((n, n_draws), dtype=np.bool_)
-    n_nonpositive = 0
     for g, group in enumerate(groups):
         # All draws of a group share the table parameters of the draw nearest to their mean.
         away = np.sum((tables_at[group] - tables_at[group].mean(axis=0)) ** 2, axis=1)
@@ -81,14 +78,13 @@ def predict_stops(
             friction[:, k] = draw_friction(posterior, u, shift, rng)
         sigma[:, g], of_group[group] = tables.sigma, g
         for some in np.array_split(group, -(-len(group) // DRAWS_AT_ONCE)):
-            here = friction[:, some]
-            n_nonpositive += int(np.sum(here <= 0.0))
-            record[:, some], x[:, some], elevation[:, some], left[:, some] = look_up(tables, here)
+            found = look_up(tables, friction[:, some])
+            record[:, some], x[:, some], elevation[:, some], left[:, some] = found
         if release_off:
             left[:, group] = left_by_chance(tables, friction[:, group], left[:, group], rng)
     # One column stands for all where no parameter shapes the tables.
     whole = np.broadcast_to(sigma, friction.shape) if len(groups) == 1 else sigma[:, of_group]
-    return PredictedStops(record, x, elevation, left, friction, n_nonpositive, whole)
+    return PredictedStops(record, x, elevation, left, friction, whole)
 
 
 def draw_friction(

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss, legint, legval, legvander
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
@@ -16,7 +17,7 @@ MAX_TURN = 0.05
 """Largest change of the slope angle within a cell, radians: it bounds the error of the series."""
 PLAIN_M, N_PROBES = 200.0, 33
 """Length of the intervals (m) in which turns are looked for, at so many places each."""
-GAUSS_X, GAUSS_W = np.polynomial.legendre.leggauss(6)
+GAUSS_X, GAUSS_W = leggauss(6)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,10 +127,6 @@ def _split(nodes: Floats, pieces: NDArray[np.int_]) -> Floats:
 def _to_partial_lengths() -> Floats:
     """The matrix that makes integrals up to the Gauss points of a function's values there."""
     order = len(GAUSS_X)
-    vandermonde = np.polynomial.legendre.legvander(GAUSS_X, order - 1)
-    to_coefficients = np.linalg.inv(vandermonde)
-    integrals = np.empty((order, order))
-    for k in range(order):
-        antiderivative = np.polynomial.legendre.legint(np.eye(order)[k], lbnd=-1.0)
-        integrals[:, k] = np.polynomial.legendre.legval(GAUSS_X, antiderivative)
+    to_coefficients = np.linalg.inv(legvander(GAUSS_X, order - 1))
+    integrals = legval(GAUSS_X, legint(np.eye(order), lbnd=-1.0)).T
     return np.asarray(integrals @ to_coefficients)

@@ -319,8 +319,8 @@ def predict(
         some, rng = [events[i] for i in unsure], generator(0, "predict release")
         released = prediction.stops_over_releases(on, some, sigma[unsure], STOP_DRAWS, rng)
         values[unsure], left[unsure] = released
-    if stops.n_nonpositive:
-        share = stops.n_nonpositive / stops.friction.size
+    share = float(np.mean(stops.friction <= 0.0))
+    if share:
         of_all.append(Note("friction_not_positive", share=share))
     rows = Rows(
         _row(e, v, left, (*_of_volume(stored, e), *of_all))

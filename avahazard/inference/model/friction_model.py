@@ -49,16 +49,10 @@ def normal_below(z: float) -> float:
     return 0.5 * math.erfc(-z / ROOT_2)
 
 
-@kernel(inner=True, forceinline=True)
-def student_shape(z2: float) -> float:
-    """1 / (1 + z²/4) for z² = `z2`: the density is STUDENT_PEAK shape^(5/2)."""
-    return 1.0 / (1.0 + 0.25 * z2)
-
-
 @kernel(forceinline=True)
 def student_density(z: float) -> tuple[float, float, float]:
-    """t(z), -t'(z)/t(z) = STUDENT_PULL z shape, and t''(z)/t(z)."""
-    shape = student_shape(z * z)
+    """t(z) = STUDENT_PEAK shape^(5/2), -t'(z)/t(z) = STUDENT_PULL z shape, and t''(z)/t(z)."""
+    shape = 1.0 / (1.0 + 0.25 * (z * z))
     pull = STUDENT_PULL * z * shape
     density = STUDENT_PEAK * shape * shape * math.sqrt(shape)
     return density, pull, 1.4 * pull * pull - STUDENT_PULL * shape
@@ -107,11 +101,6 @@ def volume_share(volume: Floats, reference: float) -> Floats:
 def shifted(location: Floats, shift: Floats | float, in_log: bool) -> Floats:
     """The location with `shift` added to log friction; `in_log`: it is one of log μ."""
     return np.asarray(location + shift if in_log else location * np.exp(shift))
-
-
-def widened(scatter: Floats, variance: Floats, location: Floats, in_log: bool) -> Floats:
-    """The scatter with this `variance` of log friction added to it."""
-    return np.asarray(np.sqrt(scatter**2 + variance * (1.0 if in_log else location**2)))
 
 
 def friction(location: Floats, deviation: Floats, in_log: bool) -> Floats:
@@ -351,7 +340,8 @@ class FrictionModel:
         scatter = np.zeros(location.shape)
         scatter += np.exp(np.minimum(np.maximum(log_scatter, least), MOST_LOG_SCATTER))
         if own.any():
-            scatter = widened(scatter, own[..., None], location, layout.log_scatter)
+            square = 1.0 if layout.log_scatter else location**2
+            scatter = np.sqrt(scatter**2 + own[..., None] * square)
         return location, scatter
 
     def pulled(

@@ -185,7 +185,8 @@ class Layout:
 
     def log_prior(self, u: Floats) -> Floats:
         """Log density of the prior at coordinates u `[..., n_slots]`, up to a constant `[...]`."""
-        z = (self._normal(u) - self._mean) / self._sd
+        mean, sd = self._prior
+        z = (self._normal(u) - mean) / sd
         squares = np.sum(z * z, axis=-1)
         if self._in_log:
             squares = squares + 2.0 * np.sum(np.log(u[..., self._in_log]), axis=-1)
@@ -196,11 +197,12 @@ class Layout:
 
     def prior_slopes(self, u: Floats) -> Floats:
         """Derivatives `[n_slots]` of `log_prior` at u `[n_slots]`."""
-        z = (self._normal(u) - self._mean) / self._sd
+        mean, sd = self._prior
+        z = (self._normal(u) - mean) / sd
         if self._law_precision is not None:
             n = len(self._law_precision)
             z[:n] = self._law_precision @ z[:n]
-        slopes = np.asarray(-z / self._sd)
+        slopes = np.asarray(-z / sd)
         slopes[self._in_log] = (slopes[self._in_log] - 1.0) / u[self._in_log]
         return slopes
 
@@ -233,7 +235,8 @@ class Layout:
 
     def spread_values(self, u: Floats) -> Floats:
         """Spreads of log friction at coordinates u `[..., n_slots]`, `[..., n_groupings]`."""
-        return np.asarray(u[..., self._spread_slots] * self._spread_scales)
+        slots, scales = self._spreads
+        return np.asarray(u[..., slots] * scales)
 
     def effect_values(self, u: Floats) -> dict[str, Floats]:
         """Parameter values by effect key; exactly neutral where the coordinate is."""
@@ -251,26 +254,21 @@ class Layout:
         return [k for k, slot in enumerate(self.slots) if slot.lognormal]
 
     @cached_property
-    def _spread_slots(self) -> list[int]:
-        return list(self.spreads.values())
+    def _spreads(self) -> tuple[list[int], Floats]:
+        """Slots and scales of the spreads."""
+        slots = list(self.spreads.values())
+        return slots, np.array([self.slots[k].scale for k in slots])
 
     @cached_property
-    def _spread_scales(self) -> Floats:
-        return np.array([self.slots[k].scale for k in self._spread_slots])
-
-    @cached_property
-    def _mean(self) -> Floats:
-        return np.array([s.mean for s in self.slots])
+    def _prior(self) -> Floats:
+        """Means and standard deviations of the normal priors, `[2, n_slots]`."""
+        return np.array([[s.mean, s.sd] for s in self.slots]).T
 
     @cached_property
     def _law_precision(self) -> Floats | None:
         if self.law_correlation is None:
             return None
         return np.asarray(np.linalg.inv(self.law_correlation), np.float64)
-
-    @cached_property
-    def _sd(self) -> Floats:
-        return np.array([s.sd for s in self.slots])
 
     def readable(self, u: Floats) -> dict[str, tuple[Floats, str]]:
         """Values and unit by name of coordinates u `[..., n_slots]` (docs/results.md)."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
-from typing import NamedTuple
 
 import numpy as np
 from scipy.special import log_ndtr, log_softmax, logsumexp, ndtri_exp
@@ -25,22 +24,15 @@ MOST_PULL = 2.0
 """Spreads by which the centre of a path whose records crowd at the end is put above their mean."""
 
 
-class CutNormals(NamedTuple):
-    """Normals about `centre` `[n_paths]` of standard deviation `spread`, all cut at `largest`."""
+def cut_normals(centre: Floats, count: Ints, spread: float, largest: float) -> tuple[Floats, float]:
+    """Centres `[n_paths]` and spread of normals that have these when they are cut at `largest`.
 
-    centre: Floats
-    spread: float
-    largest: float
-
-
-def cut_normals(centre: Floats, count: Ints, spread: float, largest: float) -> CutNormals:
-    """Normals that have these means and, on the mean of `count` `[n_paths]`, this spread when cut.
-
-    As near as can be: what is cut above is no more skewed than an exponential.
+    The spread is that on the mean of `count` `[n_paths]`. As near as can be: what is cut above is
+    no more skewed than an exponential.
     """
     c, s = centre, spread
     if np.isinf(largest):
-        return CutNormals(c, s, largest)
+        return c, s
     for _ in range(STEPS):
         z = (largest - c) / s
         pull = np.minimum(np.exp(-0.5 * z**2 - HALF_LOG_2PI - log_ndtr(z)), MOST_PULL)
@@ -49,7 +41,7 @@ def cut_normals(centre: Floats, count: Ints, spread: float, largest: float) -> C
         s = spread / np.sqrt(max(share, WIDEST**-2))
         if abs(s - before) < CLOSE * s:
             break
-    return CutNormals(c, s, largest)
+    return c, s
 
 
 def largest_volume(
@@ -69,12 +61,12 @@ def largest_volume(
 
     def told(largest: float) -> float:
         """Log likelihood of the records where no true volume is over the `largest` (log)."""
-        cut = cut_normals(centre, count, spread, largest)
-        middle, total2 = cut.centre[path], cut.spread**2 + sigma**2
+        centres, width = cut_normals(centre, count, spread, largest)
+        middle, total2 = centres[path], width**2 + sigma**2
         away = recorded - middle
-        mean = middle + away * cut.spread**2 / total2
-        sd = np.maximum(cut.spread * sigma / np.sqrt(total2), 1e-9)
-        seen = log_ndtr((largest - mean) / sd) - log_ndtr((largest - middle) / cut.spread)
+        mean = middle + away * width**2 / total2
+        sd = np.maximum(width * sigma / np.sqrt(total2), 1e-9)
+        seen = log_ndtr((largest - mean) / sd) - log_ndtr((largest - middle) / width)
         return float(np.sum(seen - 0.5 * (np.log(total2) + away**2 / total2)))
 
     beyond = recorded.max() + spread * np.array([0.25, 0.5, 1.0, 2.0])
@@ -373,9 +365,9 @@ def _cut(found: Population, largest: float) -> Population:
     records = found.records
     have = np.isfinite(records.log_volume)
     count = np.bincount(records.path[have], minlength=len(records.paths))
-    cut = cut_normals(found.centres(records.paths), count, found.spread, largest)
-    centre = dict(zip(records.paths, map(float, cut.centre), strict=True))
-    return replace(found, centre=centre, spread=cut.spread, largest=largest)
+    centres, spread = cut_normals(found.centres(records.paths), count, found.spread, largest)
+    centre = dict(zip(records.paths, centres.tolist(), strict=True))
+    return replace(found, centre=centre, spread=spread, largest=largest)
 
 
 def _by_moments(records: VolumeRecords, factor: float) -> Population:

@@ -157,11 +157,7 @@ def _covariance(law: Law, natural: Floats, volume: Floats) -> Floats:
     Steps are relative, so that the pseudo-inverse compares numbers of one size.
     """
     scale = np.where(natural != 0, np.abs(natural), law.to_natural(law.prior_mean + 1.0))
-    columns = []
-    for k in range(natural.size):
-        step = np.zeros_like(natural)
-        step[k] = 1e-5 * scale[k]
-        difference = law.friction(natural + step, volume) - law.friction(natural - step, volume)
-        columns.append(difference / 2e-5)
-    inverse = np.linalg.pinv(np.stack(columns, axis=1), rcond=1e-7)
+    steps = 1e-5 * np.diag(scale)
+    ahead, behind = (law.friction(natural + step, volume) for step in (steps, -steps))
+    inverse = np.linalg.pinv(((ahead - behind) / 2e-5).T, rcond=1e-7)
     return np.asarray((inverse @ inverse.T) * np.outer(scale, scale), np.float64)

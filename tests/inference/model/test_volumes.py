@@ -440,8 +440,8 @@ def _cut_records(
 
 def test_cut_normals_have_the_moments_asked_for() -> None:
     centre, count = np.array([-0.4, 0.1, 0.5]), np.array([10, 30, 20])
-    cut = cut_normals(centre, count, 0.8, 1.6)
-    laws = [truncnorm(-np.inf, (1.6 - c) / cut.spread, c, cut.spread) for c in cut.centre]
+    centres, width = cut_normals(centre, count, 0.8, 1.6)
+    laws = [truncnorm(-np.inf, (1.6 - c) / width, c, width) for c in centres]
     np.testing.assert_allclose([law.mean() for law in laws], centre, atol=1e-4)
     variance = np.average([law.var() for law in laws], weights=count)
     assert np.sqrt(variance) == pytest.approx(0.8, abs=1e-4)
@@ -450,20 +450,20 @@ def test_cut_normals_have_the_moments_asked_for() -> None:
 def test_without_an_end_they_are_what_is_recorded() -> None:
     centre = np.array([-0.4, 0.1])
     for largest in (np.inf, 40.0):
-        cut = cut_normals(centre, np.array([1, 1]), 0.8, largest)
-        np.testing.assert_allclose([*cut.centre, cut.spread], [-0.4, 0.1, 0.8], rtol=1e-9)
+        centres, width = cut_normals(centre, np.array([1, 1]), 0.8, largest)
+        np.testing.assert_allclose([*centres, width], [-0.4, 0.1, 0.8], rtol=1e-9)
 
 
 def test_where_no_normal_is_so_skewed_it_is_as_wide_as_it_may_be() -> None:
-    cut = cut_normals(np.array([0.0, 0.0]), np.array([5, 5]), 1.0, 0.2)
-    assert 1.0 < cut.spread <= WIDEST
-    assert np.all(cut.centre > 0.2)
+    centres, width = cut_normals(np.array([0.0, 0.0]), np.array([5, 5]), 1.0, 0.2)
+    assert 1.0 < width <= WIDEST
+    assert np.all(centres > 0.2)
 
 
 def test_records_of_one_path_that_crowd_at_the_end_do_not_carry_its_centre_away() -> None:
     centre = np.array([0.0, 2.0])
-    cut = cut_normals(centre, np.array([500, 5]), 1.0, 2.05)
-    assert cut.centre[1] - centre[1] == pytest.approx(MOST_PULL * cut.spread, rel=1e-3)
+    centres, width = cut_normals(centre, np.array([500, 5]), 1.0, 2.05)
+    assert centres[1] - centre[1] == pytest.approx(MOST_PULL * width, rel=1e-3)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -482,11 +482,11 @@ def test_where_there_is_none_it_is_not(n: int, n_paths: int, error: float) -> No
 def test_the_ratio_is_that_of_the_densities() -> None:
     recorded, sigma, path, centre, spread = _cut_records(60, 3, 0.8, 0.4, 1)
     largest, ratio = largest_volume(recorded, sigma, path, centre, spread)
-    cut = cut_normals(centre, np.bincount(path), spread, largest)
+    centres, width = cut_normals(centre, np.bincount(path), spread, largest)
     free = norm.logpdf(recorded, centre[path], np.hypot(spread, sigma)).sum()
     told = 0.0
     for r, e, k in zip(recorded, sigma, path, strict=True):
-        law = truncnorm(-np.inf, (largest - cut.centre[k]) / cut.spread, cut.centre[k], cut.spread)
+        law = truncnorm(-np.inf, (largest - centres[k]) / width, centres[k], width)
         told += np.log(
             quad(lambda v, r=r, e=e, f=law: f.pdf(v) * norm.pdf(r, v, e), -8, largest)[0]
         )
