@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from avahazard.criticism.diagnosis.diagnose import Findings, Together, diagnose, error_of
+from avahazard.criticism.diagnosis.diagnose import Findings, diagnose
 from avahazard.criticism.diagnosis.laws import FoundLaw
 from avahazard.criticism.diagnosis.measurements import measurement_gains
 from avahazard.criticism.diagnosis.nuisances import MOST_CROSSED
@@ -175,7 +175,7 @@ def diagnosis(name: str, found: Findings, seed: int) -> results.Diagnosis:
         missing=found.missing,
         candidates=found.candidates,
         groups=Rows(results.GroupTest(g.key, g.gain, g.p_value, g.spread) for g in found.groups),
-        pairs=Rows([_pair(found.together)] if found.together else []),
+        pairs=Rows([found.together] if found.together else []),
         detectable_m=found.detectable.metres,
         detectable_log_friction=found.detectable.log_friction,
         detectable_share=found.detectable.share,
@@ -191,17 +191,6 @@ def diagnosis(name: str, found: Findings, seed: int) -> results.Diagnosis:
         n_worlds=found.screening.n_worlds,
         seed=seed,
         coordinate=coordinate_name(found.base.posterior.observations),
-    )
-
-
-def _pair(more: Together) -> results.Pair:
-    return results.Pair(
-        effects=more.effects,
-        gain=more.gain,
-        gain_over_best_single=more.gain_over_best_single,
-        p_value=more.p_value,
-        error_after_m=error_of(more.fit),
-        parameters={k: v for key in more.effects for k, v in more.fit.parameters(key).items()},
     )
 
 

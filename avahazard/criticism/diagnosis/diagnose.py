@@ -17,14 +17,7 @@ from avahazard.criticism.diagnosis.full_fits import (
     kinds_of,
     plainly_different,
 )
-from avahazard.criticism.diagnosis.laws import (
-    FoundLaw,
-    Laws,
-    curve_of,
-    found_laws,
-    found_shape,
-    with_laws,
-)
+from avahazard.criticism.diagnosis.laws import Laws, curve_of, found_laws, found_shape, with_laws
 from avahazard.criticism.diagnosis.measurements import (
     Detectable,
     correlation,
@@ -70,7 +63,7 @@ from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.seeds import generator
 from avahazard.results.base import Rows
-from avahazard.results.diagnosis import Candidate, FittedLaw, LawParameter, MeasuredAmount
+from avahazard.results.diagnosis import Candidate, MeasuredAmount, Pair
 
 ERROR_DRAWS = 400
 ALIKE = 0.7
@@ -99,7 +92,7 @@ class Findings:
     heavy_tails: bool
     detectable: Detectable
     suspects: tuple[str, ...]
-    together: Together | None
+    together: Pair | None
     impossible_stops: tuple[str, ...]
     laws: Laws
 
@@ -162,9 +155,8 @@ def diagnose(
     if smooth := leading_smooth(missing, fits):
         of_smooth = laws.get(smooth) or found_laws(base, {smooth: fits[smooth]})[smooth]
     named_first = sorted(ranked, key=lambda c: c.key not in missing)
-    tried = candidates(named_first, screening, fits, evidence, naming, base)
-    of_curve = fits[smooth].evidence - base.evidence if smooth else 0.0
-    fitted_laws = Rows(_fitted_law(law, of_curve) for law in of_smooth)
+    tried = candidates(question, named_first, evidence, naming)
+    fitted_laws = Rows(law for law, _ in of_smooth)
     found = Findings(
         verdict=verdict,
         missing=missing,
@@ -210,7 +202,7 @@ def leading_smooth(missing: Sequence[str], fits: Mapping[str, Refit]) -> str | N
 
 def verdict_on(
     question: Question, naming: Naming, groups: Sequence[TriedGroup], granted: Sequence[str]
-) -> tuple[str, tuple[str, ...], Together | None]:
+) -> tuple[str, tuple[str, ...], Pair | None]:
     """The verdict, the keys that it names, and effects that are needed together.
 
     What else could explain the same is asked in turn: faults of the records, two effects that count
@@ -219,7 +211,7 @@ def verdict_on(
     """
     definition, fits = question.base.definition, question.fits
     verdict, missing = naming.verdict, naming.missing
-    together: Together | None = None
+    together: Pair | None = None
     if missing and missing[0] in fits:
         faults = explained_by_record_faults(question, missing[0])
         if more := tuple(key for key in faults if key not in missing):
@@ -227,13 +219,12 @@ def verdict_on(
     rivals = tuple(fits.values()) if missing else ()
     simple = [k for k in missing if k not in fits or definition(k).beyond < 2]
     pair = None if simple else masked_pair(question)
-    if pair and missing and fits[missing[0]].evidence - pair.fit.evidence > MARGIN:
-        pair = None
-    if pair:
+    if pair and not (missing and fits[missing[0]].evidence - pair[1].evidence > MARGIN):
         # Of two effects that hide each other the cause of more evidence is named.
-        entries = [definition(key) for key in pair.effects]
+        together, fit = pair
+        rivals = (fit,)
+        entries = [definition(key) for key in together.effects]
         verdict, missing = verdict_of([e for e in entries if e.names_cause][:1] or entries)
-        together, rivals = pair, (pair.fit,)
     if group := named_group(question, rivals, groups, granted):
         return *verdict_of(map(definition, group)), None
     if len(missing) > 1 and missing[0] in fits and (together := needed_beside(question, missing)):
@@ -262,15 +253,11 @@ def named_group(
 
 
 def candidates(
-    ranked: Sequence[Screened],
-    screening: Screening,
-    fits: Mapping[str, Refit],
-    evidence: Mapping[str, float],
-    naming: Naming,
-    base: Refit,
+    question: Question, ranked: Sequence[Screened], evidence: Mapping[str, float], naming: Naming
 ) -> list[Candidate]:
     """Every candidate with what is known of it: those refitted (`ranked`) first."""
-    rest = [c for c in screening.candidates if c not in ranked]
+    base, fits = question.base, question.fits
+    rest = [c for c in question.screening.candidates if c not in ranked]
     alike = look_alikes(fits, base)
     new = base.posterior.layout.kinds is None
     kinds = {key: kinds_of(fit.at_mode()) for key, fit in fits.items()} if new else {}
@@ -295,19 +282,10 @@ def candidates(
                 confounded_with=alike.get(c.key, ()),
                 force_witness=witness and MeasuredAmount(witness.value, witness.se),
                 kinds=kinds.get(c.key),
-                shape=None if fit is None else found_shape(fit, c.definition),
+                shape=None if fit is None else found_shape(fit, c.key),
             )
         )
     return found
-
-
-def _fitted_law(found: FoundLaw, of_curve: float) -> FittedLaw:
-    form, parameters = found.form, {}
-    for p in form.parameters:
-        low, middle, high = found.quantiles[p.name].tolist()
-        parameters[p.name] = LawParameter(low, middle, high, p.unit)
-    evidence = found.evidence, found.evidence - of_curve
-    return FittedLaw(form.name, form.key, form.formula, parameters, *evidence)
 
 
 def look_alikes(fits: Mapping[str, Refit], base: Refit) -> dict[str, tuple[str, ...]]:
@@ -330,23 +308,7 @@ def error_of(fit: Refit) -> float:
     return float(np.mean(crps(records.draws, records.observed)))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Together:
-    """Effects fitted together; gains in nats.
-
-    `gain` is that over the model without them, `gain_over_best_single` that over the best of
-    them alone, both of log likelihood; `p_value` is the largest of theirs, or that of a pair of
-    which neither shows alone.
-    """
-
-    effects: tuple[str, ...]
-    fit: Refit
-    gain: float
-    gain_over_best_single: float
-    p_value: float
-
-
-def needed_beside(question: Question, keys: Sequence[str]) -> Together | None:
+def needed_beside(question: Question, keys: Sequence[str]) -> Pair | None:
     """The effects of a set, if each is needed beside the others: the data distinguish them then.
 
     The first of them was fitted.
@@ -366,8 +328,11 @@ def needed_beside(question: Question, keys: Sequence[str]) -> Together | None:
     return _together(tuple(keys), fit, base, singles, p_value)
 
 
-def masked_pair(question: Question) -> Together | None:
-    """Two effects that count together where neither does alone, if the screening found such."""
+def masked_pair(question: Question) -> tuple[Pair, Refit] | None:
+    """Two effects that count together where neither does alone, if the screening found such.
+
+    With the fit of both.
+    """
     test, base = question.screening.pair, question.base
     if test is None or test.p_value > PAIR_LEVEL:
         return None
@@ -377,15 +342,20 @@ def masked_pair(question: Question) -> Together | None:
     if not _is_needed(alone, both, test.keys):
         return None
     order = tuple(sorted(test.keys, key=lambda k: -singles[k].evidence))
-    return _together(order, both, base, singles, test.p_value)
+    return _together(order, both, base, singles, test.p_value), both
 
 
 def _together(
     keys: tuple[str, ...], fit: Refit, base: Refit, singles: Mapping[str, Refit], p_value: float
-) -> Together:
-    best = max(singles[k].log_likelihood for k in keys)
-    gain = fit.log_likelihood - base.log_likelihood
-    return Together(keys, fit, gain, fit.log_likelihood - best, p_value)
+) -> Pair:
+    return Pair(
+        effects=keys,
+        gain=fit.log_likelihood - base.log_likelihood,
+        gain_over_best_single=fit.log_likelihood - max(singles[k].log_likelihood for k in keys),
+        p_value=p_value,
+        error_after_m=error_of(fit),
+        parameters={k: v for key in keys for k, v in fit.parameters(key).items()},
+    )
 
 
 def _is_needed(fit: Refit, wider: Refit, more: Sequence[str]) -> bool:

@@ -25,12 +25,12 @@ from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.naming import MARGIN
 from avahazard.criticism.diagnosis.refits import Refit, peak_with, refit
 from avahazard.criticism.screening.linear_model import linear_model
-from avahazard.effects.effect import Curve, Definition
+from avahazard.effects.effect import Curve
 from avahazard.effects.law_forms import LawForm, forms_of, free_curve
 from avahazard.effects.own_file import definition_from
 from avahazard.engine import spread_map
 from avahazard.inference.seeds import generator
-from avahazard.results.diagnosis import Shape
+from avahazard.results.diagnosis import FittedLaw, LawParameter, Shape
 
 LEVELS = (0.05, 0.5, 0.95)
 PLACES, POINTS = 10, 25
@@ -44,33 +44,26 @@ RIVAL_SHARE = 0.65
 """Share of the best evidence that a state of the ground may lack before its laws are fitted."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class FoundLaw:
-    """A law that a smooth may be, fitted.
+class FoundLaw(NamedTuple):
+    """A law that a smooth may be, fitted, and the text of its effect file."""
 
-    Its effect file, quantiles `[n_levels]` of its parameters, and evidence (nats) over the model
-    without it.
-    """
-
-    form: LawForm
+    law: FittedLaw
     text: str
-    quantiles: dict[str, Floats]
-    evidence: float
 
 
 Laws = tuple[FoundLaw, ...]
 """Laws that a smooth may be, the best first."""
 
 
-def found_shape(fit: Refit, entry: Definition) -> Shape | None:
-    """The curve of a smooth that was fitted, by the posterior; None for what is no curve."""
-    curve = entry.curve(fit.facts.get(entry.key, {}))
+def found_shape(fit: Refit, key: str) -> Shape | None:
+    """The curve of smooth `key` of a fit, by the posterior; None for what is no curve."""
+    curve = curve_of(fit, key)
     if curve is None:
         return None
-    curves = fit.drawn(entry.key) @ curve.columns.T
+    curves = fit.drawn(key) @ curve.columns.T
     if curve.form:
-        sd, _, known = likelihood_of_smooth(fit, entry.key, curve)
-        rng = generator(0, f"band of {entry.key}")
+        sd, _, known = likelihood_of_smooth(fit, key, curve)
+        rng = generator(0, f"band of {key}")
         curves = curves + drawn_roughness(curve, sd, known, len(curves), rng)
     low, middle, high = (tuple(row) for row in np.quantile(curves, LEVELS, axis=0).tolist())
     x = tuple(curve.x.tolist())
@@ -149,8 +142,7 @@ def found_laws(base: Refit, fits: Mapping[str, Refit]) -> dict[str, Laws]:
     of another.
     """
     asked = [(key, match) for key, fit in fits.items() for match in _near(base, fit, key)]
-    forces = all(match.form.curve.form != "friction" for _, match in asked)
-    if forces:
+    if all(match.form.curve.form != "friction" for _, match in asked):
         # A rough mode costs a fifth of a fit: what falls short by far is not fitted.
         ascents = list(spread_map(_ascended, (base, fits), asked))
         top = max((reached for reached, _ in ascents), default=0.0)
@@ -161,18 +153,15 @@ def found_laws(base: Refit, fits: Mapping[str, Refit]) -> dict[str, Laws]:
     fitted = list(spread_map(_fitted, (base, fits), asked))
     found: dict[str, Laws] = {}
     for key in fits:
-        laws = [law for (k, _), law in zip(asked, fitted, strict=True) if k == key]
-        laws.sort(key=lambda law: -law.evidence)
-        found[key] = tuple(law for law in laws if law.evidence > laws[0].evidence - MARGIN)
+        laws = [x for (k, _), x in zip(asked, fitted, strict=True) if k == key]
+        laws.sort(key=lambda x: -x.law.evidence)
+        found[key] = tuple(x for x in laws if x.law.evidence > laws[0].law.evidence - MARGIN)
     return found
 
 
 def _near(base: Refit, fit: Refit, key: str) -> list[Match]:
     """The forms that stand beside the best, to second order; the best first."""
-    curve = curve_of(fit, key)
-    if curve is None:
-        return []
-    matches, _ = matched(fit, key, curve)
+    matches, _ = matched(fit, key)
     best = max(m.evidence for m in matches)
     least = best - max(NEAR, NEAR_SHARE * (fit.log_likelihood - base.log_likelihood))
     near = sorted((m for m in matches if m.evidence > least), key=lambda m: -m.evidence)
@@ -184,8 +173,10 @@ def curve_of(fit: Refit, key: str) -> Curve | None:
     return fit.definition(key).curve(fit.facts.get(key, {}))
 
 
-def matched(fit: Refit, key: str, curve: Curve) -> tuple[list[Match], float]:
+def matched(fit: Refit, key: str) -> tuple[list[Match], float]:
     """How the forms match the curve of smooth `key`, and the same evidence of the smooth itself."""
+    curve = curve_of(fit, key)
+    assert curve is not None
     sd, spread, known = likelihood_of_smooth(fit, key, curve)
     smooth = rougher(curve, sd, known, 0.0).evidence
     return [match(form, *known) for form in forms_of(curve, spread)], smooth
@@ -225,8 +216,8 @@ def with_laws(
         return found, {}
     laws = found_laws(base, {key: fits[key] for key in close})
     for key in close:
-        smooth = fits[key].evidence - base.evidence
-        found[key] = evidence[key] + max([0.0, *(law.evidence - smooth for law in laws[key][:1])])
+        gains = (law.evidence_over_curve for law, _ in laws[key][:1])
+        found[key] = evidence[key] + max([0.0, *gains])
     return found, laws
 
 
@@ -236,9 +227,7 @@ def form_by_place(curve: Curve | None) -> str | None:
 
 
 def _law_gain(fit: Refit, key: str) -> float:
-    curve = curve_of(fit, key)
-    assert curve is not None
-    matches, smooth = matched(fit, key, curve)
+    matches, smooth = matched(fit, key)
     return max(0.0, max(m.evidence for m in matches) - smooth)
 
 
@@ -297,7 +286,7 @@ Shared = tuple[Refit, Mapping[str, Refit]]
 def _ascended(shared: Shared, asked: tuple[str, Match]) -> tuple[float, Floats]:
     """The log density at the mode of a form, roughly, and its parameters there."""
     (base, fits), (key, found) = shared, asked
-    entry = _entry(found, base.definition(key).meaning)
+    entry = definition_from(_text(found, base.definition(key).meaning), f"{found.form.key}.py")
     return peak_with(base, entry, fits[key], _inside(found))
 
 
@@ -308,9 +297,8 @@ def _fitted(shared: Shared, asked: tuple[str, Match]) -> FoundLaw:
     all of them by the curve's likelihood.
     """
     (base, fits), (key, found) = shared, asked
-    meaning = base.definition(key).meaning
-    form = found.form
-    entry, inside = _entry(found, meaning), _inside(found)
+    form, inside, text = found.form, _inside(found), _text(found, base.definition(key).meaning)
+    entry = definition_from(text, f"{form.key}.py")
     fixed = form.curve.form == "friction"
     begin = {form.key: [inside[:1] if fixed else inside]}
     given, own = (base.observations, base.specification, base.facts), (*base.own, entry)
@@ -322,10 +310,14 @@ def _fitted(shared: Shared, asked: tuple[str, Match]) -> FoundLaw:
         chosen = rng.choice(len(found.shapes), len(drawn), p=found.share)
         drawn = np.column_stack([drawn, found.shapes[chosen]])
         evidence += found.spread_out
-    names = [p.name for p in form.parameters]
-    quantiles = np.quantile(drawn, LEVELS, axis=0)
-    text = _text(found, meaning)
-    return FoundLaw(form, text, dict(zip(names, quantiles.T, strict=True)), evidence)
+    quantiles = np.quantile(drawn, LEVELS, axis=0).T.tolist()
+    parameters = {
+        p.name: LawParameter(*each, p.unit)
+        for p, each in zip(form.parameters, quantiles, strict=True)
+    }
+    over_curve = evidence - (fits[key].evidence - base.evidence)
+    law = FittedLaw(form.name, form.key, form.formula, parameters, evidence, over_curve)
+    return FoundLaw(law, text)
 
 
 def _inside(found: Match) -> Floats:
@@ -335,10 +327,6 @@ def _inside(found: Match) -> Floats:
         margin = 0.02 * (p.high - p.low)
         inside[k] = np.clip(inside[k], p.low + margin, p.high - margin)
     return inside
-
-
-def _entry(found: Match, meaning: str) -> Definition:
-    return definition_from(_text(found, meaning), f"{found.form.key}.py")
 
 
 def _text(found: Match, meaning: str) -> str:

@@ -14,7 +14,6 @@ from avahazard.criticism.diagnosis.diagnose import leading_smooth
 from avahazard.criticism.diagnosis.laws import (
     LEVELS,
     CurvesLikelihood,
-    curve_of,
     curves_likelihood,
     drawn_roughness,
     found_laws,
@@ -52,7 +51,7 @@ def test_the_band_of_a_polynomial_is_that_of_what_the_effect_does(
 ) -> None:
     monkeypatch.setattr(laws, "ROUGHNESS", (0.0,))
     _, _, fit = fits()
-    found = found_shape(fit, find_definition(KEY))
+    found = found_shape(fit, KEY)
     assert found is not None
     quantiles = found.q05, found.q50, found.q95
     effect = next(e for e in fit.posterior.effects if e.key == KEY)
@@ -158,29 +157,27 @@ def test_a_form_is_matched_as_by_integration() -> None:
 def test_the_law_of_a_step_is_among_the_laws() -> None:
     observations, base, fit = fits()
     laws = found_laws(base, {KEY: fit})[KEY]
-    by_name = {law.form.name: law for law in laws}
+    by_name = {law.law.form: law for law in laws}
     assert "step" in by_name
     assert "linear" not in by_name
-    assert laws[0].evidence - laws[-1].evidence < 3.0
-    step = by_name["step"]
-    low, _, high = step.quantiles["change"]
-    assert low < 0.4 < high
-    low, _, high = step.quantiles["centre"]
-    assert low < 0.5 < high
+    assert laws[0].law.evidence - laws[-1].law.evidence < 3.0
+    step, text = by_name["step"]
+    change, centre = step.parameters["change"], step.parameters["centre"]
+    assert change.q05 < 0.4 < change.q95
+    assert centre.q05 < 0.5 < centre.q95
     # It explains more than the curve does, which pays for bends that nobody needs.
     assert step.evidence > fit.evidence - base.evidence
     # What is written is what was fitted.
-    entry = definition_from(step.text, "law.py")
+    entry = definition_from(text, "law.py")
     again = refit(observations, base.specification, base.facts, (entry.key,), (entry,), base)
     drawn = again.drawn(entry.key)[:, 0]
-    np.testing.assert_allclose(np.quantile(drawn, LEVELS), step.quantiles["change"], atol=0.02)
+    again = np.quantile(drawn, LEVELS)
+    np.testing.assert_allclose(again, [change.q05, change.q50, change.q95], atol=0.02)
 
 
 def test_the_evidence_of_the_smooth_itself_to_second_order_is_that_of_its_fit() -> None:
     _, base, fit = fits()
-    curve = curve_of(fit, KEY)
-    assert curve is not None
-    matches, smooth = matched(fit, KEY, curve)
+    matches, smooth = matched(fit, KEY)
     assert smooth == pytest.approx(fit.evidence - base.evidence, abs=2.0)
     best = max(matches, key=lambda m: m.evidence)
     assert best.form.name == "step"
@@ -209,7 +206,7 @@ def test_a_law_of_the_ground_is_held_against_stretches_of_paths(
     forms = {"force:distance": "", "force:elevation": "added_friction", "force:slope": "other"}
     monkeypatch.setattr(laws, "curve_of", lambda _, key: SimpleNamespace(form=forms[key]))
     monkeypatch.setattr(laws, "_law_gain", lambda *_: 20.0)
-    fitted = (SimpleNamespace(evidence=by_law),)
+    fitted = ((SimpleNamespace(evidence_over_curve=by_law - 55.0), ""),)
     monkeypatch.setattr(laws, "found_laws", lambda _, of: dict.fromkeys(of, fitted))
     found = {"force:distance": 138.0, "force:elevation": 55.0, "force:slope": 10.0}
     fits: Any = {key: SimpleNamespace(evidence=value) for key, value in found.items()}
