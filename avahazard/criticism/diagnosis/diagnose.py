@@ -27,6 +27,7 @@ from avahazard.criticism.diagnosis.measurements import (
 from avahazard.criticism.diagnosis.naming import (
     MARGIN,
     Naming,
+    evidence_beside_places,
     group_comes_first,
     name_effects,
     verdict_of,
@@ -47,7 +48,6 @@ from avahazard.criticism.diagnosis.refits import (
     refit_without,
     still_needed,
 )
-from avahazard.criticism.diagnosis.shared_friction import evidence_beside_places
 from avahazard.criticism.scoring.scores import crps, expected_records
 from avahazard.criticism.screening.screen import (
     LEVEL,

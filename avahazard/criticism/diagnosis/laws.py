@@ -312,8 +312,8 @@ def _fitted(shared: Shared, asked: tuple[str, Match]) -> FoundLaw:
         evidence += found.spread_out
     quantiles = np.quantile(drawn, LEVELS, axis=0).T.tolist()
     parameters = {
-        p.name: LawParameter(*each, p.unit)
-        for p, each in zip(form.parameters, quantiles, strict=True)
+        p.name: LawParameter(low, middle, high, p.unit)
+        for p, (low, middle, high) in zip(form.parameters, quantiles, strict=True)
     }
     over_curve = evidence - (fits[key].evidence - base.evidence)
     law = FittedLaw(form.name, form.key, form.formula, parameters, evidence, over_curve)

@@ -32,15 +32,12 @@ TYPICAL_SD = 0.2
 
 
 def explained(fit: Refit, base: Refit) -> Floats:
-    """What an effect changes.
-
-    Log friction that each record asks for less what the law gives, the base model's minus the
-    fit's, `[n_events]`.
-    """
+    """What an effect changes of log friction that is left over: the base model's less the fit's."""
     return _residual(base) - _residual(fit)
 
 
 def _residual(fit: Refit) -> Floats:
+    """Log friction that each record asks for less what the law gives `[n_events]`."""
     posterior = fit.posterior
     nodes = posterior.nodes.at(fit.mode.u)
     asked = np.log(np.maximum(likely_friction(nodes, posterior.layout.log_scatter), 1e-3))
@@ -69,24 +66,12 @@ def correlation(first: Floats, second: Floats, posterior: Posterior) -> float:
     return float(a @ b) / size if size > 1e-12 else 0.0
 
 
-class FrictionVariance(NamedTuple):
-    """Variance of log friction of each event `[n_events]`.
+def friction_variance(fit: Refit) -> tuple[Floats, Floats]:
+    """Variance of log friction of each event `[n_events]` at the mode, by scatter and record.
 
-    By its scatter, and by its record's error (0 for events beyond the profile, of which no one
-    friction is known).
+    The record's error counts 0 beyond the profile, where no one friction is known; normal scatter
+    is taken relative to its middle.
     """
-
-    scatter: Floats
-    record: Floats
-
-    @property
-    def total(self) -> Floats:
-        """Both together."""
-        return np.asarray(self.scatter + self.record)
-
-
-def friction_variance(fit: Refit) -> FrictionVariance:
-    """The two parts at the mode of a fit; normal scatter is taken relative to its middle."""
     posterior = fit.posterior
     location, scatter = posterior.location_and_scatter(fit.mode.u)
     nodes = posterior.nodes.at(fit.mode.u)
@@ -96,18 +81,15 @@ def friction_variance(fit: Refit) -> FrictionVariance:
         place = np.log(np.maximum(place, 1e-3))
     mean = np.sum(place * nodes.weight, axis=1, keepdims=True)
     record = np.sum(nodes.weight * (place - mean) ** 2, axis=1)
-    return FrictionVariance(
-        scatter=np.mean(scatter**2, axis=1),
-        record=np.where(nodes.is_probability, 0.0, np.maximum(record, 0.0)),
-    )
+    record = np.where(nodes.is_probability, 0.0, np.maximum(record, 0.0))
+    return np.mean(scatter**2, axis=1), record
 
 
 class Detectable(NamedTuple):
-    """The smallest effect that is detectable with 80 % power.
+    """The smallest effect that is detectable: rms of log friction, metres (or H/L), and a share.
 
-    As rms of log friction, in metres (H/L where that is recorded), and as the share that it would
-    be of all that scatters log friction, errors of the records included: over 1 where even more
-    than that could be missed.
+    The share is that of all that scatters log friction, errors of the records included: over 1
+    where even more than that could be missed.
     """
 
     log_friction: float
@@ -122,16 +104,16 @@ def detectable(base: Refit, critical_gain: float) -> Detectable:
     non-centrality n δ²/s²; the gain must pass `critical_gain`, and be worth `MARGIN` after the
     price of one more parameter.
     """
-    observations = base.posterior.observations
+    observations = base.observations
     stopped = observations.kind != LEFT
-    variance = friction_variance(base)
-    information = float(np.sum(1.0 / variance.total[stopped]))
+    scatter, record = friction_variance(base)
+    information = float(np.sum(1.0 / (scatter + record)[stopped]))
     price = 0.5 * float(np.log1p(information * TYPICAL_SD**2))
     gain = max(critical_gain, MARGIN + price)
     shift = (np.sqrt(2.0 * gain) + float(stats.norm.ppf(0.8))) / np.sqrt(information)
     # The record's spread in metres against that in log friction gives metres per unit.
     sigma = observations.recorded_sigma(base.posterior.record_sigma(base.mode.u))
-    ratio = sigma[stopped] / np.sqrt(np.maximum(variance.record[stopped], 1e-8))
+    ratio = sigma[stopped] / np.sqrt(np.maximum(record[stopped], 1e-8))
     return Detectable(
         log_friction=float(shift),
         metres=float(shift * np.median(ratio)),
@@ -155,22 +137,21 @@ def measurement_gains(first: Refit, second: Refit, seed: int = 0) -> Rows[Measur
     """
     gain = record_gain(first, second)
     found = {Note("measure_runouts", n=N_EVENTS): N_EVENTS * float(np.mean(gain))}
-    if first.posterior.observations.sites:
-        groups = first.posterior.observations.columns.path_index
+    if first.observations.sites:
+        groups = first.observations.columns.path_index
         best = max(float(np.mean(gain[groups == k])) for k in np.unique(groups))
-        found |= {
-            Note("measure_mid_track", n=N_MIDDLES): speed_gain(first, second, N_MIDDLES, 1, seed),
-            Note("measure_whole_track", n=N_TRACKS): speed_gain(
-                first, second, N_TRACKS, N_PLACES, seed
-            ),
-            Note("measure_further_path", n=N_EVENTS): N_EVENTS * best,
-        }
+        for key, n, places in (
+            ("measure_mid_track", N_MIDDLES, 1),
+            ("measure_whole_track", N_TRACKS, N_PLACES),
+        ):
+            found[Note(key, n=n)] = speed_gain(first, second, n, places, seed)
+        found[Note("measure_further_path", n=N_EVENTS)] = N_EVENTS * best
     shifts = _column_shifts(first, second)
     if len(shifts) == 2:
         (a, shift_a), (b, shift_b) = shifts.items()
-        total = friction_variance(first).total
+        total = float(np.median(sum(friction_variance(first))))
         # The weaker must be missed: its rival then gives it up.
-        apart = 0.5 * min(float(np.var(shift_a)), float(np.var(shift_b))) / float(np.median(total))
+        apart = 0.5 * min(float(np.var(shift_a)), float(np.var(shift_b))) / total
         found[Note("measure_unlinked", n=N_EVENTS, one=a, other=b)] = N_EVENTS * apart
     ranked = sorted(found.items(), key=lambda item: -item[1])
     return Rows(Measurement(note, float(gain)) for note, gain in ranked if gain >= LEAST_GAIN)
@@ -183,23 +164,20 @@ def record_gain(first: Refit, second: Refit) -> Floats:
     differences within a path tell.
     """
     gap = explained(first, second)
-    groups = first.posterior.observations.columns.path_index
+    groups = first.observations.columns.path_index
     for k in np.unique(groups[groups >= 0]):
         gap[groups == k] -= np.mean(gap[groups == k])
-    return np.asarray(0.5 * gap**2 / friction_variance(first).total)
+    return np.asarray(0.5 * gap**2 / sum(friction_variance(first)))
 
 
 def _column_shifts(first: Refit, second: Refit) -> dict[str, Floats]:
-    """What the effects of one fit alone do to log friction `[n_events]`.
-
-    Only those that go by a column of the events.
-    """
+    """What effects on friction by a column, of one fit alone, do to log friction `[n_events]`."""
     shifts = {}
     for selected, other in ((first, second), (second, first)):
         values = selected.posterior.layout.effect_values(selected.mode.u)
         for effect in of_kind(selected.posterior.effects, FrictionEffect):
             if effect.key not in other.specification.effects:
-                columns = effect.design(selected.posterior.observations.columns)
+                columns = effect.design(selected.observations.columns)
                 shifts[effect.key] = np.asarray(columns @ values[effect.key])
     return shifts
 
@@ -217,7 +195,7 @@ def speed_gain(first: Refit, second: Refit, n_events: int, n_places: int, seed: 
     Either fit is true in half of the simulations. Friction is known as closely as each fit knows
     it from the record; the errors are the measurement's and the model's own.
     """
-    observations = first.posterior.observations
+    observations = first.observations
     stopped = np.flatnonzero(
         np.isfinite(observations.observed) & (observations.columns.path_index >= 0)
     )
@@ -231,7 +209,7 @@ def speed_gain(first: Refit, second: Refit, n_events: int, n_places: int, seed: 
 def _event_gain(
     first: Refit, second: Refit, event: int, n_places: int, rng: np.random.Generator
 ) -> float:
-    x, way, length = _places(first.posterior.observations, event, n_places)
+    x, way, length = _places(first.observations, event, n_places)
     pair = (_expected(first, event, x), _expected(second, event, x))
     # Friction scatters along the tracks as found, or as thought of before.
     found = [fit.posterior.layout.track_sigma(fit.mode.u) for fit in (first, second)]
@@ -260,21 +238,15 @@ def _log_density(square: Floats, expected: _Expected, factor: Floats) -> Floats:
 
 
 def _places(observations: Observations, event: int, n_places: int) -> tuple[Floats, Floats, float]:
-    """Places x (m) spread evenly between the release and the stop of an event.
-
-    With them, their distances from the release and that of the stop.
-    """
+    """Places x (m) between the release and the stop of an event, their distances, the stop's."""
     site = observations.sites[observations.columns.path_index[event]]
-    release, stop = (
-        float(site.release_x[observations.release[event]]),
-        float(observations.observed[event]),
-    )
+    release = float(site.release_x[observations.release[event]])
+    stop = float(observations.observed[event])
     if observations.kind[event] == ELEVATION:
         x = site.terrain_x
         below = np.flatnonzero((site.smooth.height(x) <= stop) & (x > release))
         stop = float(x[below[0]]) if len(below) else float(x[-1])
-    share = np.asarray((np.arange(n_places) + 1.0) / (n_places + 1.0), np.float64)
-    way = share * (stop - release)
+    way = np.asarray((np.arange(n_places) + 1.0) / (n_places + 1.0), np.float64) * (stop - release)
     return release + way, way, stop - release
 
 

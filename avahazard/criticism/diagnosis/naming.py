@@ -7,13 +7,17 @@ measured force as its witness where there is one.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from avahazard.criticism.diagnosis.force_witness import ForceWitness, force_witness
 from avahazard.criticism.diagnosis.refits import Refit, held_out_gain, refit_without
 from avahazard.criticism.scoring.speed_misfit import matched_speeds, speed_misfit
+from avahazard.criticism.screening.linear_model import linear_model
 from avahazard.criticism.screening.screen import Screened
-from avahazard.effects.effect import Definition
+from avahazard.effects.effect import Definition, MotionEffect
+from avahazard.effects.stretches import all_parts, build_stretches
 from avahazard.inference.seeds import generator
 
 MARGIN = 3.0
@@ -49,7 +53,7 @@ def name_effects(
     }
     declared = [c for c in ranked if c.key in expected and evidence[c.key] > 0.0]
     asked = leaders(declared, evidence, expected) or leaders(ranked, evidence)
-    gains = held_out_gains([c.key for c in asked], fits, base)
+    gains = {c.key: held_out_gain(fits[c.key], base) for c in asked}
     named = [c for c in asked if gains[c.key] > 0.0 and evidence[c.key] > 0.0]
     denied = [c.key for c in named if c.key in witnesses and witnesses[c.key].denies]
     if named and named[0].key in denied:
@@ -78,21 +82,12 @@ def leaders(
     return [c for c in close if c.definition.beyond == nearest]
 
 
-def held_out_gains(
-    asked: Sequence[str], fits: Mapping[str, Refit], base: Refit
-) -> dict[str, float]:
-    """What each of these gains on held-out records (nats)."""
-    return {key: held_out_gain(fits[key], base) for key in asked}
-
-
 def worst_speeds(base: Refit) -> str:
     """The axis along which the speeds of the model fail most."""
     matched = matched_speeds(base.at_mode(), generator(0, "speeds of a fit"))
     assert matched is not None
-    spread: dict[str, float] = {}
-    for row in speed_misfit(base.posterior.observations, matched):
-        spread[row.axis] = max(spread.get(row.axis, 0.0), abs(row.bias_m_s))
-    return f"speed:{max(spread, key=lambda axis: spread[axis])}"
+    rows = speed_misfit(base.observations, matched)
+    return f"speed:{max(rows, key=lambda row: abs(row.bias_m_s)).axis}"
 
 
 def verdict_of(named: Iterable[Definition]) -> tuple[str, tuple[str, ...]]:
@@ -122,3 +117,48 @@ def groups_earn_their_name(fit: Refit, key: str) -> bool:
     would name one too often.
     """
     return fit.evidence - refit_without(fit, key).evidence > MARGIN
+
+
+def evidence_beside_places(fit: Refit, key: str) -> float:
+    """Evidence (nats) for effect `key`, the last of a fit, beside friction that varies by place.
+
+    By the ratio of Savage and Dickey, to second order at the mode: the density of its parameters at
+    neutral, given the records and before. Of an effect of the catalogue by its first parameter, of
+    which the others are the shape. inf where it is no force, acts on single paths, or no path has
+    tracks enough.
+
+    Measured speeds err together: what a block lacks on a path it lacks on every track there, and
+    peak speeds belong to a front. The likelihood gives each track friction that scatters along it,
+    and a dozen tracks with the same fault then seem to be a dozen witnesses. So a force must have
+    its evidence beside an addition to friction in each part of each path, common to its tracks and
+    as large as the scatter along them.
+    """
+    kept = f"{key} beside places"
+    if kept not in fit.kept:
+        fit.kept[kept] = _beside_places(fit, key)
+    return float(fit.kept[kept])
+
+
+def _beside_places(fit: Refit, key: str) -> float:
+    posterior, u = fit.posterior, fit.mode.u
+    observations, effect = posterior.observations, next(reversed(posterior.effects), None)
+    parts = all_parts(observations.columns, observations.sites)
+    if not isinstance(effect, MotionEffect) or effect.key != key or effect.paths or parts is None:
+        return np.inf
+    model, n = linear_model(posterior, u), len(effect.parameters)
+    places = build_stretches("places", parts)
+    columns = np.column_stack([model.own[:, -n:], model.of_effect(places, places.neutral)])
+    scatter = np.full(len(places.parameters), posterior.layout.track_sigma(u) ** -2.0)
+    before = model.precision[-n:]
+    rest = replace(model, own=model.own[:, :-n], precision=model.precision[:-n])
+    weighed = rest.projected(columns)
+    bend = weighed.T @ columns + np.diag(np.concatenate([before, scatter]))
+    # At the mode the effect has no slope; the places have, and move it.
+    slope = np.concatenate([np.zeros(n), weighed[:, n:].T @ model.residual])
+    covariance = np.linalg.inv(bend)
+    value = posterior.layout.effect_values(u)[key] - effect.neutral + (covariance @ slope)[:n]
+    if not fit.definition(key).beyond:
+        n = 1
+    inner = covariance[:n, :n]
+    quadratic = value[:n] @ np.linalg.solve(inner, value[:n])
+    return 0.5 * float(quadratic + np.linalg.slogdet(inner)[1] + np.sum(np.log(before[:n])))

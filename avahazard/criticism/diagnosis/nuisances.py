@@ -19,7 +19,7 @@ from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.refits import Refit, refit, refit_each, refit_with
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.effect import Definition, Effect, Facts
-from avahazard.inference.fitted_model import FittedModel
+from avahazard.inference.fitted_model import FittedModel, in_slots
 from avahazard.inference.fitting.mode import ascent
 from avahazard.inference.likelihood.assemble import build_effects, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
@@ -119,25 +119,21 @@ def heavier_tails(model: FittedModel) -> float | None:
     if not model.knows_errors or model.specification.tails != "normal":
         return None
     student = _on_its_grids(model, (), tails="student")
-    known = _mean_by_name(model)
-    carried = np.array([known.get(slot.name, slot.mean) for slot in student.layout.slots])
-    return _best(student, carried) - _best(model.posterior, model.draws.mean(axis=0))
+    return _best(*student) - _best(model.posterior, model.draws.mean(axis=0))
 
 
-def _mean_by_name(model: FittedModel) -> dict[str, float]:
-    """Posterior mean of each coordinate."""
-    names = (slot.name for slot in model.posterior.layout.slots)
-    return dict(zip(names, model.draws.mean(axis=0), strict=True))
+def _on_its_grids(
+    model: FittedModel, more: tuple[Effect, ...], **changes: Any
+) -> tuple[Posterior, Floats]:
+    """The posterior with other settings and `more` effects, on the star of the model.
 
-
-def _on_its_grids(model: FittedModel, more: tuple[Effect, ...], **changes: Any) -> Posterior:
-    """The posterior with other settings and `more` effects, on the star of the model."""
-    return Posterior(
-        model.observations,
-        replace(model.specification, **changes),
-        (*model.posterior.effects, *more),
-        model.posterior.layout.arms,
-    )
+    And the posterior mean of the model in its coordinates.
+    """
+    before, specification = model.posterior, replace(model.specification, **changes)
+    effects = (*before.effects, *more)
+    found = Posterior(model.observations, specification, effects, before.layout.arms)
+    names, mean = [slot.name for slot in before.layout.slots], model.draws.mean(axis=0)
+    return found, in_slots(found.layout, names, mean[None])[0]
 
 
 def _best(posterior: Posterior, u: Floats) -> float:
@@ -179,14 +175,11 @@ def paths_differ(model: FittedModel) -> PathsDiffer | None:
     if not model.knows_errors or n_paths < 2 or model.specification.has(entry):
         return None
     keys = (*model.specification.effects, entry.key)
-    wider = _on_its_grids(model, (entry.build({}),), effects=keys)
+    wider, u = _on_its_grids(model, (entry.build({}),), effects=keys)
     layout = wider.layout
     place = layout.spreads[entry.key]
     scale = layout.slots[place].scale
-    known = _mean_by_name(model)
-    u = np.array([known.get(slot.name, 0.0) for slot in layout.slots])
-    least = MIN_SPREAD / scale
-    spreads = least + LARGEST * np.linspace(0.0, 1.0, N_SPREADS) ** 2
+    spreads = MIN_SPREAD / scale + LARGEST * np.linspace(0.0, 1.0, N_SPREADS) ** 2
     profile = np.empty(N_SPREADS)
     for k, spread in enumerate(spreads):
         u[place] = spread

@@ -14,12 +14,18 @@ from scipy.stats import pearsonr
 
 from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.naming import MARGIN, groups_earn_their_name
-from avahazard.criticism.diagnosis.refits import Question, Refit, refit_side_by_side, refit_with
+from avahazard.criticism.diagnosis.refits import (
+    Question,
+    Refit,
+    effect_on,
+    refit_side_by_side,
+    refit_with,
+)
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.covariate import VOLUME, number_column
 from avahazard.effects.effect import Definition, MotionEffect, VolumeErrorEffect, of_kind
 from avahazard.inference.fitting.mode import likely_friction
-from avahazard.inference.model.observations import ELEVATION, PLACE, Observations
+from avahazard.inference.model.observations import ELEVATION, PLACE
 from avahazard.inference.model.volumes import VolumeNodes, bounded, told_by, within_paths
 from avahazard.records.crosscheck import dwarfing
 
@@ -102,9 +108,7 @@ def stand_in_for_volume(columns: EventColumns, definition: Definition) -> Floats
     of it, within paths, in one of a hundred cases.
     """
     name = definition.column or definition.reads
-    if name is None or name == VOLUME:
-        return None
-    values = number_column(columns, name)
+    values = None if name is None or name == VOLUME else number_column(columns, name)
     if values is None:
         return None
     if np.nanmin(values) > 0.0:
@@ -133,17 +137,10 @@ def groups_by_misstated_volumes(question: Question, groups: str) -> str | None:
 def _errors_of_volumes(question: Question) -> str | None:
     """The candidate that scales the errors of the volumes, if there is one."""
     for candidate in question.screening.candidates:
-        if _on_volumes(candidate.definition, question.base.observations):
+        effect = effect_on(candidate.definition, question.base.observations)
+        if isinstance(effect, VolumeErrorEffect):
             return candidate.key
     return None
-
-
-def _on_volumes(entry: Definition, observations: Observations) -> bool:
-    """Whether an effect scales the errors of the volumes."""
-    if entry.changes is not None:
-        return False
-    facts = entry.facts(observations.columns, observations.sites)
-    return isinstance(entry.build(facts), VolumeErrorEffect)
 
 
 def by_undetected_stops(question: Question, leader: str) -> str | None:
@@ -202,20 +199,17 @@ def impossible_stops(base: Refit) -> tuple[str, ...]:
     A block stops where it slows down at rest, that is where tan θ < μ; on steeper ground it is
     caught or passes, whatever its friction. Such a record indicates something that a block lacks.
     """
-    posterior = base.posterior
-    observations = posterior.observations
-    table = posterior.nodes.predicted_at(base.mode.u)
+    observations, table = base.observations, base.posterior.nodes.predicted_at(base.mode.u)
     found = []
     for i in np.flatnonzero(np.isin(observations.kind, (ELEVATION, PLACE))):
-        record, reach = table.record[i], MOST_ERRORS * table.sigma[i]
+        record, stop = table.record[i], observations.observed[i]
+        reach = MOST_ERRORS * table.sigma[i]
         low = np.minimum(record[1:], record[:-1])
         high = np.maximum(record[1:], record[:-1])
         discontinuous = table.curve[i].discontinuous
-        inside = (low <= observations.observed[i]) & (observations.observed[i] <= high)
-        near = (low - reach <= observations.observed[i]) & (
-            observations.observed[i] <= high + reach
-        )
-        ends = np.min(np.abs(record - observations.observed[i])) <= reach
+        inside = (low <= stop) & (stop <= high)
+        near = (low - reach <= stop) & (stop <= high + reach)
+        ends = np.min(np.abs(record - stop)) <= reach
         if np.any(inside & discontinuous) and not np.any(near & ~discontinuous) and not ends:
             found.append(observations.columns.event_id[i])
     return tuple(found)

@@ -9,9 +9,15 @@ from typing import Any
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.criticism.scoring.held_out import HeldOut, choose_groups, held_out_together
+from avahazard.criticism.scoring.held_out import (
+    HeldOut,
+    choose_groups,
+    held_out_together,
+    offsets_by_group,
+)
+from avahazard.criticism.screening.linear_model import by_name
 from avahazard.criticism.screening.screen import Screened, Screening
-from avahazard.effects.effect import Definition, Facts, shapes_tables
+from avahazard.effects.effect import Definition, Effect, Facts, shapes_tables
 from avahazard.engine import spread_map
 from avahazard.inference.fitted_model import FittedModel, fitted_model
 from avahazard.inference.fitting.mode import (
@@ -81,8 +87,7 @@ class Refit:
     def held_out(self, groups: HeldOut) -> Floats:
         """Log density of each group of events given the others, `[n_groups]`."""
         if groups.by not in self.kept:
-            found = held_out_together(self.posterior, groups.fits, self.mode)
-            self.kept[groups.by] = found
+            self.kept[groups.by] = held_out_together(self.posterior, groups.fits, self.mode)
             self.posterior.nodes.forget_runs()
         return np.asarray(self.kept[groups.by])
 
@@ -100,8 +105,7 @@ class Refit:
     def at_mode(self) -> FittedModel:
         """The fitted model with its parameters, and offsets of groups, at the mode alone."""
         mode = self.posterior.mode_offsets(self.mode.u)
-        names = () if mode is None else self.posterior.plan.names
-        offsets = {} if mode is None else {name: mode[[k]] for k, name in enumerate(names)}
+        offsets = offsets_by_group(self.posterior, None if mode is None else mode[None])
         return fitted_model(self.posterior, self.mode.u[None], offsets)
 
 
@@ -147,10 +151,7 @@ def refit(
 
 
 def _near(
-    start: Refit,
-    posterior: Posterior,
-    tried: Mapping[str, Sequence[Floats] | None],
-    least: float,
+    start: Refit, posterior: Posterior, tried: Mapping[str, Sequence[Floats] | None], least: float
 ) -> tuple[Posterior, Mode]:
     """The mode from that of `start`: on its star, where the same effects shape the tables."""
     at = _carried(start, posterior)
@@ -251,25 +252,28 @@ def likely_values(screened: Iterable[Screened], observations: Observations) -> L
     """
     found = {}
     for candidate in screened:
-        entry = candidate.definition
-        if not len(candidate.likely) or entry.changes is not None:
+        effect = effect_on(candidate.definition, observations) if len(candidate.likely) else None
+        if effect is None or not shapes_tables(effect):
             continue
-        effect = entry.build(entry.facts(observations.columns, observations.sites))
-        if not shapes_tables(effect) or len(candidate.likely) != len(effect.parameters):
+        if len(candidate.likely) != len(effect.parameters):
             continue
         low, high = (np.array([getattr(p, e) for p in effect.parameters]) for e in ("low", "high"))
         least = LEAST_START * (high - low) * (effect.neutral == low)
         most = LEAST_START * (high - low) * (effect.neutral == high)
-        found[entry.key] = [np.clip(candidate.likely, low + least, high - most)]
+        found[candidate.key] = [np.clip(candidate.likely, low + least, high - most)]
     return found
+
+
+def effect_on(entry: Definition, observations: Observations) -> Effect | None:
+    """The effect of a candidate on these observations; None for a setting of the model."""
+    if entry.changes is not None:
+        return None
+    return entry.build(entry.facts(observations.columns, observations.sites))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Question:
-    """What every step to the verdict asks of.
-
-    A model, its full refits with each candidate that stood out by itself, and the screening.
-    """
+    """A model, its full refits with each candidate that stood out by itself, and the screening."""
 
     base: Refit
     fits: Mapping[str, Refit]
@@ -312,16 +316,13 @@ def _refit_with(
 
 def _carried(start: Refit, posterior: Posterior) -> Floats:
     """Coordinates of `start` by slot name; slots that it lacks stand at neutral."""
-    known = {s.name: start.mode.u[k] for k, s in enumerate(start.posterior.layout.slots)}
-    u = np.empty(len(posterior.layout.slots))
-    for k, slot in enumerate(posterior.layout.slots):
-        rest = slot.mean if np.isnan(slot.neutral) else slot.neutral
-        if k in posterior.layout.spreads.values():
-            rest = FIRST_SPREAD
-        u[k] = known.get(slot.name, rest)
-    if posterior.layout.law.name != start.posterior.layout.law.name:
+    layout, before = posterior.layout, start.posterior.layout
+    u = by_name(before, start.mode.u, layout)
+    for key, k in layout.spreads.items():
+        u[k] = u[k] if key in before.spreads else FIRST_SPREAD
+    if layout.law.name != before.law.name:
         # Another law: its coordinates mean something else; start at the data.
-        n = len(posterior.layout.law.coordinates)
+        n = len(layout.law.coordinates)
         return np.concatenate([start_coordinates(posterior)[:n], u[n:]])
     return u
 

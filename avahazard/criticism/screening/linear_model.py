@@ -39,6 +39,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.terms import event_terms
 from avahazard.inference.likelihood.track_nodes import squared
 from avahazard.inference.model.friction_model import DEGREES, STUDENT_INFORMATION, volume_share
+from avahazard.inference.model.layout import Layout
 from avahazard.inference.model.observations import SpeedRecord
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.cells import Cells
@@ -203,13 +204,10 @@ class LinearModel:
         self, beside: Posterior, effect: Effect | None = None, values: Floats = NOTHING
     ) -> Moved:
         """The model `beside` with an effect at these values, all else as it is."""
-        slots = beside.layout.slots
-        rest = [s.mean if np.isnan(s.neutral) else s.neutral for s in slots]
-        known = dict(zip((s.name for s in self.posterior.layout.slots), self.u, strict=True))
-        u = np.array([known.get(s.name, at) for s, at in zip(slots, rest, strict=True)])
+        u = by_name(self.posterior.layout, self.u, beside.layout)
         if effect is not None:
             place = beside.layout.places[effect.key]
-            u[place] = values / np.array([slot.scale for slot in slots[place]])
+            u[place] = values / np.array([slot.scale for slot in beside.layout.slots[place]])
         table = beside.nodes.near_records(u) if self.roots else None
         pinned = beside.pinned(u)
         stops = pinned.nodes_at(u) if table is None else stop_nodes(beside, table)
@@ -283,6 +281,13 @@ class LinearModel:
         rows[self.of_scatter] = (rows[self.first[:-1]] ** 2 - 1.0) / np.sqrt(2.0)
         offsets = self.tau[:, None] * rng.standard_normal((len(self.tau), n))
         return np.asarray(rows + self.members @ offsets)
+
+
+def by_name(before: Layout, u: Floats, layout: Layout) -> Floats:
+    """Coordinates u of the layout `before` in another one; slots that are new stand at neutral."""
+    known = dict(zip((slot.name for slot in before.slots), u, strict=True))
+    rest = [s.mean if np.isnan(s.neutral) else s.neutral for s in layout.slots]
+    return np.array([known.get(s.name, at) for s, at in zip(layout.slots, rest, strict=True)])
 
 
 def linear_model(posterior: Posterior, u: Floats) -> LinearModel:

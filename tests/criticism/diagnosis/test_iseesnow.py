@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from avahazard.criticism.diagnosis.diagnose import diagnose
-from avahazard.criticism.diagnosis.naming import MARGIN
+from avahazard.criticism.diagnosis.naming import MARGIN, evidence_beside_places
 from avahazard.criticism.diagnosis.refits import refit, refit_with
-from avahazard.criticism.diagnosis.shared_friction import evidence_beside_places
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.records.reading import read_records

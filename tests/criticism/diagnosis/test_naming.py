@@ -73,7 +73,7 @@ def test_a_name_on_the_motion_has_its_witness(
     missing: tuple[str, ...] | None,
 ) -> None:
     monkeypatch.setattr(naming, "force_witness", lambda *_given: witness)
-    monkeypatch.setattr(naming, "held_out_gains", lambda keys, *_given: dict.fromkeys(keys, 1.0))
+    monkeypatch.setattr(naming, "held_out_gain", lambda *_given: 1.0)
     found = name_effects(
         [screened("turbulent-drag")], {"turbulent-drag": 9.0}, {"turbulent-drag": base}, base
     )
@@ -88,7 +88,7 @@ def test_declared_ones_come_before_those_of_more_evidence(
     base: Refit, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(naming, "force_witness", lambda *_given: None)
-    monkeypatch.setattr(naming, "held_out_gains", lambda keys, *_given: dict.fromkeys(keys, 1.0))
+    monkeypatch.setattr(naming, "held_out_gain", lambda *_given: 1.0)
     ranked = [screened("release-elevation"), screened("snow-type")]
     evidence = {"release-elevation": 9.0, "snow-type": 3.5}
     fits = {"release-elevation": base, "snow-type": base}

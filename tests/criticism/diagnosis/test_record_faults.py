@@ -104,7 +104,8 @@ def test_groups_must_earn_their_evidence_beside_errors_of_volumes(
 ) -> None:
     """`left` is the evidence of the groups where the errors may be misstated too."""
     candidates = [SimpleNamespace(key=k, definition=definition(k)) for k in (SEASON, ERROR)]
-    monkeypatch.setattr(record_faults, "_on_volumes", lambda entry, _: entry.key == ERROR)
+    errors = {ERROR: definition(ERROR).build({"highest": 1.0})}
+    monkeypatch.setattr(record_faults, "effect_on", lambda entry, _: errors.get(entry.key))
     evidence = {("path-effect", ERROR): 30.0 + left, (ERROR,): 30.0}
 
     def refitted(_observations: Any, specification: Any, *told: Any, **_: Any) -> Any:
