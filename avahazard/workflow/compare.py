@@ -127,8 +127,7 @@ def comparison(
         scores=results.Scores(
             **_runout_scores(expected, pit, observations, budget),
             speed=_speed_scores(speeds),
-            elpd_loo=loo.elpd,
-            elpd_loo_se=loo.se,
+            **_summed(loo.by_event),
             pareto_k_bad=loo.n_bad,
             pareto_k_refitted=loo.n_refitted,
         ),

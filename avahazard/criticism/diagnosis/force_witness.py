@@ -72,14 +72,11 @@ def force_witness(posterior: Posterior, mode: Mode, key: str) -> ForceWitness | 
     """
     motions = of_kind(posterior.effects, MotionEffect)
     effect = next((e for e in motions if e.key == key), None)
-    values = posterior.layout.effect_values(mode.u)
-    if effect is None or np.array_equal(values[key], effect.neutral):
+    if effect is None:
         return None
     # The strength of the effect is its distance from neutral, in the unit of its first parameter.
-    fitted = float(values[key][0] - effect.neutral[0])
-    if fitted == 0.0:
-        return None
-    tracks = _tracks(posterior, mode.u, key)
+    fitted = float(posterior.layout.effect_values(mode.u)[key][0] - effect.neutral[0])
+    tracks = _tracks(posterior, mode.u, effect) if fitted != 0.0 else []
     if len(tracks) < FEWEST_TRACKS:
         return None
     with np.errstate(over="ignore", invalid="ignore"):  # courses far off, which end the search
@@ -105,11 +102,10 @@ class ForceTrack:
     mu: float
 
 
-def _tracks(posterior: Posterior, u: Floats, key: str) -> list[ForceTrack]:
+def _tracks(posterior: Posterior, u: Floats, effect: MotionEffect) -> list[ForceTrack]:
     """The tracks that have enough speeds, on the courses that were measured."""
     observations = posterior.observations
     values = posterior.layout.effect_values(u)
-    (effect,) = (e for e in posterior.effects if e.key == key)
     friction = _friction(posterior, u)
     tracks = []
     for track in observations.speeds:
@@ -117,7 +113,7 @@ def _tracks(posterior: Posterior, u: Floats, key: str) -> list[ForceTrack]:
             continue
         site = observations.sites[int(observations.columns.path_index[track.event])]
         course = course_of(site, track)
-        rest = posterior.resistance(site, {**values, key: effect.neutral})
+        rest = posterior.resistance(site, {**values, effect.key: effect.neutral})
         whole = posterior.resistance(site, values)
         mu = float(friction[track.event])
         tracks.append(ForceTrack(course, site, rest, whole, course.measured_energy(), mu))
@@ -170,8 +166,7 @@ def _standardised(track: ForceTrack, linear: Linear) -> tuple[Floats, Floats]:
 def _residuals(track: ForceTrack, linear: Linear) -> tuple[Floats, Floats]:
     """Energies and the effect's work `[n_speeds]` in standard errors, less what is its own."""
     energy, columns = _standardised(track, linear)
-    both = np.stack([energy, columns[:, 2]], axis=1)
-    own = columns[:, :2]
+    both, own = np.stack([energy, columns[:, 2]], axis=1), columns[:, :2]
     energy, work = (both - own @ np.linalg.lstsq(own, both, rcond=None)[0]).T
     return energy, work
 
@@ -298,12 +293,11 @@ def _force(
     inside = np.searchsorted(terrain.x, track.course.x, side="right") - 1
     cell = np.clip(inside, 0, terrain.n_cells - 1)
     factor = resistance.factor[cell]
-    if resistance.speed_factor is not None:
-        factor = factor * np.interp(np.sqrt(square), SPEEDS, resistance.speed_factor)
+    speed = np.sqrt(square)
+    factor = factor * np.interp(speed, SPEEDS, resistance.speed_factor)
     force = track.mu * factor * load
     force = force + resistance.offset[cell] * load + resistance.constant[cell]
-    if resistance.speed_constant is not None:
-        force = force + np.interp(np.sqrt(square), SPEEDS, resistance.speed_constant)
+    force = force + np.interp(speed, SPEEDS, resistance.speed_constant)
     return factor, force + resistance.drag[cell] * square
 
 

@@ -25,6 +25,7 @@ from avahazard.criticism.diagnosis.naming import MARGIN
 from avahazard.criticism.diagnosis.refits import (
     Likely,
     Refit,
+    effect_on,
     held_out_gain,
     likely_values,
     refit_each,
@@ -93,11 +94,6 @@ class TriedGroup:
     evidence: float
     spread: float
 
-    @property
-    def level(self) -> float:
-        """What the p-value is held against."""
-        return PERSISTENT_LEVEL if self.persistent else TRANSIENT_LEVEL
-
 
 def fitted_in_full(
     base: Refit,
@@ -142,20 +138,15 @@ def fitted_in_full(
     # To first order larger errors of the volumes may gain a fifth of what they do, or nothing.
     errors = [c.key for c in screening.candidates if c.key == VOLUME_ERROR.key]
     keys = [*expected, *(d.key for d in alone), *worth, *by_path[:BY_PATH], *errors]
-    keys = list(dict.fromkeys(keys))
-    asked = [key for key in keys if key not in known]
+    asked = [key for key in dict.fromkeys(keys) if key not in known]
     enough = max(WORTH_A_STAR, reached - FAR_BEHIND)
     fits = {**known, **refit_each(base, asked, progress, likely, enough)}
     gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in fits.items()}
     tested = [_fitted(c, gains.get(c.key)) for c in screening.candidates]
     tested += [_alone(d, fits[d.key], gains[d.key]) for d in alone]
     declared = [c for c in tested if c.key in expected]
-    p_values = {
-        c.key: min(np.exp(-c.surprise) * len(declared) / EXPECTED_SHARE, 1.0) for c in declared
-    }
-    share = 1.0
-    if any(p > LEVEL for p in p_values.values()):
-        share = 1.0 - EXPECTED_SHARE
+    p_values = {c.key: min(c.p_single * len(declared) / EXPECTED_SHARE, 1.0) for c in declared}
+    share = 1.0 - EXPECTED_SHARE if any(p > LEVEL for p in p_values.values()) else 1.0
     for c in tested:
         level = c.definition.level_alone
         p = c.p_single * LEVEL / level if level else screening.p_family(c.surprise, share)
@@ -203,9 +194,7 @@ def _by_path(entry: Definition, observations: Observations) -> bool:
 
     What paths differ by takes its place to first order, until it is fitted and that goes.
     """
-    if entry.changes is not None:
-        return False
-    effect = entry.build(entry.facts(observations.columns, observations.sites))
+    effect = effect_on(entry, observations)
     if not isinstance(effect, FrictionEffect):
         return False
     design, path = effect.design(observations.columns), observations.columns.path_index
@@ -265,7 +254,7 @@ def plainly_different(
         for test in groups
         if test.key in granted
         and test.evidence > MARGIN
-        and test.p_value <= test.level
+        and test.p_value <= (PERSISTENT_LEVEL if test.persistent else TRANSIENT_LEVEL)
         and base.definition(test.key).lacking(*data) is None
     ]
     return sorted(plain, key=lambda test: -test.gain)
@@ -281,11 +270,8 @@ def explained_otherwise(
     `screening` that of all candidates on it. None where no candidate has that evidence, or it does
     not gain on held-out records.
     """
-    worth = [
-        c
-        for c in screening.candidates
-        if c.p_family <= LEVEL and c.gain > WORTH_INSTEAD * group.evidence
-    ]
+    enough = WORTH_INSTEAD * group.evidence
+    worth = [c for c in screening.candidates if c.p_family <= LEVEL and c.gain > enough]
     worth = sorted(worth, key=lambda c: -c.gain)[:OF_A_FAMILY]
     likely = likely_values(worth, without.observations)
     least = max(group.evidence - MARGIN, WORTH_A_STAR)

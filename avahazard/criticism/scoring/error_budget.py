@@ -31,8 +31,6 @@ N_DRAWS = 600
 N_TABLES = 12
 CHANCE = 1.64
 """Standard errors that chance exceeds in one of twenty cases."""
-PARAMETERS, VOLUME, SCATTER = 0, 1, 2
-DRAWN = (PARAMETERS, VOLUME, SCATTER)
 SOURCES = ("record", "volume", "release", "scatter", "parameters")
 UNEXPLAINED = "unexplained"
 
@@ -55,8 +53,7 @@ class ErrorBudget:
     @property
     def expected(self) -> Floats:
         """What all sources together let expect `[n_events]`, m2."""
-        measured = self.record + self.volume + self.release
-        return np.asarray(measured + self.scatter + self.parameters)
+        return self.record + self.volume + self.release + self.scatter + self.parameters
 
     @property
     def floor(self) -> Floats:
@@ -91,11 +88,11 @@ def unexplained(error: Floats, budget: ErrorBudget) -> float:
 
 
 def _shapley(cost: dict[tuple[int, ...], Floats]) -> Floats:
-    """The part of each source `[n_sources, n_events]` of the variances that sets of them cause."""
-    parts = np.zeros((len(DRAWN), len(cost[0, 0, 0])))
-    orders = list(permutations(DRAWN))
+    """The parts `[3, n_events]` of parameters, volume, scatter in what sets of them cause."""
+    parts = np.zeros((3, len(cost[0, 0, 0])))
+    orders = list(permutations(range(3)))
     for order in orders:
-        differ = [0] * len(DRAWN)
+        differ = [0, 0, 0]
         for source in order:
             before = cost[tuple(differ)]
             differ[source] = 1
@@ -119,8 +116,7 @@ def _runouts(model: FittedModel, rng: np.random.Generator) -> Floats:
     # The draw of parameters that each draw is set against.
     used = np.stack([np.arange(N_DRAWS), rng.permutation(N_DRAWS)])
     volume_noise = rng.standard_normal((2, N_DRAWS, n))
-    student = posterior.specification.tails == "student"
-    noise = scatter_draws(rng, (2, N_DRAWS, n), student)
+    noise = scatter_draws(rng, (2, N_DRAWS, n), posterior.friction.student)
     one_kind = posterior.layout.kinds is None
     kind_chance = noise if one_kind else rng.uniform(size=noise.shape)
     in_log = posterior.layout.log_scatter

@@ -23,13 +23,11 @@ EVENTS_AT_ONCE = 500
 
 
 class Loo(NamedTuple):
-    """`elpd`, its standard error `se`, and per event `[n_events]` its part and the Pareto k.
+    """Log density of each event given the others, and the Pareto k, `[n_events]`.
 
     `n_bad` counts events with k over 0.7; those that were refitted (`n_refitted`) are exact.
     """
 
-    elpd: float
-    se: float | None
     by_event: Floats
     pareto_k: Floats
     n_bad: int
@@ -51,22 +49,14 @@ def leave_one_out(model: FittedModel) -> Loo:
         shift = None if offsets is None else offsets[k]
         given[row] = posterior.event_log_likelihood(coordinates[k], shift)
     by_event, pareto_k = smoothed_loo(given)
-    bad = np.flatnonzero(~(np.asarray(pareto_k) <= BAD_K))
+    bad = np.flatnonzero(~(pareto_k <= BAD_K))
     refits = bad if len(bad) <= MAX_REFITS else bad[:0]
     if len(refits):
         start = find_mode(posterior, np.median(coordinates, axis=0))
     for i in refits:
         out = np.arange(len(by_event)) == i
         by_event[i] = left_out_log_density(posterior, out, start, coordinates)[i]
-    n = len(by_event)
-    return Loo(
-        elpd=float(np.sum(by_event)),
-        se=float(np.sqrt(n) * np.std(by_event, ddof=1)) if n > 1 else None,
-        by_event=by_event,
-        pareto_k=np.asarray(pareto_k),
-        n_bad=len(bad),
-        n_refitted=len(refits),
-    )
+    return Loo(by_event, pareto_k, len(bad), len(refits))
 
 
 STACKING_STEPS = 10_000
@@ -99,7 +89,7 @@ def smoothed_loo(log_likelihood: Floats) -> tuple[Floats, Floats]:
     """
     n_parts = -(-log_likelihood.shape[1] // EVENTS_AT_ONCE)
     parts = [_pareto_loo_each(some) for some in np.array_split(log_likelihood, n_parts, axis=1)]
-    by_event, pareto_k = (np.concatenate(part) for part in zip(*parts, strict=True))
+    by_event, pareto_k = _joined(parts)
     equal = np.ptp(log_likelihood, axis=0) <= ALIKE
     pareto_k[equal] = 0.0
     plain = equal | ~np.isfinite(by_event)
@@ -107,6 +97,11 @@ def smoothed_loo(log_likelihood: Floats) -> tuple[Floats, Floats]:
     # 1 / p(y_i | the others) is the mean of 1 / p(y_i | draw).
     by_event[plain] = np.log(len(less)) - np.logaddexp.reduce(less, axis=0)
     return by_event, pareto_k
+
+
+def _joined(parts: list[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
+    by_event, pareto_k = zip(*parts, strict=True)
+    return np.concatenate(by_event), np.concatenate(pareto_k)
 
 
 def _pareto_loo_each(log_likelihood: Floats) -> tuple[Floats, Floats]:
@@ -118,7 +113,5 @@ def _pareto_loo_each(log_likelihood: Floats) -> tuple[Floats, Floats]:
     except ValueError:  # one event without a tail is enough
         if log_likelihood.shape[1] == 1:
             return np.full(1, np.nan), np.full(1, np.nan)
-        each = [_pareto_loo_each(column[:, None]) for column in log_likelihood.T]
-        by_event, pareto_k = (np.concatenate(part) for part in zip(*each, strict=True))
-        return by_event, pareto_k
+        return _joined([_pareto_loo_each(column[:, None]) for column in log_likelihood.T])
     return np.array(found, dtype=np.float64), np.array(k, dtype=np.float64)

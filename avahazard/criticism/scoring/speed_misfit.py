@@ -70,13 +70,12 @@ def matched_speeds(model: FittedModel, rng: np.random.Generator) -> MatchedSpeed
             nodes = stop_nodes(posterior, table)
         friction = posterior.friction_at(u, None if offsets is None else offsets[k])
         tracks = []
+        sigma = posterior.layout.track_sigma(u)
         for j, track in enumerate(observations.speeds):
             i = track.event
             places, chance = friction_given_record(posterior, nodes, i, *friction)
-            mu = rng.choice(places, per_draw, p=chance)
+            square = _squares_at(table, j, i, rng.choice(places, per_draw, p=chance))
             arrives = observations.kind[i] != LEFT
-            square = _squares_at(table, j, i, mu)
-            sigma = posterior.layout.track_sigma(u)
             tracks.append(drawn_speeds(square, track, sigma, rng, arrives))
         columns.append(np.concatenate(tracks, axis=0))
     return MatchedSpeeds(
@@ -164,17 +163,16 @@ def speed_misfit(observations: Observations, matched: MatchedSpeeds) -> Rows[Spe
                     p_value=_by_track(error[selected], matched.event[selected]),
                 )
             )
-    tested = [(k, p) for k, row in enumerate(rows) if (p := row.p_value) is not None]
-    for (k, _), p in zip(tested, holm([p for _, p in tested]), strict=True):
-        rows[k] = replace(rows[k], p_value=p)
-    return Rows(rows)
+    corrected = iter(holm([p for row in rows if (p := row.p_value) is not None]))
+    return Rows(
+        row if row.p_value is None else replace(row, p_value=next(corrected)) for row in rows
+    )
 
 
 def _by_track(error: Floats, event: NDArray[np.int64]) -> float | None:
     """p-value of the tracks' mean errors; None with fewer than `FEWEST_TRACKS`."""
     means = np.array([np.mean(error[event == one]) for one in np.unique(event)])
-    n = len(means)
-    if n < FEWEST_TRACKS:
+    if (n := len(means)) < FEWEST_TRACKS:
         return None
     t = abs(np.mean(means)) / max(float(np.std(means, ddof=1)), 1e-12) * np.sqrt(n)
     return float(2.0 * stdtr(n - 1, -t))

@@ -41,9 +41,9 @@ def where_it_fails(
     predictive distribution, `path` the index of each event's path. The p-value is that of the
     mean of Φ⁻¹(PIT) in a level (two-sided). Events of one path are not independent: with five
     paths or more, axes other than the path allow for a spread between paths, and a level is held
-    against the other events (`contrast_p_values`). Values are corrected
-    for the number of axes, which count alike and share their part among their levels (`holm`):
-    a column of thirty words hides no other. Levels of fewer than five events are left out.
+    against the other events (`contrast_p_values`). Values are corrected for the number of axes,
+    which count alike and share their part among their levels (`holm`): a column of thirty words
+    hides no other. Levels of fewer than five events are left out.
     """
     z = ndtri(np.clip(pit, PIT_EDGE, 1.0 - PIT_EDGE))
     clustered = len(np.unique(path[path >= 0])) >= MIN_PATHS
@@ -75,8 +75,7 @@ def holm(p_values: list[float], weights: list[float] | None = None) -> list[floa
     weights = [1.0] * len(p_values) if weights is None else weights
     adjusted = [1.0] * len(p_values)
     highest, left = 0.0, sum(weights)
-    order = np.argsort(np.divide(p_values, weights), kind="stable")
-    for k in order:
+    for k in np.argsort(np.divide(p_values, weights), kind="stable"):
         highest = max(highest, min(1.0, left * p_values[k] / weights[k]))
         adjusted[k] = highest
         left -= weights[k]
@@ -134,11 +133,8 @@ def contrast_p(z: Floats, x: Floats, path: NDArray[np.int64]) -> float | None:
     part = slope * known_within
     if known_between > 0.0:
         part += float(np.sum(weight * ahead * z_mean))
-    uncertain = 0.0
-    if known_within > 0.0:
-        uncertain += (known_within / known) ** 2 / free_within
-    if known_between > 0.0:
-        uncertain += (known_between / known) ** 2 / free_between
+    parts = (known_within, free_within), (known_between, free_between)
+    uncertain = sum((each / known) ** 2 / free for each, free in parts if each > 0.0)
     return float(2.0 * stdtr(1.0 / uncertain, -abs(part) / np.sqrt(known)))
 
 

@@ -295,7 +295,7 @@ def linear_model(posterior: Posterior, u: Floats) -> LinearModel:
     observations, layout = posterior.observations, posterior.layout
     offsets, nodes = posterior.mode_offsets(u), posterior.nodes_at(u)
     location, scatter, weight = posterior.friction_at(u, offsets)
-    student = posterior.specification.tails == "student"
+    student = posterior.friction.student
     terms = event_terms(nodes, location, scatter, weight, student)
     mean = np.sum(weight * location, axis=1)
     unit = np.ones(len(mean)) if layout.log_scatter else np.maximum(mean, 1e-3)

@@ -85,9 +85,9 @@ class Screened:
 
 @dataclass(frozen=True, slots=True)
 class PairTest:
-    """Two candidates that gain together what neither does alone, the most surprising such pair.
+    """The most surprising of pairs that gain together what neither does alone.
 
-    Its p-value is against the most surprising one of each simulated dataset.
+    Its p-value is against that of each simulated dataset.
     """
 
     keys: tuple[str, str]
@@ -147,27 +147,24 @@ def screen(
     for block, at in zip(tried, places, strict=True):
         bend = weighed[:, at].T @ columns[:, at]
         gains, shape, scale, change = _gains(scores[at], bend, block)
-        surprise = _surprise(gains, shape, scale, block.side != 0)
+        by_chance = shape, scale, block.side != 0
+        surprise = _surprise(gains, *by_chance)
         largest = np.maximum(largest, surprise)
         if block.key not in found or surprise[0] > found[block.key].surprise:
-            by_chance, likely = (shape, scale, block.side != 0), _moved(block.values, change)
+            likely = block.values.copy()
+            likely[: len(change)] += change[: len(likely)]
             gain, entry = float(gains[0]), by_key[block.key]
             found[entry.key] = Screened(entry, gain, *by_chance, float(surprise[0]), 1.0, likely)
-    pairs = [k for k, b in enumerate(tried) if b.on_friction and by_key[b.key].beyond < 2]
-    pairs = [k for k in pairs if by_key[tried[k].key].alternatives is None]
+    pairs = [
+        k
+        for k, b in enumerate(tried)
+        if b.on_friction and by_key[b.key].beyond < 2 and by_key[b.key].alternatives is None
+    ]
     pair = _pair([tried[k] for k in pairs], [places[k] for k in pairs], scores, weighed, columns)
     chance = Screening((), largest[1:], pair)
     ranked = sorted(found.values(), key=lambda c: -c.surprise)
-    return Screening(
-        tuple(replace(c, p_family=chance.p_family(c.surprise)) for c in ranked), largest[1:], pair
-    )
-
-
-def _moved(values: Floats, change: Floats) -> Floats:
-    """Values of parameters with this change of the first ones."""
-    moved = values.copy()
-    moved[: len(change)] += change[: len(values)]
-    return moved
+    ranked = [replace(c, p_family=chance.p_family(c.surprise)) for c in ranked]
+    return replace(chance, candidates=tuple(ranked))
 
 
 def _gains(scores: Floats, bend: Floats, block: Block) -> tuple[Floats, float, float, Floats]:
