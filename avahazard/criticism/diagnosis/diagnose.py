@@ -131,11 +131,9 @@ def diagnose(
             left, base, screened = plain_groups[0], without, by_others
             granted = tuple(key for key in granted if key != left.key)
             groups = (*group_tests(base), left)
-
-    def of_fits(share: float) -> None:
-        progress(0.3 + 0.5 * share)
-
-    fits, screening = fitted_in_full(base, screened, alone, expected, known, of_fits)
+    fits, screening = fitted_in_full(
+        base, screened, alone, expected, known, lambda share: progress(0.3 + 0.5 * share)
+    )
     survivors = [c for c in screening.candidates if c.key in fits and c.p_family <= LEVEL]
     evidence = {c.key: evidence_gain(c, fits, base, screening) for c in survivors}
     evidence = beside_places(evidence, fits)
@@ -238,7 +236,7 @@ def named_group(
     groups: Sequence[TriedGroup],
     granted: Sequence[str],
 ) -> tuple[str, ...]:
-    """The granted groups that differ most plainly, where no rival explains more; none or one key.
+    """The granted groups that differ most plainly, where no rival explains more.
 
     Winters and storms, which do not come again, predict nothing: any cause comes before them.
     Beside the groups stand the errors of volumes, where these may make them up.
@@ -309,10 +307,7 @@ def error_of(fit: Refit) -> float:
 
 
 def needed_beside(question: Question, keys: Sequence[str]) -> Pair | None:
-    """The effects of a set, if each is needed beside the others: the data distinguish them then.
-
-    The first of them was fitted.
-    """
+    """The effects of a set, the first fitted already, if each is needed beside the others."""
     base, singles = question.base, dict(question.fits)
     fit = singles[keys[0]]
     for key in keys[1:]:
@@ -329,10 +324,7 @@ def needed_beside(question: Question, keys: Sequence[str]) -> Pair | None:
 
 
 def masked_pair(question: Question) -> tuple[Pair, Refit] | None:
-    """Two effects that count together where neither does alone, if the screening found such.
-
-    With the fit of both.
-    """
+    """Two effects that count together where neither does alone, if any, and the fit of both."""
     test, base = question.screening.pair, question.base
     if test is None or test.p_value > PAIR_LEVEL:
         return None
@@ -360,11 +352,9 @@ def _together(
 
 def _is_needed(fit: Refit, wider: Refit, more: Sequence[str]) -> bool:
     """Whether a wider model is worth it: by evidence, by held-out records, by the force."""
-    if wider.evidence - fit.evidence <= MARGIN:
-        return False
-    if evidence_beside_places(wider, more[-1]) <= MARGIN:
-        return False
-    witnesses = [force_witness(wider.posterior, wider.mode, k) for k in more]
-    if any(w is not None and w.denies for w in witnesses):
-        return False
-    return held_out_gain(wider, fit) > 0.0
+    return (
+        wider.evidence - fit.evidence > MARGIN
+        and evidence_beside_places(wider, more[-1]) > MARGIN
+        and not any(w.denies for k in more if (w := force_witness(wider.posterior, wider.mode, k)))
+        and held_out_gain(wider, fit) > 0.0
+    )

@@ -89,10 +89,7 @@ def force_witness(posterior: Posterior, mode: Mode, key: str) -> ForceWitness | 
 
 @dataclass(slots=True, eq=False)
 class ForceTrack:
-    """A track with what resists on it, and the energies `[n]` and friction fitted to it so far.
-
-    `rest` resists without the effect, `whole` with it.
-    """
+    """What resists on a track without and with the effect; energies `[n]` and friction so far."""
 
     course: Course
     site: Site
@@ -121,11 +118,10 @@ def _tracks(posterior: Posterior, u: Floats, effect: MotionEffect) -> list[Force
 
 
 def _common_share(tracks: Sequence[ForceTrack]) -> tuple[float, float] | None:
-    """The share of the effect in all tracks, with its standard error.
+    """The share of the effect in all tracks, with its standard error; None where steps find no end.
 
-    None where no course depends on it, or Gauss and Newton's steps find no end. The standard error
-    is clustered by track (its speeds share what the model lacks), and never less than what the
-    errors of the speeds ask for.
+    The error is clustered by track (its speeds share what the model lacks), and never less than
+    what the errors of the speeds ask for.
     """
     share = 1.0
     for _ in range(MOST_STEPS):
@@ -151,8 +147,7 @@ def _common_share(tracks: Sequence[ForceTrack]) -> tuple[float, float] | None:
 def _standardised(track: ForceTrack, linear: Linear) -> tuple[Floats, Floats]:
     """What the course must explain, in standard errors of the speeds, and what may explain it.
 
-    The energies at the speeds less what is fixed `[n_speeds]`, as errors of the speeds about the
-    course make them; derivatives by the track's own energy, its friction, and the effect's share
+    Energies less what is fixed `[n_speeds]`; derivatives by own energy, friction and share
     `[n_speeds, 3]`.
     """
     course, at = track.course, track.course.at
@@ -225,10 +220,7 @@ class Forces(NamedTuple):
 
 
 class Linear(NamedTuple):
-    """The energy along a course `[n]` as a linear function of E₀, μ and the effect's share.
-
-    `start`, `load` and `effect` are its derivatives, `fixed` is the rest.
-    """
+    """Derivatives of the energy along a course `[n]` by E₀, μ and the effect's share; the rest."""
 
     start: Floats
     load: Floats
@@ -285,10 +277,7 @@ def _forces(track: ForceTrack, square: Floats) -> Forces:
 def _force(
     track: ForceTrack, resistance: Resistance, square: Floats, load: Floats
 ) -> tuple[Floats, Floats]:
-    """What friction is multiplied by, and the resisting force per mass (m/s2), at squared speeds.
-
-    As `Resistance` has it.
-    """
+    """The factor of friction and the resisting force per mass (m/s2) of `Resistance`."""
     terrain = track.site.terrain_for(resistance)
     inside = np.searchsorted(terrain.x, track.course.x, side="right") - 1
     cell = np.clip(inside, 0, terrain.n_cells - 1)

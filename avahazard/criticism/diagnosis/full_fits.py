@@ -81,10 +81,9 @@ and of storms, which must have evidence besides."""
 
 @dataclass(frozen=True, slots=True)
 class TriedGroup:
-    """An effect on groups of events, by its key: its gain (nats) beside the others, its p-value.
+    """An effect on groups of events, tested beside the others; gain and evidence in nats.
 
-    `evidence` (nats) is that for the groups, `spread` how far they differ; those that are
-    `persistent`, as paths, come again.
+    `spread` is how far the groups differ; those that are `persistent`, as paths, come again.
     """
 
     key: str
@@ -176,10 +175,10 @@ def _curve_of(entry: Definition, observations: Observations) -> Curve | None:
 
 
 def _strong(shared: tuple[Likely, Refit], candidate: Screened) -> tuple[Screened, float]:
-    """The candidate with the gain of a short ascent and its values, where it shapes the tables.
+    """The candidate by a short ascent where it shapes the tables, and its gain, 0 without one.
 
-    And that gain, 0 without an ascent. What gains much is far from neutral, where the tables are no
-    longer linear in it: with speeds even the sign of its score may mislead there.
+    What gains much is far from neutral, where the tables are no longer linear in it: with speeds
+    even the sign of its score may mislead there.
     """
     likely, base = shared
     known = bool(base.observations.speeds) and not candidate.definition.beyond
@@ -244,10 +243,7 @@ def group_tests(base: Refit) -> tuple[TriedGroup, ...]:
 def plainly_different(
     base: Refit, groups: Sequence[TriedGroup], granted: Sequence[str]
 ) -> list[TriedGroup]:
-    """The granted groups with the evidence of any cause, the plainest first.
-
-    Groups that are too few to estimate their spread are never among them.
-    """
+    """The granted groups with enough evidence, and members, to name; the plainest first."""
     data = base.observations.columns, base.observations.sites
     plain = [
         test
@@ -364,10 +360,7 @@ def kinds_of(model: FittedModel) -> Kinds | None:
 
 
 def second_kind(model: FittedModel, draw: int, offsets: Floats | None) -> Floats:
-    """Probability `[n_events]` to be of the second kind, whose friction is lower, of one draw.
-
-    `offsets` `[n_offsets]` are those of its groups.
-    """
+    """Probability `[n_events]` of the second kind, of lower friction, by a draw and its offsets."""
     posterior, u = model.posterior, model.draws[draw]
     location, scatter, weight = posterior.friction_at(u, offsets)
     nodes = posterior.nodes_at(u)

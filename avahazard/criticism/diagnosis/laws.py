@@ -73,10 +73,7 @@ def found_shape(fit: Refit, key: str) -> Shape | None:
 def drawn_roughness(
     curve: Curve, sd: Floats, known: CurvesLikelihood, n: int, rng: np.random.Generator
 ) -> Floats:
-    """Draws `[n, n_x]` of what a curve has beyond its polynomial, given their likelihood.
-
-    `sd` `[n_parameters]` are the prior standard deviations of the polynomial's parameters.
-    """
+    """Draws `[n, n_x]` of a curve beyond its polynomial of prior `sd` `[n_parameters]`."""
     fits = [rougher(curve, sd, known, size * float(sd[0])) for size in ROUGHNESS]
     log_z = np.array([found.evidence for found in fits])
     chosen = rng.choice(len(fits), n, p=np.exp(log_z - logsumexp(log_z)))
@@ -122,9 +119,8 @@ def rougher(curve: Curve, sd: Floats, known: CurvesLikelihood, size: float) -> R
 class Match:
     """A form set against curves: its evidence to second order, up to a constant (nats).
 
-    `shapes` `[n, n_shape]` are values of its shape, with the probability of each; `begin`
-    `[n_parameters]` are the likeliest values of all of its parameters. `spread_out` is the
-    evidence less that with the likeliest shape alone.
+    `shapes` `[n, n_shape]` have each its `share` of probability; at `begin` `[n_parameters]` the
+    form is likeliest; `spread_out` is the evidence less that with the likeliest shape alone.
     """
 
     form: LawForm
@@ -232,10 +228,7 @@ def _law_gain(fit: Refit, key: str) -> float:
 
 
 class CurvesLikelihood(NamedTuple):
-    """The likelihood of curves to second order: normal in their heights at `places` `[n]`.
-
-    Its `precision` `[n, n]`, and `pull` `[n]`, that times its middle.
-    """
+    """Normal likelihood of heights at `places` `[n]`: precision, and `pull`, that times the mean."""
 
     places: Floats
     precision: Floats
@@ -243,10 +236,7 @@ class CurvesLikelihood(NamedTuple):
 
 
 def curves_likelihood(fit: Refit, key: str, curve: Curve, spread: float) -> CurvesLikelihood:
-    """That of curves in the place of smooth `key` of `fit`; all else that it has is projected out.
-
-    `spread` is the size of heights.
-    """
+    """That of curves of size `spread` in the place of smooth `key`; all else is projected out."""
     model = linear_model(fit.posterior, fit.mode.u)
     n = len(fit.drawn(key).T)
     assert fit.posterior.effects[-1].key == key

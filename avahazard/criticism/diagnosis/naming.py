@@ -113,8 +113,7 @@ def group_comes_first(base: Refit, rival: Refit, key: str) -> bool:
 def groups_earn_their_name(fit: Refit, key: str) -> bool:
     """Whether groups that differ (`key`, which `fit` has) have `MARGIN` of evidence.
 
-    Several kinds of groups are tested, each by itself, beside all candidates: their p-values alone
-    would name one too often.
+    By p-values alone one of several kinds of groups would be named too often.
     """
     return fit.evidence - refit_without(fit, key).evidence > MARGIN
 

@@ -195,10 +195,7 @@ def put(u: Floats, posterior: Posterior, begin: Likely) -> Floats:
 
 
 def peak_with(base: Refit, entry: Definition, start: Refit, values: Floats) -> tuple[float, Floats]:
-    """The log density, and the effect's values there, near the mode of `base` with an effect.
-
-    To `ROUGHLY` nats, from these values, and all else as it is in `start`.
-    """
+    """The log density, and the effect's values, at the mode of `base` with it, roughly."""
     own = (*base.own, entry)
     *_, posterior = _wider(base.observations, base.specification, base.facts, (entry.key,), own)
     begin = {entry.key: [values]}
@@ -227,10 +224,9 @@ def refit_without(start: Refit, key: str) -> Refit:
 
 
 def short_ascent(start: Refit, key: str, likely: Sequence[Floats]) -> tuple[float, Floats]:
-    """The best short ascent with an effect that shapes the tables, from `likely` values of it.
+    """The gain (nats) and values of the best short ascent with an effect that shapes the tables.
 
-    And from plausible ones of an effect of the catalogue. Its gain (nats of log density), and the
-    values there.
+    From `likely` values, and plausible ones of an effect of the catalogue.
     """
     given = start.observations, start.specification, start.facts
     *_, posterior = _wider(*given, (key,), start.own)
@@ -246,10 +242,7 @@ def short_ascent(start: Refit, key: str, likely: Sequence[Floats]) -> tuple[floa
 
 
 def likely_values(screened: Iterable[Screened], observations: Observations) -> Likely:
-    """Values of candidates that shape the tables, by key, from which their full fits begin.
-
-    Within their ranges, and off a bound that is neutral.
-    """
+    """Of candidates that shape the tables, values from which fits begin, off neutral bounds."""
     found = {}
     for candidate in screened:
         effect = effect_on(candidate.definition, observations) if len(candidate.likely) else None

@@ -78,10 +78,7 @@ def error_budget(model: FittedModel, rng: np.random.Generator) -> ErrorBudget:
 
 
 def unexplained(error: Floats, budget: ErrorBudget) -> float:
-    """Root (m) of what the mean square of `error` `[n_events]` is over that to be expected.
-
-    0 where it is not over it by more than chance does in one of twenty cases.
-    """
+    """Root (m) of the mean square of `error` over that expected; 0 where chance may do as much."""
     more = np.square(error) - budget.expected
     chance = CHANCE * float(np.std(more)) / np.sqrt(len(more))
     return float(np.sqrt(np.mean(more))) if np.mean(more) > chance else 0.0
@@ -152,10 +149,7 @@ def _runouts(model: FittedModel, rng: np.random.Generator) -> Floats:
 
 
 def budget_parts(error: Floats, budget: ErrorBudget) -> Rows[BudgetPart]:
-    """Every source and what is left of `error` `[n_events]` (m), as root mean squares.
-
-    The release is one where an error of it is stated.
-    """
+    """Root mean squares (m) of every source, the release if it has errors, and what is left."""
     parts = [
         BudgetPart(source, float(np.sqrt(np.mean(getattr(budget, source)))))
         for source in SOURCES
@@ -167,10 +161,7 @@ def budget_parts(error: Floats, budget: ErrorBudget) -> Rows[BudgetPart]:
 def budget_by_event(
     observations: Observations, error: Floats, budget: ErrorBudget, profile: Floats
 ) -> Rows[EventBudget]:
-    """Standard deviations by source of each event, and its error (predicted minus recorded).
-
-    `profile` `[n_events]` (m) is what the error of the profile's points does.
-    """
+    """Of each event the sd by source, its error, and what errors of the `profile` do (m)."""
     sd = {f"{source}_m": np.sqrt(getattr(budget, source)) for source in SOURCES}
     sd["profile_m"] = profile
     return Rows(

@@ -231,10 +231,7 @@ FEWEST_GROUPS = 3
 
 
 class HeldOut(NamedTuple):
-    """What is left out together: a group for each event `[n_events]`, made by path or fold.
-
-    `fits` `[n_events]` gathers groups: those of one fit are left out of it together.
-    """
+    """A group for each event `[n_events]`, by path or fold, and the fit without it `[n_events]`."""
 
     by: Literal["path", "fold"]
     groups: Ints
@@ -242,11 +239,7 @@ class HeldOut(NamedTuple):
 
 
 class HeldOutPredictions(NamedTuple):
-    """Each event by the fit to the other groups.
-
-    The log density of its record `[n_events]`, the records to be expected, and the speeds along
-    measured tracks (None without).
-    """
+    """Each event by the fit to the other groups: `[n_events]` log densities, records, speeds."""
 
     log_density: Floats
     records: ExpectedRecords
@@ -324,10 +317,7 @@ def held_out_predictions(
     groups: Ints,
     progress: Callable[[float], None] = lambda _share: None,
 ) -> HeldOutPredictions:
-    """What the fits without each group say of it, one fit a group.
-
-    Their draws are near those of the model, which are given all events (see `fit_draws`).
-    """
+    """What the fits without each group say of it; their draws are near those of the model."""
     posterior, around = model.posterior, model.draws
     start = find_mode(posterior, np.median(around, axis=0))
     n = len(groups)
@@ -398,9 +388,9 @@ def held_out_together(posterior: Posterior, groups: Ints, start: Mode) -> Floats
 
 
 def _together_given(posterior: Posterior, rest: Posterior, out: Bools, u: Floats) -> Floats:
-    """Log density `[n]` of the records `out`, the offsets of their groups integrated out.
+    """Log density `[n]` of the records `out` given u `[n, n_slots]`, offsets integrated out.
 
-    Given parameters u `[n, n_slots]`, and the other records where these share an offset.
+    And given the other records, where these share an offset.
     """
     index = posterior.plan.index
     if np.any(np.intersect1d(index[:, out], index[:, ~out]) >= 0):

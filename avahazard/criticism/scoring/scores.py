@@ -1,7 +1,6 @@
 """The records to be expected, and their scores.
 
-They are stops drawn from the model with the error of the record; scores are in the coordinate of
-the records, or along the path.
+They are stops drawn with the error of the record; scores are in its coordinate, or along the path.
 """
 
 from __future__ import annotations
@@ -52,11 +51,7 @@ class ExpectedRecords:
 
 
 def expected_records(model: FittedModel, n_draws: int, rng: np.random.Generator) -> ExpectedRecords:
-    """Draw records of every event of the model.
-
-    On paths with a detection limit, only draws that would be
-    seen are kept.
-    """
+    """Draw records of every event; on paths with a detection limit, only draws that are seen."""
     observations, posterior = model.observations, model.posterior
     limited = bool(np.any(np.isfinite(_limits(posterior, model.draws[:1]))))
     n_stops = SPARE * n_draws if limited else n_draws
@@ -168,9 +163,8 @@ def runout_scores(expected: ExpectedRecords, pit: Floats, floor: Floats) -> Runo
     """Scores of runouts, in metres of each record.
 
     `bias_m` is predicted mean minus record; where elevations are mixed with others, it counts as
-    elevations do (> 0: recorded farther down than predicted). The measurement-error floor is
-    the root mean square of the records' standard deviations `floor`
-    `[n_events]`, and as CRPS. Besides: the histogram of the PIT `[n_events]` in ten equal bins.
+    elevations do (> 0: recorded farther down than predicted). The measurement-error floor is that
+    of records that scatter by `floor` `[n_events]` alone.
     """
     return RunoutScores(
         n=len(expected.observed),

@@ -68,10 +68,7 @@ def where_it_fails(
 
 
 def holm(p_values: list[float], weights: list[float] | None = None) -> list[float]:
-    """p-values corrected so that one false alarm in all is as rare as promised.
-
-    A p-value counts by its weight (1) in what it is held against (weighted procedure of Holm 1979).
-    """
+    """p-values corrected for their number, each by its weight (Holm 1979)."""
     weights = [1.0] * len(p_values) if weights is None else weights
     adjusted = [1.0] * len(p_values)
     highest, left = 0.0, sum(weights)
@@ -159,8 +156,7 @@ def _between(
 def event_axes(observations: Observations, predicted_x: Floats) -> dict[str, Levels]:
     """Level of every event `[n_events]` by axis; '' where it is not known.
 
-    `predicted_x` `[n_events]` (m) is the place of the predicted stop. Numbers are cut at their
-    terciles.
+    `predicted_x` `[n_events]` (m) are the predicted stops. Numbers are cut at their terciles.
     """
     columns = observations.columns
     names = np.array([*columns.paths, ""])
@@ -205,10 +201,7 @@ def _at_the_stop(observations: Observations, x: Floats) -> dict[str, Levels]:
 
 
 def terciles(values: Floats, form: str, unit: str = "", leading: int | None = None) -> Levels:
-    """Lower, middle and upper third, notes on their edges; '' where nan.
-
-    Edges are written in that form and unit, of so many leading digits.
-    """
+    """Lower, middle and upper third, notes on their edges in a form and unit; '' where nan."""
     known = np.isfinite(values)
     levels = np.full(len(values), "", dtype=object)
     if np.any(known) and np.ptp(values[known]) > 0.0:

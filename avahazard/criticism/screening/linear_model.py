@@ -145,10 +145,7 @@ class LinearModel:
         return self.on_scatter(share[:, None] * columns)
 
     def of_effect(self, effect: Effect, values: Floats, of_first: bool = False) -> Floats:
-        """Rows `[n_rows, n_parameters]`: the change by each parameter of an effect at `values`.
-
-        With `of_first` that of the first one alone.
-        """
+        """Rows `[n_rows, n_parameters]`: the change by each parameter of an effect, or the first."""
         if isinstance(effect, FrictionEffect):
             return self.on_friction(effect.design(self.posterior.observations.columns))
         if isinstance(effect, ScatterEffect):
@@ -216,10 +213,7 @@ class LinearModel:
         return Moved(likelihood, asked, self._squares(beside, u))
 
     def _squares(self, beside: Posterior, u: Floats) -> list[Floats]:
-        """Squares of speed `[n_speeds]` along each track at the friction that its record asks for.
-
-        Of the base, with the block of the model `beside` at u.
-        """
+        """Squares of speed along each track as in `Moved`, with the block of `beside` at u."""
         records, values = beside.observations, beside.layout.effect_values(u)
         path, cells, squares = records.columns.path_index, dict[int, Cells](), []
         for track in records.speeds:

@@ -168,10 +168,7 @@ def screen(
 
 
 def _gains(scores: Floats, bend: Floats, block: Block) -> tuple[Floats, float, float, Floats]:
-    """Gains `[1 + n_worlds]` of one block, the gamma distribution that they have by chance.
-
-    And the change of its parameters on the records.
-    """
+    """Gains `[1 + n_worlds]` of one block, shape and scale by chance, change of its parameters."""
     inverse = np.linalg.inv(bend + np.diag(block.precision))
     gains = 0.5 * np.einsum("in,ij,jn->n", scores, inverse, scores)
     if block.side:
