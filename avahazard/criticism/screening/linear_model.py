@@ -145,7 +145,7 @@ class LinearModel:
         return self.on_scatter(share[:, None] * columns)
 
     def of_effect(self, effect: Effect, values: Floats, of_first: bool = False) -> Floats:
-        """Rows `[n_rows, n_parameters]`: the change by each parameter of an effect, or the first."""
+        """Rows `[n_rows, n_parameters]`: changes by each parameter of an effect, or the first."""
         if isinstance(effect, FrictionEffect):
             return self.on_friction(effect.design(self.posterior.observations.columns))
         if isinstance(effect, ScatterEffect):
