@@ -223,6 +223,15 @@ def show_simulations(console: Console, found: Simulations) -> None:
     console.print(table("Runs of com1DFA", heads, rows))
 
 
+def show_map(console: Console, found: ChanceMap) -> None:
+    """Print what a map holds."""
+    rows = [(row.path_id, row.engine, row.n_runs, f"{row.chance_max:.3f}") for row in found.paths]
+    title = f"{found.file}: {found.crs}, cells of {found.cell_m:g} m"
+    console.print(table(title, ("path", "engine", ">runs", ">largest chance a year"), rows))
+    console.print(f"It holds: {', '.join(found.bands)}.")
+
+
+@answers("map.draw_map", show_map)
 def map(
     name: CalibratedModel,
     file: Annotated[Path, output_file("Ends in .tif (chances) or .gpkg (areas and zones).")],
@@ -240,12 +249,3 @@ def map(
       avahazard map flow -o chances.tif
       avahazard map flow -o zones.gpkg --limits french
     """
-    emit(ask("map.draw_map", name=name, file=file, request=request), show_map)
-
-
-def show_map(console: Console, found: ChanceMap) -> None:
-    """Print what a map holds."""
-    rows = [(row.path_id, row.engine, row.n_runs, f"{row.chance_max:.3f}") for row in found.paths]
-    title = f"{found.file}: {found.crs}, cells of {found.cell_m:g} m"
-    console.print(table(title, ("path", "engine", ">runs", ">largest chance a year"), rows))
-    console.print(f"It holds: {', '.join(found.bands)}.")

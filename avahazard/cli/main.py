@@ -77,14 +77,12 @@ def _helps(module: str) -> dict[str, str]:
 class Commands(TyperGroup):
     """The commands of `avahazard`, loaded when they are called; an error is one message."""
 
-    def list_commands(self, ctx: Any) -> list[str]:
+    def list_commands(self, _ctx: Any) -> list[str]:
         """Return the names, without loading the commands."""
-        del ctx
         return list(COMMANDS)
 
-    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+    def get_command(self, _ctx: Any, cmd_name: str) -> Any:
         """Load one command; None when there is none of this name."""
-        del ctx
         return load(cmd_name) if cmd_name in COMMANDS else None
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
@@ -94,9 +92,8 @@ class Commands(TyperGroup):
             ctx.fail(f"No such command '{args[0]}'. {close}".rstrip())
         return super().resolve_command(ctx, args)
 
-    def format_commands(self, ctx: Any, formatter: Any) -> None:
+    def format_commands(self, _ctx: Any, formatter: Any) -> None:
         """Write the list of commands for the help, without loading them."""
-        del ctx
         with formatter.section("Commands"):
             formatter.write_dl([(name, help_of(name)) for name in COMMANDS])
 

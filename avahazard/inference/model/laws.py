@@ -188,6 +188,12 @@ def _inside(log_mu: Floats, *slopes: Floats) -> Floats:
     return np.where(np.abs(log_mu) < MOST_LOG, np.stack(slopes), 0.0)
 
 
+def differences(f: Callable[[Floats], Floats], at: Floats, scale: Floats) -> Floats:
+    """Central differences `[d, n]` of f `[..., n]` by each of `at` `[d]`, in units of `scale`."""
+    steps = 1e-5 * np.diag(scale)
+    return np.asarray((f(at + steps) - f(at - steps)) / 2e-5)
+
+
 @dataclass(frozen=True, slots=True)
 class Law:
     """A law μ = G(V) and the coordinates in which it is sampled.

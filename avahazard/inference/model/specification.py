@@ -26,7 +26,7 @@ from avahazard.inference.model.choices import (
     ScatterName,
     TailsName,
 )
-from avahazard.inference.model.laws import Law
+from avahazard.inference.model.laws import Law, differences
 from avahazard.records.errors import AvahazardError
 
 LEAST_RECIPROCAL_CONDITION = 1e-10
@@ -83,9 +83,7 @@ def prior_of_fit(
             f"A prior needs a fit to {len(law.coordinates) + 3} events or more.",
         )
     scale = np.where(natural != 0.0, np.abs(natural), 1e-8)
-    steps = 1e-5 * np.diag(scale)
-    ahead, behind = (law.from_natural(natural + step) for step in (steps, -steps))
-    slope = ((ahead - behind) / 2e-5 / scale[:, None]).T
+    slope = (differences(law.from_natural, natural, scale) / scale[:, None]).T
     spread = slope @ covariance @ slope.T * (free / (free - 2.0))
     return law_prior(source, law, law.from_natural(natural), spread)
 

@@ -198,27 +198,27 @@ def regression(
 
     A prior of shape -1/2 and scale 0 is flat on σ. Chains start dispersed over β and σ.
     """
-    sums, fitted = _sums(x, y)
+    sums = _sums(x, y)
     draws = np.empty((n_chains, n_draws, 3))
     burn = np.empty((N_BURN, 3))
     variance = max(sums[4] / x.size, 1e-12)
     slope_sd = np.sqrt(1.0 / (sums[3] / variance + prior.precision[1]))
     for c in range(n_chains):
         rng = generator(seed, "gibbs", c)
-        beta = fitted + 3.0 * slope_sd * rng.standard_normal()
+        beta = sums[5] + 3.0 * slope_sd * rng.standard_normal()
         sigma2 = variance * np.exp(rng.uniform(-2.0, 2.0))
         beta, sigma2 = run_gibbs(rng, beta, sigma2, sums, prior, burn)
         run_gibbs(rng, beta, sigma2, sums, prior, draws[c])
     return draws
 
 
-def _sums(x: Floats, y: Floats) -> tuple[Floats, float]:
-    """N, mean x, mean y, Σ(x - mean)², smallest Σ residual², slope; and the fitted slope."""
+def _sums(x: Floats, y: Floats) -> Floats:
+    """N, mean x, mean y, Σ(x - mean)², smallest Σ residual², and the slope that gives it."""
     dx, dy = x - x.mean(), y - y.mean()
     sxx = float(dx @ dx)
     slope = float(dx @ dy) / sxx if sxx > 0 else 0.0
     rest = dy - slope * dx
-    return np.array([x.size, x.mean(), y.mean(), sxx, float(rest @ rest), slope]), slope
+    return np.array([x.size, x.mean(), y.mean(), sxx, float(rest @ rest), slope])
 
 
 @kernel

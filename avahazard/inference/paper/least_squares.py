@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.inference.model.laws import LAWS, Law
+from avahazard.inference.model.laws import LAWS, Law, differences
 from avahazard.records.errors import AvahazardError
 
 EQUAL = 0.01
@@ -138,9 +138,8 @@ def _is_free(law: Law, u: Floats, volume: Floats, noise: float) -> bool:
     """
     if not np.isfinite(u).all():
         return True
-    steps = 1e-5 * np.diag(law.prior_sd)
-    ahead, behind = (np.exp(law.log_friction(u + step, volume)) for step in (steps, -steps))
-    values = np.linalg.svd((ahead - behind) / 2e-5, compute_uv=False)
+    moved = differences(lambda at: np.exp(law.log_friction(at, volume)), u, law.prior_sd)
+    values = np.linalg.svd(moved, compute_uv=False)
     return bool(values[-1] <= SINGULAR * values[0] or noise >= WIDEST * values[-1])
 
 
@@ -157,7 +156,6 @@ def _covariance(law: Law, natural: Floats, volume: Floats) -> Floats:
     Steps are relative, so that the pseudo-inverse compares numbers of one size.
     """
     scale = np.where(natural != 0, np.abs(natural), law.to_natural(law.prior_mean + 1.0))
-    steps = 1e-5 * np.diag(scale)
-    ahead, behind = (law.friction(natural + step, volume) for step in (steps, -steps))
-    inverse = np.linalg.pinv(((ahead - behind) / 2e-5).T, rcond=1e-7)
+    slopes = differences(lambda at: law.friction(at, volume), natural, scale)
+    inverse = np.linalg.pinv(slopes.T, rcond=1e-7)
     return np.asarray((inverse @ inverse.T) * np.outer(scale, scale), np.float64)

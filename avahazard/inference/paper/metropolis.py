@@ -179,14 +179,7 @@ def _exp(x: float) -> float:
     r = min(max(x, -36.0), 36.0) * (1.0 / 256.0)
     p = 1.0 + r * (1 / 5 + r * (1 / 30 + r * (1 / 210 + r * (1 / 1680 + r * (1 / 15120)))))
     p = 1.0 + r * (1.0 + r * (1 / 2 + r * (1 / 6 + r * (1 / 24 * p))))
-    p *= p
-    p *= p
-    p *= p
-    p *= p
-    p *= p
-    p *= p
-    p *= p
-    return p * p
+    return p**256
 
 
 @kernel(fastmath=FAST_BUT_NAN)
