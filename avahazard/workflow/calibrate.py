@@ -22,12 +22,12 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model import specification as spec
 from avahazard.inference.model.choices import DEFAULT_METHOD, METHODS
-from avahazard.inference.model.laws import Law, law
+from avahazard.inference.model.laws import Law, law, usable
 from avahazard.inference.model.layout import Layout, build_layout, in_coordinate
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.paper.apparent import back_calculate
 from avahazard.inference.paper.calibration import check_method
-from avahazard.inference.paper.least_squares import fit_law, usable
+from avahazard.inference.paper.least_squares import fit_law
 from avahazard.inference.sampling import N_CHAINS, calibrate_model
 from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records, only_paths

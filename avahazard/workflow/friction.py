@@ -16,11 +16,11 @@ from avahazard.arrays import Floats
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
 from avahazard.inference.model.friction_model import FrictionModel, log_density
-from avahazard.inference.model.laws import law
+from avahazard.inference.model.laws import law, usable
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.paper import apparent
 from avahazard.inference.paper.calibration import recorded_elevation
-from avahazard.inference.paper.least_squares import LawFit, fit_every_law, fit_law, usable
+from avahazard.inference.paper.least_squares import LawFit, fit_every_law, fit_law
 from avahazard.inference.prediction import look_up
 from avahazard.inference.seeds import generator
 from avahazard.records.collection import Event, Records, find_path, only_paths

@@ -152,24 +152,20 @@ class OffsetPlan:
 
 def offset_plan(effects: Sequence[Effect], columns: EventColumns) -> OffsetPlan:
     """The groupings of a model's effects on these events."""
-    keys: list[str] = []
-    names: list[str] = []
-    told: list[str] = []
-    of: list[int] = []
-    persistent: list[bool] = []
-    index = np.empty((0, len(columns)), dtype=np.int64)
-    alone = np.empty((0, len(columns)), dtype=np.bool_)
-    for effect in of_kind(effects, GroupEffect):
-        groups = effect.groups(columns)
-        index = np.vstack([index, np.where(groups.index >= 0, groups.index + len(names), -1)])
-        alone = np.vstack([alone, groups.alone & (groups.index < 0)])
-        of += [len(keys)] * len(groups.names)
-        names += groups.names
-        told += [f"{groups.told}{name}" for name in groups.names]
-        persistent.append(not groups.alone)
-        keys.append(effect.key)
-    named = tuple(keys), tuple(names), tuple(told)
-    return OffsetPlan(*named, np.array(of, dtype=np.int64), index, alone, tuple(persistent))
+    by_key = {e.key: e.groups(columns) for e in of_kind(effects, GroupEffect)}
+    groups, shape = by_key.values(), (len(by_key), len(columns))
+    sizes = [len(g.names) for g in groups]
+    first = np.cumsum([0, *sizes])[:-1]
+    index = [np.where(g.index >= 0, g.index + k, -1) for g, k in zip(groups, first, strict=True)]
+    return OffsetPlan(
+        keys=tuple(by_key),
+        names=tuple(name for g in groups for name in g.names),
+        told=tuple(f"{g.told}{name}" for g in groups for name in g.names),
+        of=np.repeat(np.arange(len(sizes)), sizes),
+        index=np.array(index, dtype=np.int64).reshape(shape),
+        alone=np.array([g.alone & (g.index < 0) for g in groups], dtype=np.bool_).reshape(shape),
+        persistent=tuple(not g.alone for g in groups),
+    )
 
 
 MOST_LOG_SCATTER, LEAST_LOG_SCATTER = 4.0, -12.0

@@ -188,6 +188,13 @@ def _inside(log_mu: Floats, *slopes: Floats) -> Floats:
     return np.where(np.abs(log_mu) < MOST_LOG, np.stack(slopes), 0.0)
 
 
+def usable(volume: Floats, mu: Floats) -> tuple[Floats, Floats]:
+    """The pairs of volume and friction that are finite and positive, `[n_usable]` each."""
+    volume, mu = np.asarray(volume, np.float64), np.asarray(mu, np.float64)
+    keep = np.isfinite(volume) & np.isfinite(mu) & (volume > 0) & (mu > 0)
+    return volume[keep], mu[keep]
+
+
 def differences(f: Callable[[Floats], Floats], at: Floats, scale: Floats) -> Floats:
     """Central differences `[d, n]` of f `[..., n]` by each of `at` `[d]`, in units of `scale`."""
     steps = 1e-5 * np.diag(scale)
@@ -236,11 +243,8 @@ class Law:
 
     def start(self, volume: Floats, mu: Floats) -> Floats:
         """Coordinates [n_coordinates] near the least-squares fit of log μ, to start from."""
-        volume, mu = np.asarray(volume, np.float64), np.asarray(mu, np.float64)
-        keep = np.isfinite(mu) & (mu > 0) & np.isfinite(volume) & (volume > 0)
-        if not keep.any():
-            return self.prior_mean.copy()
-        return self.begin(volume[keep], np.log(mu[keep]))
+        volume, mu = usable(volume, mu)
+        return self.begin(volume, np.log(mu)) if len(mu) else self.prior_mean.copy()
 
 
 def law(name: str) -> Law:

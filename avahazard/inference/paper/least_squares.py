@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.inference.model.laws import LAWS, Law, differences
+from avahazard.inference.model.laws import LAWS, Law, differences, usable
 from avahazard.records.errors import AvahazardError
 
 EQUAL = 0.01
@@ -86,13 +86,6 @@ def fit_every_law(volume: Floats, mu: Floats) -> tuple[list[LawFit], list[str]]:
         except AvahazardError as error:
             notes.append(error.message)
     return fits, notes
-
-
-def usable(volume: Floats, mu: Floats) -> tuple[Floats, Floats]:
-    """The pairs of volume and friction that are finite and positive, `[n_usable]` each."""
-    volume, mu = np.asarray(volume, np.float64), np.asarray(mu, np.float64)
-    keep = np.isfinite(volume) & np.isfinite(mu) & (volume > 0) & (mu > 0)
-    return volume[keep], mu[keep]
 
 
 def _fit(law: Law, volume: Floats, mu: Floats) -> LawFit | None:
