@@ -6,10 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from avahazard.criticism.diagnosis.diagnose import Findings, diagnose
+from avahazard.criticism.diagnosis.diagnose import diagnose
 from avahazard.criticism.diagnosis.laws import FoundLaw
-from avahazard.criticism.diagnosis.measurements import measurement_gains
-from avahazard.criticism.diagnosis.nuisances import MOST_CROSSED
 from avahazard.criticism.screening.screen import candidate_definitions
 from avahazard.effects.catalogue import require
 from avahazard.effects.effect import Definition
@@ -20,7 +18,7 @@ from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
 from avahazard.results import diagnosis as results
-from avahazard.results.base import RATIO, Report, Rows, plain, silent
+from avahazard.results.base import Report, Rows, plain, silent
 from avahazard.results.comparison import Comparison
 from avahazard.store import results as store
 from avahazard.store.session import reading, writing
@@ -70,10 +68,16 @@ def diagnose_model(
         seed=request.seed,
         progress=lambda share: report(f"Diagnosing {name}", share, 1.0),
     )
-    told = diagnosis(name, found, request.seed)
+    told = found.result
     # What is missing may be what the paths differ by.
     of_fit = [n for n in notes_of_fit(stored) if not (told.missing and n.key == "paths_differ")]
-    told = replace(told, notes=(*of_fit, *told.notes), where=_where(database, stored, found, own))
+    told = replace(
+        told,
+        model=name,
+        coordinate=coordinate_name(stored.observations),
+        notes=(*of_fit, *told.notes),
+        where=_where(database, stored, told, own),
+    )
     if expect:
         at = store.now().isoformat(timespec="seconds")
         told = replace(told, declared=results.Declared(expect, f"{at}Z"))
@@ -142,7 +146,7 @@ def check_expected(stored: FittedModel, expect: Sequence[str], own: Sequence[Def
 
 
 def _where(
-    database: str, stored: FittedModel, found: Findings, own: Sequence[Definition]
+    database: str, stored: FittedModel, found: results.Diagnosis, own: Sequence[Definition]
 ) -> tuple[Note, ...]:
     """On which paths the model fails, if it was compared, and where is what it lacks."""
     if not found.missing:
@@ -165,42 +169,3 @@ def failing_paths(compared: Comparison) -> list[Note]:
     paths = [row for row in compared.where_it_fails if row.axis == "path" and row.p_value < CHANCE]
     shown = [Note("path_bias", path=row.level, bias=row.bias_m) for row in paths[:MOST_PATHS]]
     return [Note("fails_on", paths=shown)] if shown else []
-
-
-def diagnosis(name: str, found: Findings, seed: int) -> results.Diagnosis:
-    """What was found on the model `name`, and what to measure next."""
-    return results.Diagnosis(
-        model=name,
-        verdict=found.verdict,
-        missing=found.missing,
-        candidates=found.candidates,
-        groups=Rows(results.GroupTest(g.key, g.gain, g.p_value, g.spread) for g in found.groups),
-        pairs=Rows([found.together] if found.together else []),
-        detectable_m=found.detectable.metres,
-        detectable_log_friction=found.detectable.log_friction,
-        detectable_share=found.detectable.share,
-        measure_next=_measure_next(found, seed),
-        still_needed=found.still_needed,
-        heavy_tails=found.heavy_tails,
-        suspect_events=found.suspects,
-        impossible_stops=found.impossible_stops,
-        notes=(
-            *(Note("not_granted", effect=k, most=MOST_CROSSED) for k in found.not_granted),
-            *(Note("not_asked", effect=k, lack=lack) for k, lack in found.not_asked.items()),
-        ),
-        n_worlds=found.screening.n_worlds,
-        seed=seed,
-        coordinate=coordinate_name(found.base.posterior.observations),
-    )
-
-
-def _measure_next(found: Findings, seed: int) -> Rows[results.Measurement]:
-    """What would part the two best explanations, or show an effect that is too small to see."""
-    if found.fits:
-        first, other = [*found.fits.values(), found.base][:2]
-        return measurement_gains(first, other, seed)
-    # An effect as large as the smallest detectable gains in proportion to the events.
-    observations = found.base.posterior.observations
-    key = "more_events_ratio" if coordinate_name(observations) == RATIO else "more_events"
-    more = Note(key, n=observations.n_events, size=found.detectable.metres / 2**0.5)
-    return Rows([results.Measurement(more, found.screening.critical_gain)])

@@ -163,4 +163,4 @@ def test_the_friction_comes_back(benched: bool) -> None:
 def test_noise_is_given_no_name(sigma: float, spacing: float, benched: bool) -> None:
     records = noisy_world(NoisyPlan(4, benched, spacing, sigma))
     found = diagnose(build_observations(records), Specification(), {})
-    assert (found.verdict, found.missing) == ("adequate", ())
+    assert (found.result.verdict, found.result.missing) == ("adequate", ())

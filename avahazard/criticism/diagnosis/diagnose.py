@@ -19,10 +19,10 @@ from avahazard.criticism.diagnosis.full_fits import (
 )
 from avahazard.criticism.diagnosis.laws import Laws, curve_of, found_laws, found_shape, with_laws
 from avahazard.criticism.diagnosis.measurements import (
-    Detectable,
     correlation,
     detectable,
     explained,
+    measurement_gains,
 )
 from avahazard.criticism.diagnosis.naming import (
     MARGIN,
@@ -32,7 +32,11 @@ from avahazard.criticism.diagnosis.naming import (
     name_effects,
     verdict_of,
 )
-from avahazard.criticism.diagnosis.nuisances import with_nuisances_granted, with_tails_granted
+from avahazard.criticism.diagnosis.nuisances import (
+    MOST_CROSSED,
+    with_nuisances_granted,
+    with_tails_granted,
+)
 from avahazard.criticism.diagnosis.record_faults import (
     explained_by_record_faults,
     groups_by_misstated_volumes,
@@ -62,8 +66,16 @@ from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.seeds import generator
+from avahazard.notes import Note
 from avahazard.results.base import Rows
-from avahazard.results.diagnosis import Candidate, MeasuredAmount, Pair
+from avahazard.results.diagnosis import (
+    Candidate,
+    Diagnosis,
+    GroupTest,
+    MeasuredAmount,
+    Measurement,
+    Pair,
+)
 
 ERROR_DRAWS = 400
 ALIKE = 0.7
@@ -72,28 +84,16 @@ ALIKE = 0.7
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Findings:
-    """The verdict with all that it rests on; `base` is the model with the nuisances.
+    """The diagnosis with all that it rests on; `base` is the model with the nuisances.
 
     `fits` has it with each candidate that was fitted, by key, in their order. `laws` are those that
-    the leading smooth of `missing` may be. `not_asked` holds, by key, what a column of the records
-    lacks for its effect to be asked about.
+    the leading smooth of what is missing may be.
     """
 
-    verdict: str
-    missing: tuple[str, ...]
-    candidates: Rows[Candidate]
-    fits: Mapping[str, Refit]
+    result: Diagnosis
     base: Refit
+    fits: Mapping[str, Refit]
     screening: Screening
-    groups: tuple[TriedGroup, ...]
-    still_needed: dict[str, float]
-    not_granted: tuple[str, ...]
-    not_asked: dict[str, str]
-    heavy_tails: bool
-    detectable: Detectable
-    suspects: tuple[str, ...]
-    together: Pair | None
-    impossible_stops: tuple[str, ...]
     laws: Laws
 
 
@@ -113,7 +113,7 @@ def diagnose(
     it, events beyond the profile and detection limits are in the likelihood, and where friction
     scatters with heavy tails it is let to, before anything is blamed on physics.
 
-    Candidates `expected` were declared beforehand, and are tested first.
+    Candidates `expected` were declared beforehand, and are tested first. The model has no name.
     """
     plain = with_tails_granted(observations, specification, facts, own)
     base, granted, too_many = with_nuisances_granted(plain)
@@ -155,28 +155,47 @@ def diagnose(
     named_first = sorted(ranked, key=lambda c: c.key not in missing)
     tried = candidates(question, named_first, evidence, naming)
     fitted_laws = Rows(law for law, _ in of_smooth)
-    found = Findings(
+    fits = {c.key: fits[c.key] for c in named_first}
+    missed = detectable(base, screening.critical_gain)
+    lacking = not_asked(observations, plain.specification, own)
+    result = Diagnosis(
+        model="",
         verdict=verdict,
         missing=missing,
         candidates=Rows(
             replace(c, laws=fitted_laws) if c.effect in missing[:1] else c for c in tried
         ),
-        fits={c.key: fits[c.key] for c in named_first},
-        base=base,
-        screening=screening,
-        groups=groups,
+        groups=Rows(GroupTest(g.key, g.gain, g.p_value, g.spread) for g in groups),
+        pairs=Rows([together] if together else []),
+        detectable_m=missed.metres,
+        detectable_log_friction=missed.log_friction,
+        detectable_share=missed.share,
         still_needed=still_needed(plain),
-        not_granted=too_many,
-        not_asked=not_asked(observations, plain.specification, own),
         heavy_tails=plain.specification.tails != specification.tails,
-        detectable=detectable(base, screening.critical_gain),
-        suspects=suspects(base),
-        together=together,
+        suspect_events=suspects(base),
         impossible_stops=impossible_stops(base),
-        laws=of_smooth,
+        measure_next=_measure_next(Question(base, fits, screening), missed.metres, seed),
+        notes=(
+            *(Note("not_granted", effect=key, most=MOST_CROSSED) for key in too_many),
+            *(Note("not_asked", effect=key, lack=lack) for key, lack in lacking.items()),
+        ),
+        n_worlds=len(screening.largest),
+        seed=seed,
     )
     progress(1.0)
-    return found
+    return Findings(result, base, fits, screening, of_smooth)
+
+
+def _measure_next(question: Question, detectable_m: float, seed: int) -> Rows[Measurement]:
+    """What would part the two best explanations, or show an effect that is too small to see."""
+    if question.fits:
+        first, other = [*question.fits.values(), question.base][:2]
+        return measurement_gains(first, other, seed)
+    # An effect as large as the smallest detectable gains in proportion to the events.
+    observations = question.base.observations
+    key = "more_events_ratio" if observations.in_ratio else "more_events"
+    more = Note(key, n=observations.n_events, size=detectable_m / 2**0.5)
+    return Rows([Measurement(more, question.screening.critical_gain)])
 
 
 def beside_places(evidence: Mapping[str, float], fits: Mapping[str, Refit]) -> dict[str, float]:

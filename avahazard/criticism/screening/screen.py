@@ -106,11 +106,6 @@ class Screening:
     pair: PairTest | None
 
     @property
-    def n_worlds(self) -> int:
-        """Number of simulated datasets."""
-        return len(self.largest)
-
-    @property
     def critical_gain(self) -> float:
         """Gain of one parameter that some candidate exceeds in a share `LEVEL` of datasets."""
         surprise = float(np.quantile(self.largest, 1.0 - LEVEL))

@@ -47,14 +47,14 @@ def test_drag_is_more_than_speeds_that_err_together(
 def test_friction_alone_is_adequate(shared_data: Path) -> None:
     given = build_observations(read_records([shared_data / "iseesnow-coulomb"]))
     found = diagnose(given, Specification(), {})
-    assert (found.verdict, found.missing) == ("adequate", ())
+    assert (found.result.verdict, found.result.missing) == ("adequate", ())
 
 
 @pytest.mark.slow
 def test_drag_is_named_alone(observations: Observations) -> None:
     found = diagnose(observations, Specification(), {})
-    assert (found.verdict, found.missing) == ("missing-effect", (DRAG,))
-    leader = found.candidates[0]
+    assert (found.result.verdict, found.result.missing) == ("missing-effect", (DRAG,))
+    leader = found.result.candidates[0]
     # To first order at neutral it seems to be no force at all; a short ascent shows it.
     gained = found.fits[DRAG].log_likelihood - found.base.log_likelihood
     assert leader.screened_gain == pytest.approx(gained, abs=1.0)

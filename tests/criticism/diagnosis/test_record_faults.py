@@ -222,7 +222,7 @@ def test_short_runouts_that_nobody_recorded_are_named_and_no_force() -> None:
     for seed in range(900010, 900014):
         n_events, n_paths = (120, 9) if seed % 2 else (250, 11)
         records, _ = make_dataset(seed, n_events, n_paths, {LIMIT: 1.0})
-        named.append(diagnose(build_observations(records), Specification(), {}).missing)
+        named.append(diagnose(build_observations(records), Specification(), {}).result.missing)
     assert sum(LIMIT in missing for missing in named) >= 3
     assert not any(DRAG in missing for missing in named)
 

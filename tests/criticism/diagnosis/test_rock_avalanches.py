@@ -27,14 +27,14 @@ def test_confinement_leads_and_substrate_is_nothing(found: Findings) -> None:
     by_key = {c.key: c for c in found.screening.candidates}
     best = min((c for c in by_key.values() if c.definition.beyond < 2), key=lambda c: c.p_single)
     assert best.key == CONFINEMENT
-    assert CONFINEMENT.partition(":")[2] in found.candidates[0].effect
+    assert CONFINEMENT.partition(":")[2] in found.result.candidates[0].effect
     assert by_key[CONFINEMENT].p_single < 0.05
     assert by_key[SUBSTRATE].p_single > 0.3
 
 
 def test_among_all_columns_tried_49_events_cannot_tell(found: Findings) -> None:
-    assert found.verdict == "adequate"
-    assert found.candidates[0].p_value > LEVEL
+    assert found.result.verdict == "adequate"
+    assert found.result.candidates[0].p_value > LEVEL
 
 
 def test_held_out_records_ask_for_confinement_alone(found: Findings) -> None:
@@ -54,7 +54,7 @@ def test_the_fall_height_is_a_column_that_unmasks_it(found: Findings) -> None:
     base = found.base
     observations = base.posterior.observations
     height = "covariate:fall_height_m"
-    assert height in {c.effect for c in found.candidates}
+    assert height in {c.effect for c in found.result.candidates}
     taller = refit(observations, base.specification, base.facts, (height,), (), base)
     both = refit(observations, taller.specification, taller.facts, (CONFINEMENT,), (), taller)
     by_itself = refit(observations, base.specification, base.facts, (CONFINEMENT,), (), base)

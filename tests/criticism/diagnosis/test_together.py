@@ -13,7 +13,6 @@ from avahazard.effects.own_file import definition_from
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.report.sentences import verdict_text
-from avahazard.workflow.diagnose import diagnosis
 from tests.criticism.lengths import lengths, shifted
 
 OWN = """
@@ -42,9 +41,8 @@ def diagnosed(cold: float, wind: float, together: float, seed: int, n: int = 90)
 @pytest.mark.slow
 def test_effects_of_a_set_that_are_both_needed_are_distinguished() -> None:
     found = diagnosed(0.15, 0.09, 0.6, seed=1)
-    assert found.missing == ("by-cold",)
-    more = found.together
-    assert more is not None
+    assert found.result.missing == ("by-cold",)
+    (more,) = found.result.pairs
     assert more.effects == ("by-cold", "by-wind")
     alone = found.fits["by-cold"]
     taken = alone.parameters("by-cold")["by-cold.slope"]
@@ -53,7 +51,7 @@ def test_effects_of_a_set_that_are_both_needed_are_distinguished() -> None:
     assert taken > 0.15 + 0.03
     assert abs(given_back - 0.15) < 0.04
     assert more.gain > more.gain_over_best_single > 3.0
-    told = diagnosis("m", found, 0)
+    told = found.result
     assert told.pairs[0].effects == ("by-cold", "by-wind")
     assert told.pairs[0].parameters["by-cold.slope"] == given_back
     assert told.pairs[0].error_after_m < told.candidates[0].error_before_m
@@ -62,12 +60,11 @@ def test_effects_of_a_set_that_are_both_needed_are_distinguished() -> None:
 
 def test_two_that_hide_each_other_are_named_together() -> None:
     found = diagnosed(0.3, -0.3, 0.95, seed=2)
-    assert found.verdict == "missing-effect"
-    more = found.together
-    assert more is not None
+    assert found.result.verdict == "missing-effect"
+    (more,) = found.result.pairs
     assert set(more.effects) == {"by-cold", "by-wind"}
-    assert found.missing == more.effects[:1]
-    alone = [c.p_value for c in found.candidates if c.effect in more.effects]
+    assert found.result.missing == more.effects[:1]
+    alone = [c.p_value for c in found.result.candidates if c.effect in more.effects]
     assert min(alone) > 0.03
     assert more.gain_over_best_single > 8.0
     assert abs(more.parameters["by-cold.slope"] - 0.3) < 0.12
@@ -77,11 +74,11 @@ def test_two_that_hide_each_other_are_named_together() -> None:
 @pytest.mark.slow
 def test_one_effect_has_no_second_and_none_has_no_pair() -> None:
     one = diagnosed(0.15, 0.0, 0.6, seed=3)
-    assert one.missing == ("by-cold",)
-    assert one.together is None
+    assert one.result.missing == ("by-cold",)
+    assert not one.result.pairs
     none = diagnosed(0.0, 0.0, 0.9, seed=4)
-    assert none.verdict == "adequate"
-    assert none.together is None
+    assert none.result.verdict == "adequate"
+    assert not none.result.pairs
 
 
 EVIDENCE = {

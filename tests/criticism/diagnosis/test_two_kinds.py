@@ -95,12 +95,12 @@ def test_a_second_kind_is_named_and_its_model_is_adequate() -> None:
     events = straight(4)
     events.columns.numbers.pop("second")  # type: ignore[attr-defined]
     found = diagnose(events, CONSTANT, {})
-    assert (found.verdict, found.missing) == ("missing-effect", ("two-kinds",))
-    best = found.candidates[0]
+    assert (found.result.verdict, found.result.missing) == ("missing-effect", ("two-kinds",))
+    best = found.result.candidates[0]
     assert best.kinds is not None
     assert best.p_value_alone == pytest.approx(np.exp(-best.screened_gain / CHANCE_GAIN))
     wider = Specification(law="constant", effects=("two-kinds",))
-    assert diagnose(events, wider, {}).verdict == "adequate"
+    assert diagnose(events, wider, {}).result.verdict == "adequate"
 
 
 @pytest.mark.slow

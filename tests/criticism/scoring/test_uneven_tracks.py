@@ -58,14 +58,14 @@ def asked(seed: int, drag: float) -> Findings:
 
 @pytest.mark.slow
 def test_uneven_friction_is_no_effect_on_the_motion() -> None:
-    assert asked(13, 0.0).verdict == "adequate"
+    assert asked(13, 0.0).result.verdict == "adequate"
 
 
 @pytest.mark.slow
 def test_drag_is_named_where_friction_is_uneven() -> None:
     found = asked(11, 0.002)
-    assert (found.verdict, found.missing) == ("missing-effect", ("turbulent-drag",))
-    drag = next(c for c in found.candidates if c.effect == "turbulent-drag")
+    assert (found.result.verdict, found.result.missing) == ("missing-effect", ("turbulent-drag",))
+    drag = next(c for c in found.result.candidates if c.effect == "turbulent-drag")
     witness, (fitted,) = drag.force_witness, drag.parameters.values()
     assert witness is not None
     assert not ForceWitness(witness.value, witness.se, fitted).denies
