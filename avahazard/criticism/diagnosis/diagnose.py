@@ -7,23 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from avahazard.criticism.diagnosis import full_fits, measurements, nuisances, record_faults
 from avahazard.criticism.diagnosis.force_witness import force_witness
-from avahazard.criticism.diagnosis.full_fits import (
-    TriedGroup,
-    evidence_gain,
-    explained_otherwise,
-    fitted_in_full,
-    group_tests,
-    kinds_of,
-    plainly_different,
-)
+from avahazard.criticism.diagnosis.full_fits import TriedGroup
 from avahazard.criticism.diagnosis.laws import Laws, curve_of, found_laws, found_shape, with_laws
-from avahazard.criticism.diagnosis.measurements import (
-    correlation,
-    detectable,
-    explained,
-    measurement_gains,
-)
 from avahazard.criticism.diagnosis.naming import (
     MARGIN,
     Naming,
@@ -31,17 +18,6 @@ from avahazard.criticism.diagnosis.naming import (
     group_comes_first,
     name_effects,
     verdict_of,
-)
-from avahazard.criticism.diagnosis.nuisances import (
-    MOST_CROSSED,
-    with_nuisances_granted,
-    with_tails_granted,
-)
-from avahazard.criticism.diagnosis.record_faults import (
-    explained_by_record_faults,
-    groups_by_misstated_volumes,
-    impossible_stops,
-    suspects,
 )
 from avahazard.criticism.diagnosis.refits import (
     Question,
@@ -57,7 +33,6 @@ from avahazard.criticism.screening.screen import (
     LEVEL,
     PAIR_LEVEL,
     Screened,
-    Screening,
     candidate_definitions,
     not_asked,
     screen,
@@ -83,17 +58,13 @@ ALIKE = 0.7
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Findings:
-    """The diagnosis with all that it rests on; `base` is the model with the nuisances.
+class Findings(Question):
+    """The diagnosis with all that it rests on; the fits are in the order of its candidates.
 
-    `fits` has it with each candidate that was fitted, by key, in their order. `laws` are those that
-    the leading smooth of what is missing may be.
+    `laws` are those that the leading smooth of what is missing may be.
     """
 
     result: Diagnosis
-    base: Refit
-    fits: Mapping[str, Refit]
-    screening: Screening
     laws: Laws
 
 
@@ -115,27 +86,27 @@ def diagnose(
 
     Candidates `expected` were declared beforehand, and are tested first. The model has no name.
     """
-    plain = with_tails_granted(observations, specification, facts, own)
-    base, granted, too_many = with_nuisances_granted(plain)
+    plain = nuisances.with_tails_granted(observations, specification, facts, own)
+    base, granted, too_many = nuisances.with_nuisances_granted(plain)
     entries = candidate_definitions(observations, plain.specification, own)
     alone = [entry for entry in entries if entry.level_alone is not None]
-    groups = group_tests(base)
+    groups = full_fits.group_tests(base)
     progress(0.2)
     screened = screen(base.posterior, base.mode.u, entries, seed=seed)
     left, known = None, dict[str, Refit]()
-    if plain_groups := plainly_different(base, groups, granted):
+    if plain_groups := full_fits.plainly_different(base, groups, granted):
         without = refit_without(base, plain_groups[0].key)
         by_others = screen(without.posterior, without.mode.u, entries, seed=seed)
-        known = explained_otherwise(without, by_others, plain_groups[0])
+        known = full_fits.explained_otherwise(without, by_others, plain_groups[0])
         if known:
             left, base, screened = plain_groups[0], without, by_others
             granted = tuple(key for key in granted if key != left.key)
-            groups = (*group_tests(base), left)
-    fits, screening = fitted_in_full(
+            groups = (*full_fits.group_tests(base), left)
+    fits, screening = full_fits.fitted_in_full(
         base, screened, alone, expected, known, lambda share: progress(0.3 + 0.5 * share)
     )
     survivors = [c for c in screening.candidates if c.key in fits and c.p_family <= LEVEL]
-    evidence = {c.key: evidence_gain(c, fits, base, screening) for c in survivors}
+    evidence = {c.key: full_fits.evidence_gain(c, fits, base, screening) for c in survivors}
     evidence = beside_places(evidence, fits)
     evidence, laws = with_laws(base, fits, evidence)
     evidence = beside_places(evidence, fits)  # of those that a law has brought over the margin too
@@ -156,7 +127,7 @@ def diagnose(
     tried = candidates(question, named_first, evidence, naming)
     fitted_laws = Rows(law for law, _ in of_smooth)
     fits = {c.key: fits[c.key] for c in named_first}
-    missed = detectable(base, screening.critical_gain)
+    missed = measurements.detectable(base, screening.critical_gain)
     lacking = not_asked(observations, plain.specification, own)
     result = Diagnosis(
         model="",
@@ -172,25 +143,25 @@ def diagnose(
         detectable_share=missed.share,
         still_needed=still_needed(plain),
         heavy_tails=plain.specification.tails != specification.tails,
-        suspect_events=suspects(base),
-        impossible_stops=impossible_stops(base),
+        suspect_events=record_faults.suspects(base),
+        impossible_stops=record_faults.impossible_stops(base),
         measure_next=_measure_next(Question(base, fits, screening), missed.metres, seed),
         notes=(
-            *(Note("not_granted", effect=key, most=MOST_CROSSED) for key in too_many),
+            *(Note("not_granted", effect=key, most=nuisances.MOST_CROSSED) for key in too_many),
             *(Note("not_asked", effect=key, lack=lack) for key, lack in lacking.items()),
         ),
         n_worlds=len(screening.largest),
         seed=seed,
     )
     progress(1.0)
-    return Findings(result, base, fits, screening, of_smooth)
+    return Findings(base, fits, screening, result, of_smooth)
 
 
 def _measure_next(question: Question, detectable_m: float, seed: int) -> Rows[Measurement]:
     """What would part the two best explanations, or show an effect that is too small to see."""
     if question.fits:
         first, other = [*question.fits.values(), question.base][:2]
-        return measurement_gains(first, other, seed)
+        return measurements.measurement_gains(first, other, seed)
     # An effect as large as the smallest detectable gains in proportion to the events.
     observations = question.base.observations
     key = "more_events_ratio" if observations.in_ratio else "more_events"
@@ -230,7 +201,7 @@ def verdict_on(
     verdict, missing = naming.verdict, naming.missing
     together: Pair | None = None
     if missing and missing[0] in fits:
-        faults = explained_by_record_faults(question, missing[0])
+        faults = record_faults.explained_by_record_faults(question, missing[0])
         if more := tuple(key for key in faults if key not in missing):
             verdict, missing = "ambiguous", (*missing, *more)
     rivals = tuple(fits.values()) if missing else ()
@@ -260,11 +231,11 @@ def named_group(
     Winters and storms, which do not come again, predict nothing: any cause comes before them.
     Beside the groups stand the errors of volumes, where these may make them up.
     """
-    for test in plainly_different(question.base, groups, granted):
+    for test in full_fits.plainly_different(question.base, groups, granted):
         if rivals and not test.persistent:
             continue
         if all(group_comes_first(question.base, rival, test.key) for rival in rivals):
-            errors = groups_by_misstated_volumes(question, test.key)
+            errors = record_faults.groups_by_misstated_volumes(question, test.key)
             return (test.key, errors) if errors else (test.key,)
     return ()
 
@@ -277,7 +248,7 @@ def candidates(
     rest = [c for c in question.screening.candidates if c not in ranked]
     alike = look_alikes(fits, base)
     new = base.posterior.layout.kinds is None
-    kinds = {key: kinds_of(fit.at_mode()) for key, fit in fits.items()} if new else {}
+    kinds = {key: full_fits.kinds_of(fit.at_mode()) for key, fit in fits.items()} if new else {}
     before = error_of(base)
     found = []
     for c in [*ranked, *rest]:
@@ -307,12 +278,13 @@ def candidates(
 
 def look_alikes(fits: Mapping[str, Refit], base: Refit) -> dict[str, tuple[str, ...]]:
     """The other candidates that change friction as each one does."""
-    change = {key: explained(fit, base) for key, fit in fits.items()}
+    change = {key: measurements.explained(fit, base) for key, fit in fits.items()}
     return {
         key: tuple(
             other
             for other in change
-            if other != key and abs(correlation(change[key], change[other], base.posterior)) > ALIKE
+            if other != key
+            and abs(measurements.correlation(change[key], change[other], base.posterior)) > ALIKE
         )
         for key in change
     }

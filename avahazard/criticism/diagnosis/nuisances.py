@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.special import logsumexp
@@ -58,23 +58,12 @@ def with_tails_granted(
     return student if student.log_likelihood - plain.log_likelihood > HEAVY_TAILS else plain
 
 
-class Nuisances(NamedTuple):
-    """The model with the nuisances that come before physics, by key those added, and those not.
-
-    `too_many` are crossed with other groups in more than `MOST_CROSSED` offsets: nobody has asked
-    the records about these.
-    """
-
-    base: Refit
-    granted: tuple[str, ...]
-    too_many: tuple[str, ...]
-
-
-def with_nuisances_granted(plain: Refit) -> Nuisances:
-    """The nuisances that come before physics, granted.
+def with_nuisances_granted(plain: Refit) -> tuple[Refit, tuple[str, ...], tuple[str, ...]]:
+    """The model with the nuisances that come before physics; the keys of these, and of others.
 
     Paths may always differ; of winters and storms, that which gains most comes first, and the
-    other if it then still gains.
+    other if it then still gains. Groups that are crossed with others in more than `MOST_CROSSED`
+    offsets are not granted: nobody has asked the records about these.
     """
     data = plain.observations.columns, plain.observations.sites
     left = [
@@ -99,7 +88,7 @@ def with_nuisances_granted(plain: Refit) -> Nuisances:
             base = tried[best]
             granted.append(best)
             asked.remove(best)
-    return Nuisances(base, tuple(granted), tuple(too_many))
+    return base, tuple(granted), tuple(too_many)
 
 
 def _n_crossed(base: Refit, key: str) -> int:

@@ -20,6 +20,7 @@ from avahazard.criticism.screening.screen import Screened, Screening
 from avahazard.effects.effect import Definition, Effect, Facts, shapes_tables
 from avahazard.engine import spread_map
 from avahazard.inference.fitted_model import FittedModel, fitted_model
+from avahazard.inference.fitting import star
 from avahazard.inference.fitting.mode import (
     FIRST_SPREAD,
     Evidence,
@@ -27,14 +28,6 @@ from avahazard.inference.fitting.mode import (
     find_mode,
     log_evidence,
     start_coordinates,
-)
-from avahazard.inference.fitting.star import (
-    gauss_newton,
-    improved,
-    mode_from,
-    mode_on_star,
-    search_mode,
-    short_ascents,
 )
 from avahazard.inference.likelihood.assemble import (
     assemble,
@@ -129,19 +122,20 @@ def refit(
     """
     wider, facts, posterior = _wider(observations, specification, facts, effects, own)
     if start is None:
-        posterior, mode = search_mode(posterior)
+        posterior, mode = star.search_mode(posterior)
     elif begin is None:
         tried = {key: (likely or {}).get(key) for key in effects}
         posterior, mode = _near(start, posterior, tried, least)
     else:
-        posterior, mode = mode_from(posterior, put(_carried(start, posterior), posterior, begin))
+        began = put(_carried(start, posterior), posterior, begin)
+        posterior, mode = star.mode_from(posterior, began)
     log_likelihood = posterior.exact_log_likelihood(mode.u)
     if log_likelihood < least:
         evidence = Evidence(-np.inf, 0.0, mode.u[None])
     else:
         evidence = log_evidence(posterior, mode)
         rough = posterior.nodes.varies and ROUGH_EVIDENCE < evidence.error < np.inf
-        if rough and (better := improved(posterior, evidence.sample)) is not None:
+        if rough and (better := star.improved(posterior, evidence.sample)) is not None:
             at = find_mode(better, mode.u)
             if (more := log_evidence(better, at)).error < evidence.error:
                 posterior, mode, evidence = better, at, more
@@ -156,9 +150,9 @@ def _near(
     """The mode from that of `start`: on its star, where the same effects shape the tables."""
     at = _carried(start, posterior)
     on_star = posterior.on_star_of(start.posterior)
-    mode = None if on_star is None else mode_on_star(on_star, at)
+    mode = None if on_star is None else star.mode_on_star(on_star, at)
     if on_star is None or mode is None:
-        return search_mode(posterior, at, tried, least)
+        return star.search_mode(posterior, at, tried, least)
     return on_star, mode
 
 
@@ -199,7 +193,7 @@ def peak_with(base: Refit, entry: Definition, start: Refit, values: Floats) -> t
     own = (*base.own, entry)
     *_, posterior = _wider(base.observations, base.specification, base.facts, (entry.key,), own)
     begin = {entry.key: [values]}
-    peak = gauss_newton(posterior, put(_carried(start, posterior), posterior, begin), ROUGHLY)
+    peak = star.gauss_newton(posterior, put(_carried(start, posterior), posterior, begin), ROUGHLY)
     posterior.nodes.forget_runs()
     return peak.log_density, posterior.layout.effect_values(peak.u)[entry.key]
 
@@ -232,9 +226,9 @@ def short_ascent(start: Refit, key: str, likely: Sequence[Floats]) -> tuple[floa
     *_, posterior = _wider(*given, (key,), start.own)
     u = _carried(start, posterior)
     effect = next(e for e in posterior.effects if e.key == key)
-    ascents = short_ascents(posterior, u, effect, likely)
+    ascents = star.short_ascents(posterior, u, effect, likely)
     if not start.definition(key).beyond:
-        ascents += short_ascents(posterior, u, effect)
+        ascents += star.short_ascents(posterior, u, effect)
     reached, at = max(ascents, key=lambda ascent: ascent[0])
     posterior.nodes.forget_runs()
     gain = reached - posterior.pinned(u).log_density(u)

@@ -89,11 +89,8 @@ def matched_speeds(model: FittedModel, rng: np.random.Generator) -> MatchedSpeed
 
 def stop_nodes(posterior: Posterior, table: Predicted) -> Nodes:
     """Nodes over friction of the stops alone, without the speeds."""
-    return build_nodes(
-        replace(posterior.observations, speeds=()),
-        replace(table, speeds=()),
-        in_log=posterior.layout.log_scatter,
-    )
+    stops, table = replace(posterior.observations, speeds=()), replace(table, speeds=())
+    return build_nodes(stops, table, in_log=posterior.layout.log_scatter)
 
 
 def _squares_at(table: Predicted, track: int, event: int, mu: Floats) -> Floats:
