@@ -118,7 +118,9 @@ def fitted_in_full(
     worth: list[str] = []
     families: Counter[str] = Counter()
     most = max((c.gain for c in screening.candidates), default=0.0)
-    curves = {c.key: _curve_of(c.definition, observations) for c in screening.candidates}
+    data = observations.columns, observations.sites
+    entries = [c.definition for c in screening.candidates]
+    curves = {entry.key: entry.curve(entry.facts(*data)) for entry in entries}
     by_place = {key for key, curve in curves.items() if form_by_place(curve) is not None}
     place_leads = any(c.gain == most and c.key in by_place for c in screening.candidates)
     for c in screening.candidates:
@@ -128,14 +130,14 @@ def fitted_in_full(
         if rare and c.surprise > WORTH_A_FIT and c.gain >= least and len(worth) < FITTED:
             worth.append(c.key)
     for c in screening.candidates:
-        smooth = _smooth_of(c, screening.candidates, observations)
+        smooth = _smooth_of(c, curves)
         if smooth is not None and {c.key, smooth[0]} & {*worth}:
             key, values = smooth
             worth += [c.key, key]
             likely[key] = [values, *likely.get(key, [])]
     by_path = [c.key for c in screening.candidates if _by_path(c.definition, observations)]
     # To first order larger errors of the volumes may gain a fifth of what they do, or nothing.
-    errors = [c.key for c in screening.candidates if c.key == VOLUME_ERROR.key]
+    errors = [VOLUME_ERROR.key] if VOLUME_ERROR.key in curves else []
     keys = [*expected, *(d.key for d in alone), *worth, *by_path[:BY_PATH], *errors]
     asked = [key for key in dict.fromkeys(keys) if key not in known]
     enough = max(WORTH_A_STAR, reached - FAR_BEHIND)
@@ -157,21 +159,14 @@ def fitted_in_full(
 
 
 def _smooth_of(
-    candidate: Screened, candidates: Sequence[Screened], observations: Observations
+    candidate: Screened, curves: Mapping[str, Curve | None]
 ) -> tuple[str, Floats] | None:
     """The smooth among the candidates of which one is a shape, and its values for that shape."""
     key, shape = candidate.definition.member_of or ("", None)
-    entry = next((c.definition for c in candidates if c.key == key), None)
-    if entry is None or shape is None:
+    curve = curves.get(key)
+    if curve is None or shape is None:
         return None
-    curve = _curve_of(entry, observations)
-    assert curve is not None
     return key, curve.values_of(shape(candidate.likely, curve.x))
-
-
-def _curve_of(entry: Definition, observations: Observations) -> Curve | None:
-    """The curve of a candidate on these observations; None for what is no curve."""
-    return entry.curve(entry.facts(observations.columns, observations.sites))
 
 
 def _strong(shared: tuple[Likely, Refit], candidate: Screened) -> tuple[Screened, float]:
