@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import OptimizeResult, minimize
 from scipy.special import gammaln, log_ndtr, logsumexp
 
 from avahazard.arrays import Floats, Ints
@@ -121,10 +121,13 @@ def find_mode(
     return Mode(u, -cost, covariance)
 
 
-def ascent(posterior: Posterior, u: Floats, free: Ints, iterations: int) -> tuple[Floats, float]:
+def ascent(
+    posterior: Posterior, u: Floats, free: Ints, iterations: int, least: float = 0.0
+) -> tuple[Floats, float]:
     """The best coordinates from u on with only the slots `free` moving, and the cost there.
 
-    The cost is minus the log density. What shapes tables moves along the arms of the star;
+    The cost is minus the log density; an iteration that gains less than `least` nats is the last.
+    What shapes tables moves along the arms of the star;
     gradients are exact by the slots `Posterior.sloped`, and differences over `GRADIENT_STEP` of
     `units` by the others, forwards but at an upper bound.
     """
@@ -155,8 +158,22 @@ def ascent(posterior: Posterior, u: Floats, free: Ints, iterations: int) -> tupl
 
     bounds = list(zip((low / unit)[free], (high / unit)[free], strict=True))
     first = (whole / unit)[free]
+    before = np.inf
+
+    def stop_at_little(intermediate_result: OptimizeResult) -> None:
+        nonlocal before
+        gain, before = before - intermediate_result.fun, intermediate_result.fun
+        if gain < least:
+            raise StopIteration
+
     found = minimize(
-        cost, first, method="L-BFGS-B", jac=True, bounds=bounds, options={"maxiter": iterations}
+        cost,
+        first,
+        method="L-BFGS-B",
+        jac=True,
+        bounds=bounds,
+        callback=stop_at_little,
+        options={"maxiter": iterations},
     )
     return coordinates(found.x), float(found.fun)
 
@@ -180,7 +197,8 @@ def covariance_at(posterior: Posterior, u: Floats) -> Floats:
     moves = np.concatenate([np.zeros((1, n)), steps, -steps, steps[i] + steps[j]])
     moves = np.concatenate([moves, -steps[i] - steps[j]])
     parts = np.cumsum([1, n, n, len(i)])
-    middle, ahead, behind, forth, back = np.split(costs(posterior, centre + moves), parts)
+    places = _mirrored(posterior, centre + moves)
+    middle, ahead, behind, forth, back = np.split(costs(posterior, places), parts)
     alone = ahead + behind
     hessian = np.diag(alone - 2.0 * middle)
     # Both steps forwards and both back, less the steps by themselves.
@@ -192,6 +210,10 @@ def covariance_at(posterior: Posterior, u: Floats) -> Floats:
         scores = scores_at(posterior, u, np.diag(APART * unit)) * unit
         priors = np.array([slot.sd for slot in posterior.layout.slots]) / unit
         information = scores.T @ scores + np.diag(priors**-2.0)
+        spreads = [
+            *posterior.layout.spreads.values()
+        ]  # of which the scores, given offsets, say nothing
+        information[spreads, spreads] = np.maximum(hessian[spreads, spreads], LEAST_CURVATURE)
         if np.linalg.eigvalsh(hessian)[0] < LEAST_CURVATURE:
             hessian = information
         share = MOST_BENT * np.diag(information) / np.diag(hessian)
@@ -245,22 +267,33 @@ def scores_at(posterior: Posterior, u: Floats, moves: Floats) -> Floats:
 def _steps(posterior: Posterior, centre: Floats, unit: Floats) -> Floats:
     """Steps in units `[n_slots]` over which the curvature is taken: `STEP`, or until it shows.
 
-    Along the arms of a star the density is a blend, with a bend at each point: there a step goes on
-    until the density falls by `FALL`, as far as there is room.
+    Along the arms of a star the density is a blend, with a bend at each point, and near no spread
+    of groups it may be flat, or bend up: there a step goes on until the density falls by `FALL`, as
+    far as there is room.
     """
+    layout = posterior.layout
     step = np.full(len(centre), STEP)
-    low, high = posterior.layout.low, posterior.layout.high
-    room = np.minimum(centre - low, high - centre) / unit
+    spreads = [*layout.spreads.values()]
+    below = centre - layout.low
+    below[spreads] = np.inf  # the density goes on beyond no spread as before it
+    room = np.minimum(below, layout.high - centre) / unit
     here = costs(posterior, centre[None])[0]
-    for k in [k for k, slot in enumerate(posterior.layout.slots) if slot.arm]:
+    for k in [k for k, slot in enumerate(layout.slots) if slot.arm] + spreads:
         longest = max(float(room[k]), STEP)
         while step[k] < longest:
             both = np.tile(centre, (2, 1))
             both[:, k] += np.array([1.0, -1.0]) * step[k] * unit[k]
-            if np.mean(costs(posterior, both)) - here >= FALL:
+            if np.mean(costs(posterior, _mirrored(posterior, both))) - here >= FALL:
                 break
             step[k] = min(2.0 * step[k], longest)
     return step
+
+
+def _mirrored(posterior: Posterior, u: Floats) -> Floats:
+    """Coordinates `[n, n_slots]` with the sizes of spreads, by which the density goes."""
+    u, spreads = u.copy(), [*posterior.layout.spreads.values()]
+    u[:, spreads] = np.maximum(np.abs(u[:, spreads]), posterior.layout.low[spreads])
+    return u
 
 
 DRAWS = 200

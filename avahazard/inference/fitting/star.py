@@ -36,8 +36,12 @@ STEPS, SMALLEST_GAIN = 40, 0.1
 SHARE_APART = 0.6
 """Differences for derivatives, in standard deviations of directions that are independent: the log
 likelihood is rough by a tenth of a nat, which the coordinates by themselves do not bear."""
-DAMPING, MOST_DAMPING, MOST_STRETCH = 1e-3, 1e4, 16.0
-ITERATIONS = 30
+DAMPING, MOST_STRETCH = 1e-3, 16.0
+ITERATIONS, CLOSELY = 30, 0.01
+"""Most iterations of an ascent on one table, and the least gain (nats) of one."""
+ENOUGH, WORTH_A_STEP = 0.1, 0.1
+"""Share of the gain expected to first order that a step must have not to be shortened: one that
+gains less may lead off along a ridge. And of the least gain that it must promise."""
 REACH, LONGER = 4.0, 1.6
 """Standard deviations about the mode to which a star reaches; and how much longer by the curvature
 on it its arms may be at a bound before it is made anew, once: the peak does not show what goes with
@@ -215,7 +219,7 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
     """
     layout = posterior.layout
     others = np.setdiff1d(np.arange(len(u)), _axes(posterior))
-    u, cost = ascent(posterior.pinned(u), u, others, ITERATIONS)
+    u, cost = ascent(posterior.pinned(u), u, others, ITERATIONS, CLOSELY)
     prior = np.diag([slot.sd**-2.0 for slot in layout.slots])
     moves, surveyed = np.diag(APART * units(posterior)), None
     damping, stretch = DAMPING, 1.0
@@ -230,21 +234,26 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
         covariance[np.ix_(free, free)] = np.linalg.inv(inner)
         turn, along = _directions(posterior, u, covariance)
         moves = SHARE_APART * turn * along
-        gain = 0.0
-        while damping <= MOST_DAMPING:
+        at, best = u, cost
+        while True:
             moved = u.copy()
-            damped = inner + damping * np.diag(np.diag(inner))
-            moved[free] += stretch * np.linalg.solve(damped, slope[free])
+            move = np.linalg.solve(inner + damping * np.diag(np.diag(inner)), slope[free])
+            expected = 0.5 * slope[free] @ move
+            if expected < WORTH_A_STEP * least:
+                break
+            moved[free] += stretch * move
             moved = np.clip(moved, layout.low, layout.high)
-            moved, reached = ascent(posterior.pinned(moved), moved, others, ITERATIONS)
-            if reached < cost:
-                gain, u, cost = cost - reached, moved, reached
+            moved, reached = ascent(posterior.pinned(moved), moved, others, ITERATIONS, CLOSELY)
+            if reached < best:
+                at, best = moved, reached
+            if cost - best > ENOUGH * expected:
                 damping, stretch = max(0.1 * damping, DAMPING), min(2.0 * stretch, MOST_STRETCH)
                 break
             if stretch > 1.0:
                 stretch = 1.0
             else:
                 damping *= 10.0
+        gain, u, cost = cost - best, at, best
         if gain >= least:
             surveyed = None
         elif surveyed is None:
@@ -462,6 +471,6 @@ def held_ascent(
     slots = posterior.layout.slots
     free = [k for k, slot in enumerate(slots) if not slot.arm and k not in held]
     reached, cost = ascent(
-        posterior.pinned(start), start, np.array(free, np.int64), HELD_ITERATIONS
+        posterior.pinned(start), start, np.array(free, np.int64), HELD_ITERATIONS, CLOSELY
     )
     return -cost, reached
