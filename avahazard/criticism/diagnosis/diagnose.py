@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -109,10 +110,12 @@ def diagnose(
     evidence = {c.key: full_fits.evidence_gain(c, fits, base, screening) for c in survivors}
     evidence = beside_places(evidence, fits)
     evidence, laws = with_laws(base, fits, evidence)
-    evidence = beside_places(evidence, fits)  # of those that a law has brought over the margin too
+    evidence = beside_places(evidence, fits, laws)
     ranked = sorted(survivors, key=lambda c: -evidence[c.key])
     fits = {c.key: fits[c.key] for c in ranked}
-    naming = name_effects(ranked, evidence, fits, base, expected)
+    firsts = {key: of_key[0] for key, of_key in laws.items() if of_key}
+    of_laws = {k: first.fit for k, first in firsts.items() if first.law.evidence_over_curve > 0.0}
+    naming = name_effects(ranked, evidence, fits, base, expected, of_laws)
     progress(0.85)
     question = Question(base, fits, screening)
     verdict, missing, together = verdict_on(question, naming, groups, granted)
@@ -125,7 +128,7 @@ def diagnose(
         of_smooth = laws.get(smooth) or found_laws(base, {smooth: fits[smooth]})[smooth]
     named_first = sorted(ranked, key=lambda c: c.key not in missing)
     tried = candidates(question, named_first, evidence, naming)
-    fitted_laws = Rows(law for law, _ in of_smooth)
+    fitted_laws = Rows(law for law, _, _ in of_smooth)
     fits = {c.key: fits[c.key] for c in named_first}
     missed = measurements.detectable(base, screening.critical_gain)
     lacking = not_asked(observations, plain.specification, own)
@@ -169,11 +172,20 @@ def _measure_next(question: Question, detectable_m: float, seed: int) -> Rows[Me
     return Rows([Measurement(more, question.screening.critical_gain)])
 
 
-def beside_places(evidence: Mapping[str, float], fits: Mapping[str, Refit]) -> dict[str, float]:
-    """Evidence (nats) of candidates, less where friction that varies by place leaves too little."""
+def beside_places(
+    evidence: Mapping[str, float],
+    fits: Mapping[str, Refit],
+    laws: Mapping[str, Laws] = MappingProxyType({}),
+) -> dict[str, float]:
+    """Evidence (nats) of candidates, less where friction that varies by place leaves too little.
+
+    Of a smooth with laws, by itself or by the best of them.
+    """
     found = dict(evidence)
     for key in [key for key, nats in evidence.items() if nats > MARGIN]:
         beside = evidence_beside_places(fits[key], key)
+        for best in laws.get(key, ())[:1]:
+            beside = max(beside, evidence_beside_places(best.fit, best.law.effect))
         if beside <= MARGIN:
             found[key] = min(found[key], beside)
     return found

@@ -45,10 +45,11 @@ RIVAL_SHARE = 0.65
 
 
 class FoundLaw(NamedTuple):
-    """A law that a smooth may be, fitted, and the text of its effect file."""
+    """A law that a smooth may be, the text of its effect file, and the model with it."""
 
     law: FittedLaw
     text: str
+    fit: Refit
 
 
 Laws = tuple[FoundLaw, ...]
@@ -212,7 +213,7 @@ def with_laws(
         return found, {}
     laws = found_laws(base, {key: fits[key] for key in close})
     for key in close:
-        gains = (law.evidence_over_curve for law, _ in laws[key][:1])
+        gains = (law.evidence_over_curve for law, _, _ in laws[key][:1])
         found[key] = evidence[key] + max([0.0, *gains])
     return found, laws
 
@@ -307,7 +308,7 @@ def _fitted(shared: Shared, asked: tuple[str, Match]) -> FoundLaw:
     }
     over_curve = evidence - (fits[key].evidence - base.evidence)
     law = FittedLaw(form.name, form.key, form.formula, parameters, evidence, over_curve)
-    return FoundLaw(law, text)
+    return FoundLaw(law, text, fit)
 
 
 def _inside(found: Match) -> Floats:

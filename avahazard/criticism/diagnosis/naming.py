@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -41,10 +42,12 @@ def name_effects(
     fits: Mapping[str, Refit],
     base: Refit,
     expected: Sequence[str] = (),
+    of_laws: Mapping[str, Refit] = MappingProxyType({}),
 ) -> Naming:
     """Name the leaders that gain on held-out records and that the force does not deny.
 
-    `ranked` are candidates that survived the screening, those of most `evidence` (nats) first.
+    `ranked` are candidates that survived the screening, those of most `evidence` (nats) first;
+    `of_laws` are the fits of those whose law predicts the held-out records for them.
     """
     witnesses = {
         key: found
@@ -53,7 +56,7 @@ def name_effects(
     }
     declared = [c for c in ranked if c.key in expected and evidence[c.key] > 0.0]
     asked = leaders(declared, evidence, expected) or leaders(ranked, evidence)
-    gains = {c.key: held_out_gain(fits[c.key], base) for c in asked}
+    gains = {c.key: held_out_gain(of_laws.get(c.key, fits[c.key]), base) for c in asked}
     named = [c for c in asked if gains[c.key] > 0.0 and evidence[c.key] > 0.0]
     denied = [c.key for c in named if c.key in witnesses and witnesses[c.key].denies]
     if named and named[0].key in denied:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from avahazard.criticism.diagnosis import laws
-from avahazard.criticism.diagnosis.diagnose import leading_smooth
+from avahazard.criticism.diagnosis import diagnose, laws
+from avahazard.criticism.diagnosis.diagnose import beside_places, leading_smooth
 from avahazard.criticism.diagnosis.laws import (
     LEVELS,
     CurvesLikelihood,
@@ -161,7 +161,7 @@ def test_the_law_of_a_step_is_among_the_laws() -> None:
     assert "step" in by_name
     assert "linear" not in by_name
     assert laws[0].law.evidence - laws[-1].law.evidence < 3.0
-    step, text = by_name["step"]
+    step, text, _ = by_name["step"]
     change, centre = step.parameters["change"], step.parameters["centre"]
     assert change.q05 < 0.4 < change.q95
     assert centre.q05 < 0.5 < centre.q95
@@ -206,7 +206,7 @@ def test_a_law_of_the_ground_is_held_against_stretches_of_paths(
     forms = {"force:distance": "", "force:elevation": "added_friction", "force:slope": "other"}
     monkeypatch.setattr(laws, "curve_of", lambda _, key: SimpleNamespace(form=forms[key]))
     monkeypatch.setattr(laws, "_law_gain", lambda *_: 20.0)
-    fitted = ((SimpleNamespace(evidence_over_curve=by_law - 55.0), ""),)
+    fitted = ((SimpleNamespace(evidence_over_curve=by_law - 55.0), "", None),)
     monkeypatch.setattr(laws, "found_laws", lambda _, of: dict.fromkeys(of, fitted))
     found = {"force:distance": 138.0, "force:elevation": 55.0, "force:slope": 10.0}
     fits: Any = {key: SimpleNamespace(evidence=value) for key, value in found.items()}
@@ -218,3 +218,18 @@ def test_a_law_of_the_ground_is_held_against_stretches_of_paths(
     assert fitted_laws == {"force:elevation": fitted}
     # What is no force by the place has no rivals there.
     assert with_laws(base, fits, found | {"force:slope": 200.0})[1] == {}
+
+
+@pytest.mark.parametrize(("of_law", "left"), [(250.0, 295.0), (-4.0, -4.0)], ids=["band", "speeds"])
+def test_a_law_that_leads_is_itself_held_against_friction_by_place(
+    monkeypatch: pytest.MonkeyPatch, of_law: float, left: float
+) -> None:
+    """The smooth of a narrow band follows it so badly that it has no evidence of its own."""
+    smooth: Any = SimpleNamespace()
+    law: Any = SimpleNamespace(fit=smooth, law=SimpleNamespace(effect="law"))
+    beside = {"force:elevation": -6.0, "law": of_law}
+    monkeypatch.setattr(diagnose, "evidence_beside_places", lambda _, key: beside[key])
+    found = {"force:elevation": 295.0}
+    fits = {"force:elevation": smooth}
+    assert beside_places(found, fits, {"force:elevation": (law,)}) == {"force:elevation": left}
+    assert beside_places(found, fits) == {"force:elevation": -6.0}

@@ -142,6 +142,7 @@ def test_a_density_that_bends_up_against_a_bound_is_an_exponential_there() -> No
         high=np.array([9.0, 0.0]),
         slots=(SimpleNamespace(arm=()),) * 2,
         law=SimpleNamespace(uses_volume=False),
+        spreads={},
     )
     volumes = SimpleNamespace(known=False)
     model: Any = SimpleNamespace(
@@ -167,6 +168,7 @@ def test_a_bend_at_a_grid_point_is_not_the_curvature(
         high=np.array([1.0, 9.0]),
         slots=(SimpleNamespace(arm=grid, sd=np.inf), SimpleNamespace(arm=(), sd=np.inf)),
         law=SimpleNamespace(uses_volume=False),
+        spreads={},
     )
     model: Any = SimpleNamespace(
         layout=layout,
@@ -179,6 +181,28 @@ def test_a_bend_at_a_grid_point_is_not_the_curvature(
     # Over a fixed small step the bend would make a valley of the peak, or a needle.
     layout.slots = (SimpleNamespace(arm=()),) * 2
     assert not 0.3 * sd < np.sqrt(covariance_at(model, np.zeros(2))[0, 0]) < 3.0 * sd
+
+
+def test_a_spread_near_none_is_as_wide_as_the_density_says() -> None:
+    """Over a tiny step there is next to no curvature, and nearly no draw would hit."""
+    width = 0.04
+
+    def log_densities(u: np.ndarray) -> np.ndarray:
+        return -0.5 * u[:, 0] ** 2 - 0.5 * (u[:, 1] / width) ** 4
+
+    layout = SimpleNamespace(
+        low=np.array([-9.0, 0.005]),
+        high=np.array([9.0, 10.0]),
+        slots=(SimpleNamespace(arm=()),) * 2,
+        law=SimpleNamespace(uses_volume=False),
+        spreads={"path-effect": 1},
+    )
+    volumes = SimpleNamespace(known=False)
+    model: Any = SimpleNamespace(
+        layout=layout, observations=SimpleNamespace(volumes=volumes), log_densities=log_densities
+    )
+    found = np.sqrt(np.diag(covariance_at(model, np.array([0.0, 0.005]))))
+    assert found == pytest.approx([1.0, 0.69 * width], rel=0.2)  # by its integral
 
 
 def test_a_step_of_one_event_is_no_slope() -> None:
