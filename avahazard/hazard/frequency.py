@@ -126,7 +126,7 @@ def fit_volume_frequency(
     error = region.error(path_id)
     prior = shape_prior(error)
     if others is not None:
-        prior = regional_prior(others.likelihood, region.error(*region.recorded))
+        prior = regional_prior(others.likelihood, region.common_error)
     draws: FrequencyDraws
     if region.family == "gev":
         middle = float(region.recorded[path_id].log_volumes.mean())

@@ -311,6 +311,11 @@ class RegionVolumes:
         return self.of_maxima * float(np.sqrt(np.mean(sigma**2)))
 
     @cached_property
+    def common_error(self) -> float:
+        """The same of all paths together, of which each may ask."""
+        return self.error(*self.recorded)
+
+    @cached_property
     def of_maxima(self) -> float:
         """Spread of yearly maxima over that of all volumes, within paths; 1 at most."""
         known = self.recorded.values()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, fields, replace
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path as FilePath
@@ -259,7 +259,9 @@ def _on_draws(layout: Layout, slots: Sequence[str], u: Floats) -> Layout:
     return with_arms(layout, Arms(arms))
 
 
-SPECIFIED = ("law", "scatter", "distribution", "tails", "centrifugal", "forward", "effects")
+SPECIFIED = {f.name for f in fields(spec.Specification)} & {
+    f.name for f in fields(results.Calibration)
+}
 """What a result repeats of the specification."""
 STILL_PRIOR = 0.75
 """Posterior over prior standard deviation where the records tell less than the prior (with
