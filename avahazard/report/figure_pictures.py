@@ -159,7 +159,9 @@ def _legend(panels: Sequence[Axes], one: Figure, title: str | None, columns: int
     if found and one.layout.get("showlegend", True):
         place: Any = {"loc": "lower left", "bbox_to_anchor": (0, 1), "alignment": "left"}
         look = {"fontsize": 8, "frameon": False, "ncols": min(len(found), columns)}
-        panels[0].legend(found.values(), found.keys(), title=title, **place, **look)
+        legend = panels[0].legend(found.values(), found.keys(), title=title, **place, **look)
+        for text in (legend.get_title(), *legend.get_texts()):
+            text.set_parse_math(False)  # names of people, in which $ is a dollar
     elif title is not None:
         panels[0].set_title(title, fontsize=9, parse_math=False)
 

@@ -70,6 +70,12 @@ def test_the_design_runout_and_the_baseline_are_there(tmp_path: FilePath) -> Non
         assert f"<!-- {words} -->" in text
 
 
+def test_a_dollar_in_a_name_is_no_formula(tmp_path: FilePath) -> None:
+    named = replace(RECORDS, paths=(replace(RECORDS.paths[0], name="$1_000^^$"),))
+    draw_paths(tmp_path / "a.svg", None, [path_view(named, "P01")])
+    assert "$1_000^^$" in (tmp_path / "a.svg").read_text()
+
+
 def test_zones_have_their_speeds_below(tmp_path: FilePath) -> None:
     view = path_view(RECORDS, "P01", zones=entry())
     draw_paths(tmp_path / "a.svg", "Zones", [view], drag=False)
