@@ -8,6 +8,7 @@ and a shape s = 1 / (1 + z²/4) the density is STUDENT_PEAK s^(5/2) / σ.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -35,6 +36,9 @@ ROOT_HALF_BITS = 0x3FE6A09E667F3BCD
 PER_LOG_2 = 1.4426950408889634
 LOG_2_HIGH, LOG_2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 """log 2 in two parts, of which the first times a whole number is exact (Cody and Waite 1980)."""
+EXP_SERIES = tuple(1.0 / math.factorial(k) for k in range(12, -1, -1))
+LOG_SERIES = tuple(1.0 / k for k in range(21, 1, -2))
+"""Coefficients of the series, that of the highest power first."""
 
 
 class ExpMemory(NamedTuple):
@@ -66,19 +70,10 @@ def exponentials(x: Floats, n: int, memory: ExpMemory) -> None:
         times = whole[k] - WHOLE
         r = (LOWEST if x[k] < LOWEST else x[k]) - times * LOG_2_HIGH
         r -= times * LOG_2_LOW
-        series = 1.0 / 479001600.0
-        series = series * r + 1.0 / 39916800.0
-        series = series * r + 1.0 / 3628800.0
-        series = series * r + 1.0 / 362880.0
-        series = series * r + 1.0 / 40320.0
-        series = series * r + 1.0 / 5040.0
-        series = series * r + 1.0 / 720.0
-        series = series * r + 1.0 / 120.0
-        series = series * r + 1.0 / 24.0
-        series = series * r + 1.0 / 6.0
-        series = series * r + 0.5
-        series = series * r + 1.0
-        x[k] = series * r + 1.0
+        series = EXP_SERIES[0]
+        for coefficient in EXP_SERIES[1:]:
+            series = series * r + coefficient
+        x[k] = series
     for k in range(n):
         x[k] *= power[k]
 
@@ -96,16 +91,9 @@ def logarithms(x: Floats, x_bits: NDArray[np.int64], n: int, memory: ExpMemory) 
     for k in range(n):
         part = (x[k] - 1.0) / (x[k] + 1.0)
         square = part * part
-        series = 1.0 / 21.0
-        series = series * square + 1.0 / 19.0
-        series = series * square + 1.0 / 17.0
-        series = series * square + 1.0 / 15.0
-        series = series * square + 1.0 / 13.0
-        series = series * square + 1.0 / 11.0
-        series = series * square + 1.0 / 9.0
-        series = series * square + 1.0 / 7.0
-        series = series * square + 1.0 / 5.0
-        series = series * square + 1.0 / 3.0
+        series = LOG_SERIES[0]
+        for coefficient in LOG_SERIES[1:]:
+            series = series * square + coefficient
         rest = 2.0 * part + 2.0 * part * square * series + whole[k] * LOG_2_LOW
         x[k] = whole[k] * LOG_2_HIGH + rest
 
@@ -187,47 +175,29 @@ def _fill_densities(place, location, scatter, lift, student, memory):  # type: i
 
 
 @kernel(inner=True)
-def add_tails(place, weight, m, sigma, student, out):  # type: ignore[no-untyped-def]
-    """Add w P(ν < ν_0 | m, σ) + w' P(ν > ν_1 | m, σ) and its derivatives to `out`."""
-    for side in range(2):
-        if weight[side] == 0.0:
-            continue
-        sign = 1.0 if side == 0 else -1.0
-        z = (place[side] - m) / sigma
-        if student:
-            cdf = student_below(sign * z)
-            pdf, pull, _ = student_density(z)
-        else:
-            cdf = normal_below(sign * z)
-            pdf, pull = normal_density(z), z
-        out[0] += weight[side] * cdf
-        out[1] -= sign * weight[side] * pdf / sigma
-        out[2] -= sign * weight[side] * z * pdf
-        out[3] -= sign * weight[side] * pull * pdf / (sigma * sigma)
+def _add_edges(place, weight, outer, location, scatter, student, slopes, sums):  # type: ignore[no-untyped-def]
+    """Add Σ w P(ν < ν_k | m, σ) and, with `slopes`, its derivatives to `density_sums`.
 
-
-@kernel(inner=True)
-def edge_probability(place, weight, m, sigma, student, slopes, out):  # type: ignore[no-untyped-def]
-    """Σ w P(ν < ν_k | m, σ) and, with `slopes`, its derivatives in m, log σ, and twice in m."""
-    value, first, by_scatter, second = 0.0, 0.0, 0.0, 0.0
-    for k in range(len(place)):
-        if weight[k] == 0.0:
-            continue
-        z = (place[k] - m) / sigma
-        value += weight[k] * (student_below(z) if student else normal_below(z))
-        if not slopes:
-            continue
-        if student:
-            pdf, pull, _ = student_density(z)
-        else:
-            pdf, pull = normal_density(z), z
-        first -= weight[k] * pdf
-        second -= weight[k] * pull * pdf
-        by_scatter -= weight[k] * z * pdf
-    out[0] = value
-    out[1] = first / sigma
-    out[2] = by_scatter
-    out[3] = second / (sigma * sigma)
+    Of two edges that are `outer` ones the second counts by P(ν > ν_k).
+    """
+    for q in range(len(location)):
+        m, sigma, out = location[q], scatter[q], sums[q]
+        for k in range(len(place)):
+            if weight[k] == 0.0:
+                continue
+            sign = -1.0 if outer and k == 1 else 1.0
+            z = (place[k] - m) / sigma
+            out[0] += weight[k] * (student_below(sign * z) if student else normal_below(sign * z))
+            if not slopes:
+                continue
+            if student:
+                pdf, pull, _ = student_density(z)
+            else:
+                pdf, pull = normal_density(z), z
+            pdf *= sign * weight[k]
+            out[1] -= pdf / sigma
+            out[2] -= z * pdf
+            out[3] -= pull * pdf / (sigma * sigma)
 
 
 TINY = 1e-290
@@ -269,8 +239,8 @@ def event_terms_kernel(nodes, volume_weight, student, keep, slopes, location, sc
         value = np.log(max(chance, TINY)) + nodes.log_scale[i] - lift
         if nodes.has_limit[i]:
             place, weight = nodes.seen_place[i, :used], nodes.seen_weight[i, :used]
-            for q in range(n_volumes):
-                edge_probability(place, weight, m[q], sigma[q], student, slopes, part[q])
+            part[:] = 0.0
+            _add_edges(place, weight, False, m, sigma, student, slopes, part)
             chance, seen_bend = _gather(
                 part, weights, nodes.seen_floor[i], seen_location, seen_scatter
             )
@@ -295,18 +265,18 @@ def _add_to_sums(nodes, i, location, scatter, student, slopes, memory, part):  #
     used = nodes.used[i]
     place, weight = nodes.place[i, :used], nodes.weight[i, :used]
     if nodes.is_probability[i]:
-        for q in range(len(location)):
-            edge_probability(place, weight, location[q], scatter[q], student, slopes, part[q])
+        part[:] = 0.0
+        _add_edges(place, weight, False, location, scatter, student, slopes, part)
         return 0.0
     lift = 0.0
     for far_off in range(2):
         density_sums(place, weight, location, scatter, lift, student, slopes, memory, part)
         if far_off:
             break
-        if nodes.tail[i, 0] > 0.0 or nodes.tail[i, 1] > 0.0:
-            tail, at = nodes.tail[i], nodes.tail_place[i]
-            for q in range(len(location)):
-                add_tails(at, tail, location[q], scatter[q], student, part[q])
+        tail = nodes.tail[i]
+        if tail[0] > 0.0 or tail[1] > 0.0:
+            edges = nodes.tail_place[i]
+            _add_edges(edges, tail, True, location, scatter, student, slopes, part)
         if student or _largest(part) >= UNDERFLOW:
             break
         lift = _lift(place, weight, location, scatter)
@@ -377,7 +347,6 @@ def event_terms(
 ) -> EventTerms:
     """log Σ_q h_q Σ_k w_k p(ν_k | m_q, σ_q) of each event, less the log chance to be seen.
 
-    Tails of vague records are added (`Nodes`).
     `location` m and `scatter` σ > 0 `[n_events, n_volumes]` at the volume nodes with weights
     `volume_weight` h. Friction scatters normally about m, or with `student` as Student's t,
     a few records being grossly wrong (`nodes.log_wrong`). Terms of events not in `keep`
