@@ -193,29 +193,19 @@ APART = 1e-3
 """Shift of log friction over which derivatives of the events' terms are taken."""
 
 
-class Pulls(NamedTuple):
-    """Derivatives of a likelihood of which offsets of groups are integrated out (`newton_offsets`).
-
-    By location and by log scatter `[n_events, n_volumes]` of the events, and by the log of the
-    spread of each offset `[n_offsets]`, with the normal of the offsets itself.
-    """
-
-    by_location: Floats
-    by_scatter: Floats
-    by_log_spread: Floats
-
-
 def pulls_of_groups(
     offsets: Offsets,
     index: NDArray[np.int64],
     precision: Floats,
     terms_at: Callable[[Floats], EventTerms],
-) -> Pulls:
-    """The pulls at the mode of the offsets; `terms_at` shifts `[n_events]` of log friction.
+) -> tuple[Floats, Floats, Floats]:
+    """Derivatives of a likelihood of which offsets of groups are integrated out (`newton_offsets`).
 
-    With o the mode, H the precision there and ℓ the log likelihood, the integral is
-    ℓ - oᵀPo/2 - log|H|/2. Its derivatives are those of ℓ and of log|H|, in which events count by
-    the variance of their shift; H changes with what is moved, and as o moves along.
+    By location and by log scatter `[n_events, n_volumes]` of the events, and by the log of the
+    spread of each offset `[n_offsets]`; `terms_at` shifts `[n_events]` of log friction. With o the
+    mode, H the precision there and ℓ the log likelihood, the integral is ℓ - oᵀPo/2 - log|H|/2.
+    Its derivatives are those of ℓ and of log|H|, in which events count by the variance of their
+    shift; H changes with what is moved, and as o moves along.
     """
     mode = offsets.mode
     shift = np.append(mode, 0.0)[index].sum(axis=0)
@@ -238,7 +228,7 @@ def pulls_of_groups(
         for first, bent, curved in map(bends, ("by_location", "by_scatter"))
     )
     by_log_spread = precision * (mode**2 + variance - moved * mode) - 1.0
-    return Pulls(by_location, by_scatter, by_log_spread)
+    return by_location, by_scatter, by_log_spread
 
 
 @kernel

@@ -195,10 +195,10 @@ class Posterior:
             value, offsets = self._given(u, nodes, location, scatter)
             assert offsets is not None
             precision = tau[self.plan.of] ** -2.0
-            pulls = pulls_of_groups(offsets, self.plan.index, precision, terms_at)
-            slopes = self.friction.pulled(u, volume, self.of_events, scatter, *pulls[:2])
+            *pulls, by_spread = pulls_of_groups(offsets, self.plan.index, precision, terms_at)
+            slopes = self.friction.pulled(u, volume, self.of_events, scatter, *pulls)
             spreads = list(self.layout.spreads.values())
-            by_grouping = np.bincount(self.plan.of, pulls.by_log_spread, len(spreads))
+            by_grouping = np.bincount(self.plan.of, by_spread, len(spreads))
             slopes[spreads] += by_grouping / u[spreads]
         else:
             terms = event_terms(nodes, location, scatter, weight, student, keep)
@@ -261,7 +261,9 @@ class Posterior:
     def friction_at(self, u: Floats, offsets: Floats | None) -> tuple[Floats, Floats, Floats]:
         """`location_and_scatter` with offsets `[n_offsets]` of the groups, and `weight`."""
         location, scatter = self.location_and_scatter(u)
-        return self.shifted(location, offsets), scatter, self.weight(u)
+        if offsets is not None:
+            location = self.friction.shifted(location, self.plan.shift(offsets)[:, None])
+        return location, scatter, self.weight(u)
 
     def mode_offsets(self, u: Floats) -> Floats | None:
         """Mode of the groups' offsets `[n_offsets]` given coordinates u; None without groups."""
@@ -321,12 +323,6 @@ class Posterior:
     def resistance(self, site: Site, values: Values) -> Resistance:
         """The resistance on a site with this model's effects at these values."""
         return resistance_of(site, self.effects, values, float(self.specification.centrifugal))
-
-    def shifted(self, location: Floats, offsets: Floats | None) -> Floats:
-        """`location` `[n_events, n_volumes]` with `offsets` `[n_offsets]` of log friction."""
-        if offsets is None:
-            return location
-        return self.friction.shifted(location, self.plan.shift(offsets)[:, None])
 
     def _offsets(
         self, u: Floats, nodes: Nodes, location: Floats, scatter: Floats

@@ -41,24 +41,22 @@ def gauss_nodes(points, masses, place, weight):  # type: ignore[no-untyped-def]
     vectors = np.zeros((k_max + 1, n))
     for i in range(n):
         vectors[0, i] = np.sqrt(masses[i] / total)
-    jacobi = np.zeros((k_max, k_max + 1))
+    # The matrix of Jacobi: its diagonal, and what stands beside it.
+    values, beside, share = np.zeros(k_max), np.zeros(k_max), np.zeros(k_max)
     size = k_max
     for k in range(k_max):
         v = x * vectors[k]
-        jacobi[k, k] = _inner(v, vectors[k])
+        values[k] = _inner(v, vectors[k])
         norm = _orthogonalised(v, vectors[: k + 1])
         if k + 1 == k_max:
             break
         if norm < 1e-10:
             size = k + 1
             break
-        jacobi[k, k + 1] = norm
+        beside[k] = norm
         for i in range(n):
             vectors[k + 1, i] = v[i] / norm
-    values, beside, share = np.zeros(size), np.zeros(size), np.zeros(size)
-    for k in range(size):
-        values[k], beside[k] = jacobi[k, k], jacobi[k, k + 1]
-    values_and_shares(values, beside, share)
+    values_and_shares(values[:size], beside[:size], share)
     place[:], weight[:] = centre, 0.0
     for k in range(size):
         place[k] = centre + reach * values[k]

@@ -34,21 +34,22 @@ DEPTH = 40.0
 """Frictions whose log density is that much below the best are left out."""
 
 
-def record_density_nodes(
-    record: Floats,
-    left: Bools,
-    observed_left: bool,
-    observed: float,
-    sigma: float,
-    log_speed: Floats,
-    grid: Floats,
-    hidden_from: float,
-    panels: int,
-    finest: float,
-    place: Floats,
-    weight: Floats,
-    tail: Floats,
-) -> float:
+@kernel
+def record_density_nodes(  # type: ignore[no-untyped-def]
+    record,
+    left,
+    observed_left,
+    observed,
+    sigma,
+    log_speed,
+    grid,
+    hidden_from,
+    panels,
+    finest,
+    place,
+    weight,
+    tail,
+):
     """Nodes of p(record | μ) as in `panels`; returns the log of its total mass.
 
     `record`, `left`, `log_speed` `[n_friction]` are those of the frictions `grid`. Points lie no
@@ -58,13 +59,13 @@ def record_density_nodes(
     """
     tables = record, left, observed, sigma, log_speed, grid, hidden_from
     points, masses, log_total = _density_points(*tables, observed_left, finest, tail)
-    if not len(points):
-        return float(_nearest(*tables, place, weight))
+    if len(points) == 0:
+        return _nearest(*tables, place, weight)
     panel_nodes(points, masses, panels, place, weight)
-    return float(log_total)
+    return log_total
 
 
-@kernel
+@kernel(inner=True)
 def _density_points(  # type: ignore[no-untyped-def]
     record, left, observed, sigma, log_speed, grid, hidden_from, observed_left, finest, tail
 ):
@@ -157,7 +158,7 @@ def _stop_points(  # type: ignore[no-untyped-def]
     return count
 
 
-@kernel
+@kernel(inner=True)
 def _nearest(  # type: ignore[no-untyped-def]
     record, left, observed, sigma, log_speed, grid, hidden_from, place, weight
 ):
@@ -269,24 +270,15 @@ def _highest_seen(
     return float(grid[j] + share * (grid[j + 1] - grid[j]))
 
 
-def edges_of_sight(
-    elevation: Floats,
-    left: Bools,
-    limit: float,
-    sigma: float,
-    grid: Floats,
-    panels: int,
-    finest: float,
-    place: Floats,
-    weight: Floats,
-) -> float:
+@kernel
+def edges_of_sight(elevation, left, limit, sigma, grid, panels, finest, place, weight):  # type: ignore[no-untyped-def]
     """P(seen) = w₀ + Σ w_k P(ν < ν_k) by records, with error `sigma`; returns w₀.
 
     It falls as friction rises, all that goes further than what is seen being seen, too: so no
     weight is negative. Fills in `place` and `weight` `[n_nodes]`.
     """
     edges, drops, level = _drops_of_sight(elevation, left, limit, sigma, grid)
-    if len(edges):
+    if len(edges) > 0:
         chances = drops / (1.0 - level)
         away = edges - np.sum(chances * edges)
         if np.sqrt(np.sum(chances * away * away)) <= 2.0 * finest:
@@ -294,10 +286,10 @@ def edges_of_sight(
         else:
             panel_nodes(edges, chances, panels, place, weight)
         weight *= 1.0 - level
-    return float(level)
+    return level
 
 
-@kernel
+@kernel(inner=True)
 def _drops_of_sight(elevation, left, limit, sigma, grid):  # type: ignore[no-untyped-def]
     """Where the chance to be seen falls, by how much, and what is left of it in the end."""
     n = len(grid)
