@@ -77,8 +77,8 @@ def _assert_same(model: Posterior, u: np.ndarray, base: Posterior, base_u: np.nd
     tables, expected = model.nodes.predicted_at(u), base.nodes.predicted_at(base_u)
     for name in ("record", "elevation", "status"):
         _assert_bits(getattr(tables, name), getattr(expected, name))
-    for speeds, expected_speeds in zip(tables.speeds, expected.speeds, strict=True):
-        _assert_bits(speeds, expected_speeds)
+    for block, expected_block in zip(tables.speeds, expected.speeds, strict=True):
+        _assert_bits(block.speed, expected_block.speed)
 
 
 def _assert_bits(a: Any, b: Any) -> None:

@@ -100,9 +100,9 @@ class NaivePosterior:
                 * stays
                 * stats.norm.pdf(observations.observed[i], f, observations.sigma[i])
             )
-        for measured, predicted in zip(observations.speeds, self.tables.speeds, strict=True):
+        for measured, block in zip(observations.speeds, self.tables.speeds, strict=True):
             if measured.event == i:
-                log_speed = self._log_speed(measured, predicted)
+                log_speed = self._log_speed(measured, block.speed)
                 mass = mass * np.exp(np.interp(self.nu, self.grid, log_speed))
         if np.isfinite(limit):
             mass = mass * self._below(i, limit)

@@ -177,7 +177,7 @@ def _measured(
 ) -> tuple[SpeedRecord, ...]:
     """The tracks under `friction` `[n_events]` that is uneven, measured down to their stops."""
     tracks = []
-    for track, speeds in zip(found.speeds, tables.speeds, strict=True):
+    for track, block in zip(found.speeds, tables.speeds, strict=True):
         i = track.event
         smooth = found.sites[found.columns.path_index[i]].smooth
         left = found.kind[i] == LEFT
@@ -186,7 +186,7 @@ def _measured(
         if k == 0:
             continue
         made = SpeedRecord(i, track.x[:k], track.speed[:k], track.sigma[:k], track.release_x, stop)
-        square = np.array([np.interp(friction[i], MU, column**2) for column in speeds.T[:k]])
+        square = np.array([np.interp(friction[i], MU, column**2) for column in block.speed.T[:k]])
         drawn = drawn_speeds(square[:, None], made, scatter, rng, arrives=False)
         tracks.append(replace(made, speed=drawn[:, 0]))
     return tuple(tracks)

@@ -97,15 +97,15 @@ def _squares_at(table: Predicted, track: int, event: int, mu: Floats) -> Floats:
     """Squares of speed at frictions `mu`, `[n_speeds, n_draws]`, between those of the table.
 
     The likelihood spreads records evenly over a jump, so the record may lie within one, or at the
-    profile's end: then the block that came that far counts, brought to rest there (`StopAtJump`),
+    profile's end: then the block that came that far counts, brought to rest there (`TrackSpeeds`),
     not the one that stopped before.
     """
     discontinuous = table.curve[event].discontinuous
     cell, share = located(steps_of(mu), discontinuous)
     share = np.where(discontinuous[cell], 0.0, share)
-    square = np.asarray([between(speeds**2, cell, share) for speeds in table.speeds[track].T])
-    at_jump = table.at_jump[track]
-    return np.where(cell == at_jump.cell, at_jump.square[:, None], square)
+    block = table.speeds[track]
+    square = np.asarray([between(speed**2, cell, share) for speed in block.speed.T])
+    return np.where(cell == block.cell, block.at_jump[:, None], square)
 
 
 def measured_force(observations: Observations) -> Rows[MeasuredForce]:

@@ -318,7 +318,7 @@ def linear_model(posterior: Posterior, u: Floats) -> LinearModel:
         table = posterior.nodes.predicted_at(u)
         stops = _moments(stop_nodes(posterior, table), layout.log_scatter)
         sigma = layout.track_sigma(u)
-        for track, speeds in zip(observations.speeds, table.speeds, strict=True):
+        for track, block in zip(observations.speeds, table.speeds, strict=True):
             i = track.event
             of_friction = location, scatter, weight
             places, chance = friction_given_record(posterior, nodes, i, *of_friction)
@@ -328,7 +328,8 @@ def linear_model(posterior: Posterior, u: Floats) -> LinearModel:
             if not gone[i]:
                 away, error = float(stops[0][i] - log_mean[i]), float(stops[1][i])
             natural = float(variances.scatter[i] + variances.volume[i])
-            roots[i], *both = _track(track, speeds**2, sigma, at, log_mean[i], natural, away, error)
+            of_event = at, log_mean[i], natural, away, error
+            roots[i], *both = _track(track, block.speed**2, sigma, *of_event)
             rows[i] = both[0], both[1]
     first = np.concatenate([[0], np.cumsum([len(r) for r, _ in rows])])
     found = LinearModel(

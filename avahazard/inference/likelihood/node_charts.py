@@ -33,7 +33,7 @@ from avahazard.inference.likelihood.predicted import (
     sight_is_limited,
 )
 from avahazard.inference.likelihood.star import Star
-from avahazard.inference.likelihood.track_nodes import TrackRows, track_nodes, track_rows
+from avahazard.inference.likelihood.track_nodes import TrackRows, track_rows
 from avahazard.inference.model.layout import Layout
 from avahazard.inference.model.observations import Observations, part_of, whole_paths
 
@@ -181,7 +181,6 @@ class NodeCharts:
         self._keeps = len(self._parts) == 1 or (len(layout.tables) > 0 and not self._runs.near)
         self._untracked: dict[tuple[float, ...], Nodes] = {}
         self._track_rows: dict[tuple[bytes, ...], list[TrackRows]] = {}
-        self._track_events = np.array([track.event for track in observations.speeds], np.int64)
         self._chart: Chart | None = None
         self._panels: Ints | None = None
         self._between: dict[tuple[float, ...], Nodes] = {}
@@ -210,10 +209,6 @@ class NodeCharts:
         other.layout = layout
         other._between, other._chart, other._panels = {}, others._chart, others._panels
         return other
-
-    def shares_star(self, others: NodeCharts) -> bool:
-        """Whether these stand on the very star of `others`."""
-        return self._chart is not None and self._chart is others._chart
 
     @property
     def varies(self) -> bool:
@@ -257,9 +252,8 @@ class NodeCharts:
         if at not in self._untracked or key not in self._track_rows:
             self._made(at, values)
         scatter = float(np.exp(place[-1])) if len(place) > len(at) else 0.0
-        panels = self.panels()[self._track_events]
-        tracks = track_nodes(self._track_rows[key], scatter, panels, self.in_log)
-        return with_tracks(self._untracked[at], self._track_events, tracks)
+        tracks = self._track_rows[key]
+        return with_tracks(self._untracked[at], tracks, scatter, self.panels(), self.in_log)
 
     def near_records(self, u: Floats) -> Predicted:
         """Tables that are right near the records, from runs made for just these coordinates.
@@ -297,7 +291,7 @@ class NodeCharts:
         nodes = nodes._replace(log_wrong=self._log_wrong)
         if self.observations.speeds:
             rows = track_rows(self.observations, predicted)
-            size = sum(track.nbytes for track in rows)
+            size = sum(r.speeds.nbytes + r.record.nbytes + r.left.nbytes for r in rows)
             keep(self._track_rows, self._track_key(values), rows, KEPT_PLACES, size)
         size = sum(column.nbytes for column in nodes)
         return keep(self._untracked, at, nodes, KEPT_PLACES, size), predicted

@@ -20,6 +20,7 @@ that is estimated (`layout.WRONG_SHARE`).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -35,11 +36,12 @@ from avahazard.inference.likelihood.record_nodes import (
     record_density_nodes,
     straight_density_nodes,
 )
-from avahazard.inference.likelihood.track_nodes import TrackNodes, track_nodes, track_rows
+from avahazard.inference.likelihood.track_nodes import TrackRows, fill_track_nodes, track_rows
 from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, Observations
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.cells import GRAVITY
 from avahazard.physics.runout_curve import MU
+from avahazard.workers import n_workers, ordered_map
 
 
 class Nodes(NamedTuple):
@@ -88,10 +90,8 @@ def build_nodes(
     records = record_nodes(observations, predicted, panels, limit, in_log)
     if not observations.speeds:
         return records
-    events = np.array([track.event for track in observations.speeds])
-    rows = track_rows(observations, predicted)
-    tracks = track_nodes(rows, track_scatter, panels[events], in_log)
-    return with_tracks(records, events, tracks)
+    tracks = track_rows(observations, predicted)
+    return with_tracks(records, tracks, track_scatter, panels, in_log)
 
 
 def needed_panels(
@@ -171,17 +171,23 @@ def record_nodes(
     )
 
 
-def with_tracks(records: Nodes, events: Ints, tracks: TrackNodes) -> Nodes:
-    """`record_nodes` with those of the `events` `[n_tracks]` with speeds filled in."""
-    n = tracks.place.shape[1]
-    nodes = records._replace(
-        place=records.place.copy(),
-        weight=records.weight.copy(),
-        tail=records.tail.copy(),
-        log_scale=records.log_scale.copy(),
-    )
-    nodes.place[events, :n], nodes.weight[events, :n] = tracks.place, tracks.weight
-    nodes.tail[events], nodes.log_scale[events] = tracks.tail, tracks.log_scale
+def with_tracks(
+    records: Nodes, tracks: Sequence[TrackRows], scatter: float, panels: Ints, in_log: bool
+) -> Nodes:
+    """`record_nodes` with those of the events with speeds filled in.
+
+    `scatter` is that of friction along the tracks, `panels` `[n_events]` as in `needed_panels`.
+    """
+    filled = ("place", "weight", "tail", "log_scale")
+    nodes = records._replace(**{name: getattr(records, name).copy() for name in filled})
+
+    def fill(part: Ints) -> None:
+        for track in [tracks[k] for k in part]:
+            i, used = track.event, slice(nodes.used[track.event])
+            some = nodes.place[i, used], nodes.weight[i, used], nodes.tail[i]
+            nodes.log_scale[i] = fill_track_nodes(track, scatter, panels[i], in_log, *some)
+
+    list(ordered_map(fill, np.array_split(np.arange(len(tracks)), min(n_workers(), len(tracks)))))
     return nodes
 
 

@@ -43,15 +43,17 @@ Values = dict[str, Floats]
 """Parameter values by effect key."""
 
 
-class StopAtJump(NamedTuple):
-    """The cell of frictions over which F jumps across the recorded stop of a track; -1 for none.
+class TrackSpeeds(NamedTuple):
+    """Speeds (m/s) of the block at the places of a `SpeedRecord`, `[n_friction, n_speeds]`.
 
-    No friction that is the same all along stops the block there. `square` `[n_speeds]` is u² with
-    the friction that, on the mean of the way, brings it to rest at the record; it can be below 0.
+    In `cell` F jumps across the recorded stop (-1 for none): no friction that is the same all
+    along stops the block there. `at_jump` `[n_speeds]` is u² with the friction that, on the mean
+    of the way, brings it to rest at the record; it can be below 0.
     """
 
+    speed: Floats
     cell: int
-    square: Floats
+    at_jump: Floats
 
 
 def resistance_of(
@@ -77,14 +79,13 @@ def resistance_of(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BlockRuns:
-    """Tables of every site, and of each `SpeedRecord` what `Predicted` has of it.
+    """Tables of every site, and the `speeds` at each `SpeedRecord`.
 
     `middle` are the middles of the frictions run from each release of each site.
     """
 
     tables: tuple[RunoutCurve, ...]
-    speeds: tuple[Floats, ...]
-    at_jump: tuple[StopAtJump, ...]
+    speeds: tuple[TrackSpeeds, ...]
     middle: tuple[Ints, ...]
 
 
@@ -99,12 +100,10 @@ def run_blocks(
 
     With stops `asked` for from each release of each site, near these alone.
     """
-    path = observations.columns.path_index
-    of_path: dict[int, list[SpeedRecord]] = {}
-    for track in observations.speeds:
-        of_path.setdefault(int(path[track.event]), []).append(track)
+    path, tracks = observations.columns.path_index, observations.speeds
+    site_of = np.array([path[track.event] for track in tracks], np.int64)
     tables: list[NearStops] = []
-    told: dict[int, tuple[Floats, StopAtJump]] = {}
+    speeds: dict[int, TrackSpeeds] = {}
     moved = bool(of_kind(effects, MotionEffect))
     # Some at a time: cells are large, and gone when their tables are made.
     for first in range(0, len(observations.sites), SITES_AT_ONCE):
@@ -118,20 +117,17 @@ def run_blocks(
             ordered_map(_table, sites, cells, repeat(None) if asked is None else asked[first:])
         )
         tables += near
-        tracks = [track for k in range(len(sites)) for track in of_path.get(first + k, ())]
-        its = [int(path[track.event]) for track in tracks]
+        here = np.flatnonzero((site_of >= first) & (site_of < first + len(sites))).tolist()
         found = ordered_map(
             partial(_speeds_of, observations, asked is None),
-            tracks,
-            [cells[k - first] for k in its],
-            [near[k - first] for k in its],
+            [tracks[k] for k in here],
+            [cells[k] for k in site_of[here] - first],
+            [near[k] for k in site_of[here] - first],
         )
-        told |= zip((track.event for track in tracks), found, strict=True)
-    each = [told[track.event] for track in observations.speeds]
+        speeds |= zip(here, found, strict=True)
     return BlockRuns(
         tables=tuple(found.curve for found in tables),
-        speeds=tuple(speeds for speeds, _ in each),
-        at_jump=tuple(at_jump for _, at_jump in each),
+        speeds=tuple(speeds[k] for k in range(len(tracks))),
         middle=tuple((found.first + found.end) // 2 for found in tables),
     )
 
@@ -146,8 +142,8 @@ def _speeds_of(
     track: SpeedRecord,
     cells: Cells,
     near: NearStops,
-) -> tuple[Floats, StopAtJump]:
-    """The speeds of a track, at the frictions that were run, and where F jumps over its stop."""
+) -> TrackSpeeds:
+    """The speeds of a track, at the frictions that were run."""
     release = int(observations.release[track.event])
     site = observations.sites[int(observations.columns.path_index[track.event])]
     release_x = float(site.release_x[release])
@@ -160,9 +156,9 @@ def _speeds_of(
         ends = np.flatnonzero(passes[:-1] & ~passes[1:])
         over = [cell for cell in ends.tolist() if curve.is_discontinuous(cell)]
     if not over:
-        return speeds, StopAtJump(-1, np.zeros(len(track.x)))
+        return TrackSpeeds(speeds, -1, np.zeros(len(track.x)))
     square = squares_to_rest(cells, node_of(cells.x, release_x), track.stop_x, track.x)
-    return speeds, StopAtJump(int(over[-1]), square)
+    return TrackSpeeds(speeds, over[-1], square)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -171,19 +167,17 @@ class Predicted:
 
     `record` is in the coordinate of each event's record; `x`, `elevation` (m) are its place in
     any case (nan without a profile), `status` that of `block.Stops`; where the block left, they
-    are those of the profile's end. `speeds`: for each
-    `SpeedRecord` the speeds at its places, `[n_friction, n_speeds]`; `at_jump` likewise. `sigma`
-    `[n_events]` (m): the error of the records, as stated or as an effect scales it;
-    `leaving_sigma` likewise that of the log of the friction under which the block leaves. `raised`
-    `[n_events]` (m) is by how much records lie too high, which is in `elevation`.
+    are those of the profile's end. `speeds` are those at each `SpeedRecord`. `sigma` `[n_events]`
+    (m): the error of the records, as stated or as an effect scales it; `leaving_sigma` likewise
+    that of the log of the friction under which the block leaves. `raised` `[n_events]` (m) is by
+    how much records lie too high, which is in `elevation`.
     """
 
     record: Floats
     x: Floats
     elevation: Floats
     status: NDArray[np.int8]
-    speeds: tuple[Floats, ...]
-    at_jump: tuple[StopAtJump, ...]
+    speeds: tuple[TrackSpeeds, ...]
     sigma: Floats
     leaving_sigma: Floats
     raised: Floats
@@ -229,7 +223,6 @@ def predict_records(
         elevation=y,
         status=status,
         speeds=runs.speeds,
-        at_jump=runs.at_jump,
         sigma=sigma,
         leaving_sigma=observations.leaving_sigma * (sigma / observations.sigma),
         raised=raised,
@@ -256,7 +249,6 @@ def _straight(observations: Observations, effects: tuple[Effect, ...], values: V
         elevation=nowhere,
         status=np.broadcast_to(np.int8(STOPPED), shape),
         speeds=(),
-        at_jump=(),
         sigma=record_sigma(observations, effects, values),
         leaving_sigma=np.zeros(observations.n_events),
         raised=np.zeros(observations.n_events),
@@ -347,9 +339,7 @@ def stops_asked(
 ) -> tuple[Asked, ...]:
     """The stops asked for on each site, from each release those of all its events."""
     grounds = [_at_rest(site) for site in observations.sites]
-    at_rest = predict_records(
-        observations, effects, values, runs=BlockRuns(tuple(grounds), (), (), ())
-    )
+    at_rest = predict_records(observations, effects, values, runs=BlockRuns(tuple(grounds), (), ()))
     z = (at_rest.record - observations.observed[:, None]) / at_rest.sigma[:, None]
     first, last = _within(z)
     left = observations.kind == LEFT

@@ -10,15 +10,14 @@ where nothing but the drive depends on it), unlike u near the stop.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.arrays import Floats, Ints
+from avahazard.arrays import Floats
 from avahazard.inference.likelihood.predicted import Predicted
-from avahazard.inference.likelihood.quadrature import finest, nodes_used
+from avahazard.inference.likelihood.quadrature import finest
 from avahazard.inference.likelihood.record_nodes import (
     DEPTH,
     REACH,
@@ -29,7 +28,6 @@ from avahazard.inference.model.observations import LEFT, Observations, SpeedReco
 from avahazard.kernels import kernel
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU
-from avahazard.workers import n_workers, ordered_map
 
 MAX_REDRAWS = 100
 
@@ -215,13 +213,14 @@ def _at_ends(cells, predicted, cell, at_jump, errors):  # type: ignore[no-untype
 class TrackRows(NamedTuple):
     """What was measured on a track, and what blocks do at the frictions that its record leaves.
 
-    `speed`, `sigma` `[n_speeds]` and `spread` are those of its `SpeedRecord`. `grid` `[n_rows]` are
-    the frictions; `record`, `left` `[n_rows]`, `speeds` `[n_rows, n_speeds]` (m/s) the tables
-    there, `cell`, which counts from the first row, and `at_jump` `[n_speeds]` the `StopAtJump`.
-    `observed_left`, `observed`, `error` are those of the record; `unseen_from` is the friction
-    above which stops are undetected.
+    `event`, `speed`, `sigma` `[n_speeds]` and `spread` are those of its `SpeedRecord`. `grid`
+    `[n_rows]` are the frictions; `record`, `left` `[n_rows]`, `speeds` `[n_rows, n_speeds]` (m/s)
+    the tables there, `cell`, which counts from the first row, and `at_jump` `[n_speeds]` those of
+    `TrackSpeeds`. `observed_left`, `observed`, `error` are those of the record; `unseen_from` is
+    the friction above which stops are undetected.
     """
 
+    event: int
     speed: Floats
     sigma: Floats
     spread: Floats
@@ -236,19 +235,12 @@ class TrackRows(NamedTuple):
     error: float
     unseen_from: float
 
-    @property
-    def nbytes(self) -> int:
-        """Memory of what differs from place to place."""
-        return self.speeds.nbytes + self.record.nbytes + self.left.nbytes
-
 
 def track_rows(observations: Observations, predicted: Predicted) -> list[TrackRows]:
     """The rows of the tables that the record of each track leaves, with some beyond."""
     unseen_from = hidden_from(observations, predicted, in_log=False)
     tracks = []
-    for track, speeds, stop in zip(
-        observations.speeds, predicted.speeds, predicted.at_jump, strict=True
-    ):
+    for track, block in zip(observations.speeds, predicted.speeds, strict=True):
         i = track.event
         record, left = predicted.record[i], predicted.status[i] == LEFT_PROFILE
         observed_left = bool(observations.kind[i] == LEFT)
@@ -256,15 +248,16 @@ def track_rows(observations: Observations, predicted: Predicted) -> list[TrackRo
         first, end = rows_left(record, left, observed_left, observed, error)
         tracks.append(
             TrackRows(
+                event=i,
                 speed=track.speed,
                 sigma=track.sigma,
                 spread=track.spread,
                 grid=MU[first:end],
                 record=record[first:end].copy(),
                 left=left[first:end].copy(),
-                speeds=speeds[first:end].copy(),
-                cell=stop.cell - first if stop.cell >= 0 else -1,
-                at_jump=stop.square,
+                speeds=block.speed[first:end].copy(),
+                cell=block.cell - first if block.cell >= 0 else -1,
+                at_jump=block.at_jump,
                 observed_left=observed_left,
                 observed=observed,
                 error=error,
@@ -279,18 +272,6 @@ SPLIT, POINTS = 15, 128
 a cell); fewer where that many points are there without."""
 
 
-class TrackNodes(NamedTuple):
-    """Nodes of the tracks as in `nodes.Nodes`.
-
-    `place`, `weight` `[n_tracks, n_nodes]`, `tail` `[n_tracks, 2]`, `log_scale` `[n_tracks]`.
-    """
-
-    place: Floats
-    weight: Floats
-    tail: Floats
-    log_scale: Floats
-
-
 class FineTrack(NamedTuple):
     """One event at fine frictions: `grid`, `record`, `left`, `square` `[n_fine(, n_speeds)]`."""
 
@@ -298,25 +279,6 @@ class FineTrack(NamedTuple):
     record: Floats
     left: NDArray[np.bool_]
     square: Floats
-
-
-def track_nodes(
-    tracks: Sequence[TrackRows], scatter: float, panels: Ints, in_log: bool
-) -> TrackNodes:
-    """Nodes of all tracks with this `scatter` of friction along them; `panels` `[n_tracks]`."""
-    n = len(tracks)
-    shape = n, int(np.max(nodes_used(panels)))
-    nodes = TrackNodes(np.zeros(shape), np.zeros(shape), np.zeros((n, 2)), np.zeros(n))
-
-    def fill(part: Ints) -> None:
-        for k in part.tolist():
-            selected = nodes.place[k], nodes.weight[k], nodes.tail[k]
-            nodes.log_scale[k] = fill_track_nodes(
-                tracks[k], scatter, int(panels[k]), in_log, *selected
-            )
-
-    list(ordered_map(fill, np.array_split(np.arange(n), min(n_workers(), n))))
-    return nodes
 
 
 def fill_track_nodes(
@@ -330,27 +292,15 @@ def fill_track_nodes(
 ) -> float:
     """Fill in the nodes of a track, with `scatter` of friction along it; the log of their mass."""
     fine, log_speed, grid, unseen_from = likely_frictions(track, scatter, in_log)
-    log_mass = record_density_nodes(
-        fine.record,
-        fine.left,
-        track.observed_left,
-        track.observed,
-        track.error,
-        log_speed,
-        grid,
-        unseen_from,
-        panels,
-        finest(in_log),
-        place,
-        weight,
-        tail,
-    )
+    stops = fine.record, fine.left, track.observed_left, track.observed, track.error
+    within = log_speed, grid, unseen_from, panels, finest(in_log)
+    log_mass = record_density_nodes(*stops, *within, place, weight, tail)
     # Frictions that the speeds rule out lie beyond the fine ones.
     if fine.grid[0] > MU[0]:
         tail[0] = 0.0
     if fine.grid[-1] < MU[-1]:
         tail[1] = 0.0
-    return log_mass
+    return float(log_mass)
 
 
 @kernel

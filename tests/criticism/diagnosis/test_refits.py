@@ -66,14 +66,14 @@ def test_what_shapes_no_tables_is_fitted_on_the_star_that_is_there() -> None:
     observations = studies.observations()
     base = refit(observations, Specification(), {})
     wider = refit_with(base, "snow-type")
-    assert wider.posterior.nodes.shares_star(base.posterior.nodes)
+    assert wider.posterior.nodes._chart is base.posterior.nodes._chart
     fresh = refit(observations, Specification(), {}, ("snow-type",))
-    assert not fresh.posterior.nodes.shares_star(base.posterior.nodes)
+    assert fresh.posterior.nodes._chart is not base.posterior.nodes._chart
     assert wider.log_likelihood == pytest.approx(fresh.log_likelihood, abs=0.1)
     assert wider.evidence == pytest.approx(fresh.evidence, abs=0.3)
     # An effect on the motion needs a star of its own.
     other = refit_with(base, "turbulent-drag")
-    assert not other.posterior.nodes.shares_star(base.posterior.nodes)
+    assert other.posterior.nodes._chart is not base.posterior.nodes._chart
 
 
 def test_what_gains_too_little_has_no_evidence() -> None:

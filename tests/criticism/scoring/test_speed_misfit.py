@@ -32,7 +32,7 @@ def test_friction_is_that_of_the_stop() -> None:
     assert found is not None
     table = posterior.nodes.predicted_at(mode.u)
     mu = np.interp(posterior.observations.observed[0], table.record[0], MU)
-    by_hand = [np.interp(mu, MU, column) for column in table.speeds[0].T]
+    by_hand = [np.interp(mu, MU, column) for column in table.speeds[0].speed.T]
     np.testing.assert_allclose(found.draws.mean(axis=1), by_hand, atol=0.4)
     # The error of speed, 1 m/s and the least of the model, and a little from that of the stop.
     spread = found.draws.std(axis=1)

@@ -12,7 +12,7 @@ from scipy import stats
 
 from avahazard.criticism.diagnosis.refits import refit
 from avahazard.inference.likelihood.nodes import Nodes, build_nodes, log_wrong, wrong_ranges
-from avahazard.inference.likelihood.predicted import Predicted, StopAtJump
+from avahazard.inference.likelihood.predicted import Predicted, TrackSpeeds
 from avahazard.inference.likelihood.quadrature import gauss_nodes
 from avahazard.inference.likelihood.record_nodes import FEW
 from avahazard.inference.likelihood.terms import event_terms
@@ -53,7 +53,7 @@ def _nodes(
     left: np.ndarray = LEAVES,
     in_log: bool = True,
     fall_height: float = np.nan,
-    at_jump: StopAtJump | None = None,
+    jump: tuple[int, np.ndarray] | None = None,
     leaving_sigma: float = 0.0,
     estimated: float | None = None,
 ) -> Nodes:
@@ -73,8 +73,9 @@ def _nodes(
         x=np.full((1, len(MU)), np.nan),
         elevation=curve[None],
         status=left[None].astype(np.int8),
-        speeds=() if speeds is None else (speeds[1],),
-        at_jump=() if speeds is None else (at_jump or StopAtJump(-1, np.zeros(len(speeds[0].x))),),
+        speeds=()
+        if speeds is None
+        else (TrackSpeeds(speeds[1], *(jump or (-1, np.zeros(len(speeds[0].x))))),),
         sigma=observations.sigma,
         leaving_sigma=np.array([leaving_sigma]),
         raised=np.zeros(1),
@@ -294,12 +295,12 @@ def test_where_f_jumps_over_the_stop_the_block_is_brought_to_rest() -> None:
     """All the mass is in one cell, in which speeds do not differ."""
     record, predicted = _speeds()
     cell = int(np.flatnonzero(MU > 0.45)[0]) - 1
-    slow = StopAtJump(cell, record.speed**2 - 200.0)
+    slow = record.speed**2 - 200.0
     curve = CURVES["jump"]
     observed = 0.5 * float(curve[cell] + curve[cell + 1])
-    with_it = _nodes(curve, observed=observed, speeds=(record, predicted), at_jump=slow)
+    with_it = _nodes(curve, observed=observed, speeds=(record, predicted), jump=(cell, slow))
     plain = _nodes(curve, observed=observed)
-    log_speed = naive_nodes.speed_log_likelihood(record, np.sqrt(slow.square)[None], 0.0)[0]
+    log_speed = naive_nodes.speed_log_likelihood(record, np.sqrt(slow)[None], 0.0)[0]
     gain = _log_likelihood(with_it, np.log(0.45), 0.15) - _log_likelihood(plain, np.log(0.45), 0.15)
     assert gain == pytest.approx(log_speed, abs=0.05)
 

@@ -97,7 +97,7 @@ def test_speeds_at_the_places_where_they_were_measured() -> None:
     site = study().sites[1]
     cells = build_cells(site.terrain, no_resistance(site.terrain))
     start = site.terrain.node(site.release_x[study().release[1]])
-    (speeds,) = base().speeds
+    speeds = base().speeds[0].speed
     assert speeds.shape == (len(MU), 2)
     assert np.array_equal(speeds, speeds_along(cells, start, MU, np.array([400.0, 700.0])))
 
@@ -119,17 +119,17 @@ def _on_a_hump(stop_x: float, left: bool = False) -> Observations:
 def test_where_f_jumps_over_the_stop_u2_is_that_of_the_mean_friction() -> None:
     given = _on_a_hump(1000.0)
     found = predict_records(given, (), {})
-    (at_jump,) = found.at_jump
-    assert found.curve[0].discontinuous[at_jump.cell]
-    assert found.x[0, at_jump.cell] > 1000.0 > found.x[0, at_jump.cell + 1]
+    (block,) = found.speeds
+    assert found.curve[0].discontinuous[block.cell]
+    assert found.x[0, block.cell] > 1000.0 > found.x[0, block.cell + 1]
     site = given.sites[0]
     resistance = no_resistance(site.terrain)
     release = float(site.release_x[0])
     cells, places = site.cells(resistance), np.array([300.0, 700.0])
     expected = squares_to_rest(cells, node_of(cells.x, release), 1000.0, places)
-    np.testing.assert_array_equal(at_jump.square, expected)
+    np.testing.assert_array_equal(block.at_jump, expected)
     # More friction than that of the block which passes.
-    assert np.all(at_jump.square < found.speeds[0][at_jump.cell] ** 2)
+    assert np.all(block.at_jump < block.speed[block.cell] ** 2)
 
 
 def test_a_stop_of_a_block_and_one_that_left_jump_nothing() -> None:
@@ -137,8 +137,8 @@ def test_a_stop_of_a_block_and_one_that_left_jump_nothing() -> None:
     k = np.flatnonzero(~curve.discontinuous)[1]
     somewhere = float(np.mean(curve.x[k : k + 2]))
     for given in (_on_a_hump(somewhere), _on_a_hump(0.0, left=True)):
-        (at_jump,) = predict_records(given, (), {}).at_jump
-        assert at_jump.cell == -1
+        (block,) = predict_records(given, (), {}).speeds
+        assert block.cell == -1
 
 
 def test_a_shift_moves_recorded_elevations_only() -> None:

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from avahazard.inference.likelihood.nodes import build_nodes
-from avahazard.inference.likelihood.predicted import Predicted, StopAtJump
+from avahazard.inference.likelihood.predicted import Predicted, TrackSpeeds
 from avahazard.inference.likelihood.record_nodes import DEPTH, REACH
 from avahazard.inference.likelihood.terms import event_terms
 from avahazard.inference.likelihood.track_nodes import (
@@ -162,7 +162,7 @@ def test_no_cell_that_counts_is_passed_over(seed: int) -> None:
 PLACES = np.array([0.9, 0.7])
 """Frictions with which the block only just comes to the places of the speeds."""
 LEAVES = 0.42
-NOWHERE = StopAtJump(-1, np.zeros(2))
+NOWHERE = np.zeros(2)
 
 
 def _speed(mu: np.ndarray) -> np.ndarray:
@@ -198,7 +198,7 @@ def _fast(*events: tuple[int, float, float]) -> np.ndarray:
     )
     table = np.repeat(_stop(MU)[None], n, axis=0)
     left = np.array([(MU < LEAVES) & (kind == LEFT) for kind, _, _ in events]).astype(np.int8)
-    of_block = table, table, table, left, n * (_speed(MU),), n * (NOWHERE,)
+    of_block = table, table, table, left, n * (TrackSpeeds(_speed(MU), -1, NOWHERE),)
     predicted = Predicted(*of_block, some.sigma, np.zeros(n), np.zeros(n))
     nodes = build_nodes(some, predicted, 0.0)
     one = np.ones((n, 1))
@@ -246,7 +246,7 @@ def _speeds() -> np.ndarray:
 
 def test_between_keeps_the_frictions_of_the_table() -> None:
     bound = np.where((MU[1:] > 0.4) & (MU[1:] < 0.45), 0.0, -1e3)
-    track = between(MU, _stop(MU), MU < LEAVES, _speeds(), -1, NOWHERE.square, bound, True)
+    track = between(MU, _stop(MU), MU < LEAVES, _speeds(), -1, NOWHERE, bound, True)
     assert track.grid[0] < 0.4
     assert track.grid[-1] > 0.45
     assert len(track.grid) < 40 * SPLIT
@@ -262,7 +262,7 @@ def test_between_keeps_the_frictions_of_the_table() -> None:
 def test_between_goes_to_the_ends_of_the_table(good: int) -> None:
     bound = np.full(len(MU) - 1, -1e3)
     bound[good] = 0.0
-    track = between(MU, _stop(MU), MU < LEAVES, _speeds(), -1, NOWHERE.square, bound, True)
+    track = between(MU, _stop(MU), MU < LEAVES, _speeds(), -1, NOWHERE, bound, True)
     assert track.grid[0] == MU[max(good - 1, 0)]
     assert track.grid[-1] == MU[min(good + 2, len(MU) - 1)]
 
@@ -281,8 +281,8 @@ def test_between_is_even_where_f_jumps() -> None:
 def test_between_takes_fewer_parts_of_many_cells() -> None:
     few = np.where((MU[1:] > 0.4) & (MU[1:] < 0.41), 0.0, -1e3)
     many = np.zeros(len(MU) - 1)
-    fine = between(MU, _stop(MU), MU < LEAVES, _speeds(), -1, NOWHERE.square, few, False).grid
-    coarse = between(MU, _stop(MU), MU < LEAVES, _speeds(), -1, NOWHERE.square, many, False).grid
+    fine = between(MU, _stop(MU), MU < LEAVES, _speeds(), -1, NOWHERE, few, False).grid
+    coarse = between(MU, _stop(MU), MU < LEAVES, _speeds(), -1, NOWHERE, many, False).grid
     here = coarse[(coarse > 0.4) & (coarse < 0.41)]
     assert np.max(np.diff(fine)) < np.min(np.diff(here))
     assert len(coarse) < len(fine) + 3 * len(MU)
