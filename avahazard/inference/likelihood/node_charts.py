@@ -195,19 +195,15 @@ class NodeCharts:
             runs.forget()
         self._untracked, self._track_rows = {}, {}
 
-    def on_star(self, layout: Layout) -> NodeCharts:
-        """The same with the star of another layout."""
-        self.panels()  # the same for both
-        other = copy(self)
-        other.layout = layout
-        other._between, other._chart = {}, None
-        return other
+    def on_star(self, layout: Layout, like: NodeCharts | None = None) -> NodeCharts:
+        """The same with the star of another layout: that of `like`, whose tables are shaped alike.
 
-    def on_star_of(self, others: NodeCharts, layout: Layout) -> NodeCharts:
-        """The same on the star that `others` have, whose tables are shaped alike."""
+        The panels are the same for both.
+        """
         other = copy(self)
-        other.layout = layout
-        other._between, other._chart, other._panels = {}, others._chart, others._panels
+        other.layout, other._between = layout, {}
+        other._chart = None if like is None else like._chart
+        other._panels = (self if like is None else like).panels()
         return other
 
     @property
@@ -224,13 +220,11 @@ class NodeCharts:
                 turn = self.layout.turn[np.ix_(self._axes, self._axes)]
                 at = [self._exact(tuple(point)) for point in (star.points @ turn.T).tolist()]
                 self._chart = Chart(star, at, self._in_sight)
-            made = self._exact(place) if self._chart is None else self._chart.at(self._on_arms(u))
+            on_arms = self.layout.on_arms(u)[list(self._axes)].tolist()
+            made = self._exact(place) if self._chart is None else self._chart.at(on_arms)
             # Differences are taken by coordinates of which most leave the place as it is.
             keep(self._between, place, made, KEPT_BETWEEN)
         return self._between[place]
-
-    def _on_arms(self, u: Floats) -> list[float]:
-        return [float(v) for v in self.layout.on_arms(u)[list(self._axes)]]
 
     def exact(self, u: Floats) -> Nodes:
         """Nodes from runs made for just these coordinates."""
@@ -280,12 +274,13 @@ class NodeCharts:
             limit = effect.limit(self.observations.columns, values[effect.key])
         panels = np.empty(len(limit), np.int64) if self._panels is None else self._panels
         made = []
-        for events, part, kept in self._parts:
-            runs = kept if self._keeps else kept.emptied()
+        for events, part, runs in self._parts:
             if self._panels is None:
                 panels[events] = self._needed(part, runs)
             predicted = runs.near_records(values)
             made.append(record_nodes(part, predicted, panels[events], limit[events], self.in_log))
+            if not self._keeps:
+                runs.forget()
         self._panels = panels
         nodes = made[0] if len(made) == 1 else Nodes(*map(self._joined, zip(*made, strict=True)))
         nodes = nodes._replace(log_wrong=self._log_wrong)
@@ -315,7 +310,9 @@ class NodeCharts:
         if self._panels is None:
             panels = np.empty(self.observations.n_events, np.int64)
             for events, part, runs in self._parts:
-                panels[events] = self._needed(part, runs if self._keeps else runs.emptied())
+                panels[events] = self._needed(part, runs)
+                if not self._keeps:
+                    runs.forget()
             self._panels = panels
         return self._panels
 

@@ -104,11 +104,11 @@ class Posterior:
         other.nodes = self.nodes.pinned(u)
         return other
 
-    def on_star(self, arms: Arms) -> Posterior:
-        """The same posterior on another star."""
+    def on_star(self, arms: Arms, like: NodeCharts | None = None) -> Posterior:
+        """The same posterior on another star, the very one of `like` if given."""
         other = copy(self)
         other.friction = replace(self.friction, layout=with_arms(self.layout, arms))
-        other.nodes = self.nodes.on_star(other.layout)
+        other.nodes = self.nodes.on_star(other.layout, like)
         return other
 
     def on_star_of(self, other: Posterior) -> Posterior | None:
@@ -120,10 +120,7 @@ class Posterior:
 
         if other.observations is not self.observations or shaped_by(self) != shaped_by(other):
             return None
-        here = copy(self)
-        here.friction = replace(self.friction, layout=with_arms(self.layout, other.layout.arms))
-        here.nodes = self.nodes.on_star_of(other.nodes, here.layout)
-        return here
+        return self.on_star(other.layout.arms, other.nodes)
 
     def log_density(self, u: Floats) -> float:
         """Log posterior at coordinates u `[n_slots]`, up to a constant; -inf out of bounds."""

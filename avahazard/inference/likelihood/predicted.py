@@ -7,7 +7,6 @@ nothing. So where parameters move the block, it is run near the records alone.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import copy
 from dataclasses import dataclass
 from functools import partial
 from itertools import repeat
@@ -199,34 +198,38 @@ def predict_records(
 
     `runs` may be given where the effects on the motion are those of an earlier call.
     """
-    n = observations.n_events
-    if not observations.sites:
-        return _straight(observations, effects, values)
-    x, y = np.empty((n, len(MU))), np.empty((n, len(MU)))
-    status = np.empty((n, len(MU)), dtype=np.int8)
-    nowhere = observations.columns.path_index < 0
-    x[nowhere] = y[nowhere] = np.nan
-    status[nowhere] = STOPPED
     runs = run_blocks(observations, effects, values, curvature) if runs is None else runs
-    advance = front_ahead(observations.columns, effects, values)
-    for k, site in enumerate(observations.sites):
-        selected = np.flatnonzero(observations.columns.path_index == k)
-        front = fronts(site, runs.tables[k][observations.release[selected]], advance[selected])
-        x[selected], y[selected], status[selected] = front.x, front.y, front.status
     raised = raised_by(observations, effects, values)
-    y += raised[:, None]
-    record = _recorded(observations, x, y)
+    stops = _stops(observations, runs, front_ahead(observations.columns, effects, values), raised)
     sigma = record_sigma(observations, effects, values)
     return Predicted(
-        record=record,
-        x=x,
-        elevation=y,
-        status=status,
+        record=_recorded(observations, stops.x, stops.y),
+        x=stops.x,
+        elevation=stops.y,
+        status=stops.status,
         speeds=runs.speeds,
         sigma=sigma,
         leaving_sigma=observations.leaving_sigma * (sigma / observations.sigma),
         raised=raised,
     )
+
+
+def _stops(
+    observations: Observations, runs: BlockRuns, advance: Floats, raised: Floats
+) -> RunoutCurve:
+    """Where the front of each event stops, its elevation `raised`; nan without a profile."""
+    shape, path = (observations.n_events, len(MU)), observations.columns.path_index
+    if not observations.sites:  # one number stands for all places
+        nowhere = np.broadcast_to(np.nan, shape)
+        return RunoutCurve(nowhere, nowhere, np.broadcast_to(np.int8(STOPPED), shape))
+    x, y = np.full(shape, np.nan), np.full(shape, np.nan)
+    status = np.full(shape, STOPPED, np.int8)
+    for k, site in enumerate(observations.sites):
+        selected = np.flatnonzero(path == k)
+        front = fronts(site, runs.tables[k][observations.release[selected]], advance[selected])
+        x[selected], y[selected], status[selected] = front.x, front.y, front.status
+    y += raised[:, None]
+    return RunoutCurve(x, y, status)
 
 
 def _recorded(observations: Observations, x: Floats, y: Floats) -> Floats:
@@ -235,29 +238,9 @@ def _recorded(observations: Observations, x: Floats, y: Floats) -> Floats:
     if in_x.all():
         return x
     record = np.where(in_x[:, None], x, y)
-    record[straight] = _lengths(observations.fall_height[straight])
+    # Without a profile the block runs on the energy line: L = H / μ.
+    record[straight] = observations.fall_height[straight, None] / MU
     return record
-
-
-def _straight(observations: Observations, effects: tuple[Effect, ...], values: Values) -> Predicted:
-    """The same without any profile, where one number stands for all places."""
-    shape = observations.n_events, len(MU)
-    nowhere = np.broadcast_to(np.nan, shape)
-    return Predicted(
-        record=_lengths(observations.fall_height),
-        x=nowhere,
-        elevation=nowhere,
-        status=np.broadcast_to(np.int8(STOPPED), shape),
-        speeds=(),
-        sigma=record_sigma(observations, effects, values),
-        leaving_sigma=np.zeros(observations.n_events),
-        raised=np.zeros(observations.n_events),
-    )
-
-
-def _lengths(fall_height: Floats) -> Floats:
-    """Without a profile the block runs on the energy line: L = H / μ."""
-    return np.asarray(fall_height[:, None] / MU)
 
 
 def record_sigma(observations: Observations, effects: tuple[Effect, ...], values: Values) -> Floats:
@@ -270,18 +253,15 @@ def record_sigma(observations: Observations, effects: tuple[Effect, ...], values
 
 def raised_by(observations: Observations, effects: tuple[Effect, ...], values: Values) -> Floats:
     """Metres by which effects raise the recorded elevations `[n_events]`."""
-    total = np.zeros(observations.n_events)
-    for effect in of_kind(effects, ShiftEffect):
-        total = total + effect.shift(observations.columns, values[effect.key])
-    return total
+    shifts = of_kind(effects, ShiftEffect)
+    each = (e.shift(observations.columns, values[e.key]) for e in shifts)
+    return sum(each, start=np.zeros(observations.n_events))
 
 
 def front_ahead(columns: EventColumns, effects: tuple[Effect, ...], values: Values) -> Floats:
     """Metres `[n_events]` along the path by which the records are ahead of the block."""
-    total = np.zeros(len(columns))
-    for effect in of_kind(effects, FrontEffect):
-        total = total + effect.advance(columns, values[effect.key])
-    return total
+    each = (e.advance(columns, values[e.key]) for e in of_kind(effects, FrontEffect))
+    return sum(each, start=np.zeros(len(columns)))
 
 
 def fronts(site: Site, block: RunoutCurve, advance: Floats) -> RunoutCurve:
@@ -429,12 +409,6 @@ class KeptRuns:
     def forget(self) -> None:
         """Give back the memory of the runs kept so far."""
         self._runs.clear()
-
-    def emptied(self) -> KeptRuns:
-        """The same without the runs kept so far."""
-        other = copy(self)
-        other._runs = {}
-        return other
 
     def records(self, values: Values, moved: Values | None = None) -> Predicted:
         """Tables of expected records at these values, of a block that moves as at `moved`."""

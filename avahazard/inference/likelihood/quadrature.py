@@ -175,9 +175,8 @@ def n_panels(place: Floats, weight: Floats, in_log: bool) -> Ints:
     mean = np.sum(place * weight, axis=1, keepdims=True)
     spread = np.sqrt(np.sum(weight * (place - mean) ** 2, axis=1))
     used = weight > 0.0
-    reach = np.max(np.where(used, place, -np.inf), axis=1, initial=-np.inf) - np.min(
-        np.where(used, place, np.inf), axis=1, initial=np.inf
-    )
+    reach = np.max(place, axis=1, where=used, initial=-np.inf)
+    reach = reach - np.min(place, axis=1, where=used, initial=np.inf)
     wide = used.any(axis=1) & (spread > NARROW * least_scatter(in_log))
     panels = np.ceil(MARGIN * np.where(wide, reach, 0.0) / panel_width(in_log))
     return np.maximum(panels, 1.0).astype(np.int64)

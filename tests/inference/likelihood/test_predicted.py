@@ -362,7 +362,8 @@ def test_no_more_is_kept_than_there_is_room_for() -> None:
         runs.near_records({"turbulent-drag": drag, "epoch-bias": raised})
     assert len(runs._runs) <= KEPT_RUNS
     assert len(runs._asked) <= KEPT_ASKED
-    assert not runs.emptied()._runs
+    runs.forget()
+    assert not runs._runs
 
 
 def test_runs_are_kept_by_what_moves_the_block() -> None:
