@@ -126,7 +126,7 @@ def comparison(
         coordinate=coordinate_name(observations),
         scores=results.Scores(
             **_runout_scores(expected, pit, observations, budget),
-            speed=_speed_scores(speeds),
+            speed=scoring.speed_scores(speeds),
             **_summed(loo.by_event),
             pareto_k_bad=loo.n_bad,
             pareto_k_refitted=loo.n_refitted,
@@ -159,7 +159,7 @@ def _held_out_scores(
     return results.HeldOutScores(
         by=held.by,
         **_runout_scores(others.records, pit, observations, budget),
-        speed=_speed_scores(others.speeds),
+        speed=scoring.speed_scores(others.speeds),
         **_summed(others.log_density),
         groups=group_errors(held, others, observations),
         n_fits=len(np.unique(held.fits)),
@@ -184,13 +184,6 @@ def _summed(log_density: Floats) -> dict[str, Any]:
     n = len(log_density)
     se = float(np.sqrt(n) * np.std(log_density, ddof=1)) if n > 1 else None
     return {"elpd_loo": float(np.sum(log_density)), "elpd_loo_se": se}
-
-
-def _speed_scores(speeds: speeds_of.MatchedSpeeds | None) -> results.SpeedScores | None:
-    if speeds is None:
-        return None
-    pit = scoring.randomised_pit(speeds.draws, speeds.observed, generator(0, "speed scores"))
-    return scoring.speed_scores(speeds.draws, speeds.observed, speeds.sigma, pit)
 
 
 SCORES = {f.name for f in fields(results.LadderEntry)} & {f.name for f in fields(results.Standing)}

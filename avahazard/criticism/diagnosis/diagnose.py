@@ -115,9 +115,9 @@ def diagnose(
     fits = {c.key: fits[c.key] for c in ranked}
     firsts = {key: of_key[0] for key, of_key in laws.items() if of_key}
     of_laws = {k: first.fit for k, first in firsts.items() if first.law.evidence_over_curve > 0.0}
-    naming = name_effects(ranked, evidence, fits, base, expected, of_laws)
-    progress(0.85)
     question = Question(base, fits, screening)
+    naming = name_effects(question, ranked, evidence, expected, of_laws)
+    progress(0.85)
     verdict, missing, together = verdict_on(question, naming, groups, granted)
     # A candidate may have so much evidence that groups are not named beside it.
     lead = evidence.get(missing[0], -np.inf) - left.evidence if missing and left else -np.inf

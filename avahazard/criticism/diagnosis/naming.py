@@ -13,7 +13,7 @@ from types import MappingProxyType
 import numpy as np
 
 from avahazard.criticism.diagnosis.force_witness import ForceWitness, force_witness
-from avahazard.criticism.diagnosis.refits import Refit, held_out_gain, refit_without
+from avahazard.criticism.diagnosis.refits import Question, Refit, held_out_gain, refit_without
 from avahazard.criticism.scoring.speed_misfit import matched_speeds, speed_misfit
 from avahazard.criticism.screening.linear_model import linear_model
 from avahazard.criticism.screening.screen import Screened
@@ -37,10 +37,9 @@ class Naming:
 
 
 def name_effects(
+    question: Question,
     ranked: Sequence[Screened],
     evidence: Mapping[str, float],
-    fits: Mapping[str, Refit],
-    base: Refit,
     expected: Sequence[str] = (),
     of_laws: Mapping[str, Refit] = MappingProxyType({}),
 ) -> Naming:
@@ -51,17 +50,18 @@ def name_effects(
     """
     witnesses = {
         key: found
-        for key, fit in fits.items()
+        for key, fit in question.fits.items()
         if (found := force_witness(fit.posterior, fit.mode, key)) is not None
     }
     declared = [c for c in ranked if c.key in expected and evidence[c.key] > 0.0]
     asked = leaders(declared, evidence, expected) or leaders(ranked, evidence)
-    gains = {c.key: held_out_gain(of_laws.get(c.key, fits[c.key]), base) for c in asked}
+    fits = {**question.fits, **of_laws}
+    gains = {c.key: held_out_gain(fits[c.key], question.base) for c in asked}
     named = [c for c in asked if gains[c.key] > 0.0 and evidence[c.key] > 0.0]
     denied = [c.key for c in named if c.key in witnesses and witnesses[c.key].denies]
     if named and named[0].key in denied:
         # What has most evidence is no force that acts: nobody knows yet what it makes up for.
-        return Naming("unexplained", (worst_speeds(base),), gains, witnesses)
+        return Naming("unexplained", (worst_speeds(question.base),), gains, witnesses)
     verdict, missing = verdict_of([c.definition for c in named if c.key not in denied])
     return Naming(verdict, missing, gains, witnesses)
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Bools, Floats
+from avahazard.criticism.scoring.speed_misfit import MatchedSpeeds
 from avahazard.effects.effect import LimitEffect, RecordErrorEffect, of_kind
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.likelihood.posterior import Posterior
@@ -78,14 +79,8 @@ def expected_records(model: FittedModel, n_draws: int, rng: np.random.Generator)
         in_elevation = (observations.kind == ELEVATION)[:, None] & np.isfinite(short)
         draws, left, x = draws[rows, kept], left[rows, kept], x[rows, kept]
         draws = np.where(in_elevation, draws - short, draws)
-    return ExpectedRecords(
-        observed=observed_records(observations),
-        sigma=mean_record_sigma(model),
-        draws=draws,
-        left=left,
-        x=x,
-        sign=error_sign(observations),
-    )
+    records = observed_records(observations), mean_record_sigma(model)
+    return ExpectedRecords(*records, draws, left, x, error_sign(observations))
 
 
 def mean_record_sigma(model: FittedModel) -> Floats:
@@ -113,12 +108,10 @@ def error_sign(observations: Observations) -> Floats:
 
 def profile_end(observations: Observations) -> Floats:
     """The profile's end in the coordinate of each record, `[n_events]`; nan without a profile."""
-    end = np.full(observations.n_events, np.nan)
+    end, in_x = np.full(observations.n_events, np.nan), observations.kind == PLACE
     for k, site in enumerate(observations.sites):
         selected = observations.columns.path_index == k
-        end[selected] = np.where(
-            observations.kind[selected] == PLACE, site.smooth.x_max, site.end_y
-        )
+        end[selected] = np.where(in_x[selected], site.smooth.x_max, site.end_y)
     return end
 
 
@@ -179,9 +172,13 @@ def runout_scores(expected: ExpectedRecords, pit: Floats, floor: Floats) -> Runo
     )
 
 
-def speed_scores(draws: Floats, observed: Floats, sigma: Floats, pit: Floats) -> SpeedScores:
-    """Scores of speeds, m/s; all arrays over measured places."""
+def speed_scores(speeds: MatchedSpeeds | None) -> SpeedScores | None:
+    """Scores of speeds, m/s, over measured places; None without any."""
+    if speeds is None:
+        return None
+    draws, observed = speeds.draws, speeds.observed
     error = draws.mean(axis=1) - observed
+    pit = randomised_pit(draws, observed, generator(0, "speed scores"))
     return SpeedScores(
         n=len(observed),
         rmse_m_s=_root_mean_square(error),
@@ -189,7 +186,7 @@ def speed_scores(draws: Floats, observed: Floats, sigma: Floats, pit: Floats) ->
         crps_m_s=float(np.mean(crps(draws, observed))),
         coverage_50=_coverage(pit, 0.5),
         coverage_90=_coverage(pit, 0.9),
-        noise_floor_m_s=_root_mean_square(sigma),
+        noise_floor_m_s=_root_mean_square(speeds.sigma),
     )
 
 

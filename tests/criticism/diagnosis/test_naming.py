@@ -17,14 +17,16 @@ from avahazard.criticism.diagnosis.naming import (
     verdict_of,
 )
 from avahazard.criticism.diagnosis.record_faults import impossible_stops
-from avahazard.criticism.diagnosis.refits import Refit, refit
-from avahazard.criticism.screening.screen import Screened
+from avahazard.criticism.diagnosis.refits import Question, Refit, refit
+from avahazard.criticism.screening.screen import Screened, Screening
 from avahazard.effects.catalogue import definition
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.records.collection import Event, Path, Profile, Records
 from tests.criticism.lengths import lengths, shifted
 from tests.inference import studies
+
+NONE = Screening((), np.zeros(9), None)
 
 
 def screened(key: str) -> Screened:
@@ -74,9 +76,8 @@ def test_a_name_on_the_motion_has_its_witness(
 ) -> None:
     monkeypatch.setattr(naming, "force_witness", lambda *_given: witness)
     monkeypatch.setattr(naming, "held_out_gain", lambda *_given: 1.0)
-    found = name_effects(
-        [screened("turbulent-drag")], {"turbulent-drag": 9.0}, {"turbulent-drag": base}, base
-    )
+    question = Question(base, {"turbulent-drag": base}, NONE)
+    found = name_effects(question, [screened("turbulent-drag")], {"turbulent-drag": 9.0})
     assert found.verdict == verdict
     if missing is None:
         assert found.missing[0] in ("speed:place_along_path", "speed:predicted_speed_m_s")
@@ -91,14 +92,13 @@ def test_declared_ones_come_before_those_of_more_evidence(
     monkeypatch.setattr(naming, "held_out_gain", lambda *_given: 1.0)
     ranked = [screened("release-elevation"), screened("snow-type")]
     evidence = {"release-elevation": 9.0, "snow-type": 3.5}
-    fits = {"release-elevation": base, "snow-type": base}
-    assert name_effects(ranked, evidence, fits, base).missing == ("release-elevation",)
-    named = name_effects(ranked, evidence, fits, base, ["snow-type"])
+    question = Question(base, {"release-elevation": base, "snow-type": base}, NONE)
+    assert name_effects(question, ranked, evidence).missing == ("release-elevation",)
+    named = name_effects(question, ranked, evidence, ["snow-type"])
     assert (named.verdict, named.missing) == ("missing-effect", ("snow-type",))
     evidence["snow-type"] = -0.5
-    assert name_effects(ranked, evidence, fits, base, ["snow-type"]).missing == (
-        "release-elevation",
-    )
+    named = name_effects(question, ranked, evidence, ["snow-type"])
+    assert named.missing == ("release-elevation",)
 
 
 def test_stops_on_ground_too_steep_are_told() -> None:

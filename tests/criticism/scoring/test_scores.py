@@ -15,6 +15,7 @@ from avahazard.criticism.scoring.scores import (
     runout_scores,
     speed_scores,
 )
+from avahazard.criticism.scoring.speed_misfit import MatchedSpeeds
 from avahazard.inference.model.observations import build_observations
 from avahazard.records.collection import Event, Path, Profile, Records
 
@@ -90,8 +91,10 @@ def test_scores_by_hand() -> None:
 
 
 def test_speed_scores_name_their_unit() -> None:
-    draws = np.array([[10.0, 12.0]])
-    scores = speed_scores(draws, np.array([9.0]), np.array([1.5]), np.array([0.1]))
+    one, draws = np.zeros(1), np.array([[10.0, 12.0]])
+    matched = MatchedSpeeds(one.astype(int), one, one + 9.0, one + 1.5, draws)
+    scores = speed_scores(matched)
+    assert scores is not None
     assert scores.rmse_m_s == pytest.approx(2.0)
     assert scores.noise_floor_m_s == pytest.approx(1.5)
 
