@@ -266,8 +266,8 @@ def linear_about(track: ForceTrack, share: float) -> Linear:
 def _forces(track: ForceTrack, square: Floats) -> Forces:
     """The forces at squared speeds along a track."""
     course = track.course
-    load = GRAVITY / course.stretch + track.rest.curvature * course.curvature * square
-    load = np.maximum(load, 0.0)
+    centrifugal = track.rest.curvature * course.curvature * square
+    load = np.maximum(GRAVITY / course.stretch + centrifugal, 0.0)
     _, with_it = _force(track, track.whole, square, load)
     factor, without = _force(track, track.rest, square, load)
     plain = factor * load

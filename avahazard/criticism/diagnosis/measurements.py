@@ -254,7 +254,7 @@ def _expected(fit: Refit, event: int, x: Floats) -> _Expected:
     posterior = fit.posterior
     observations, u = posterior.observations, fit.mode.u
     at = posterior.friction_at(u, posterior.mode_offsets(u))
-    friction, chance = friction_given_record(posterior, posterior.nodes.at(u), event, *at)
+    friction, chance = friction_given_record(posterior, posterior.nodes.at(u), event, at)
     site = observations.sites[observations.columns.path_index[event]]
     resistance = posterior.resistance(site, posterior.layout.effect_values(u))
     terrain = site.terrain_for(resistance)

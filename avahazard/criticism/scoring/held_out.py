@@ -48,11 +48,7 @@ EDGE = 2e-3
 
 
 class FitDraws(NamedTuple):
-    """Draws of a fit.
-
-    Coordinates `[n_draws, n_slots]`, their log weights `[n_draws]` (which sum to 1) and, with
-    groups of events, their offsets `[n_draws, n_offsets]`.
-    """
+    """Coordinates of a fit `[n_draws, n_slots]`, weights that sum to 1, offsets of any groups."""
 
     coordinates: Floats
     log_weight: Floats
@@ -214,11 +210,8 @@ def resampled(draws: FitDraws, n: int) -> FitDraws:
     """`n` draws of equal weight, each as often as it counts (systematic resampling)."""
     level = np.cumsum(np.exp(draws.log_weight))
     chosen = np.searchsorted(level, (np.arange(n) + 0.5) / n * level[-1])
-    return FitDraws(
-        draws.coordinates[chosen],
-        np.full(n, -np.log(n)),
-        None if draws.offsets is None else draws.offsets[chosen],
-    )
+    offsets = None if draws.offsets is None else draws.offsets[chosen]
+    return FitDraws(draws.coordinates[chosen], np.full(n, -np.log(n)), offsets)
 
 
 MIN_PATHS = 3
@@ -313,9 +306,7 @@ def mean_log_density(posterior: Posterior, draws: FitDraws, out: Bools) -> Float
 
 
 def held_out_predictions(
-    model: FittedModel,
-    groups: Ints,
-    progress: Callable[[float], None] = lambda _share: None,
+    model: FittedModel, groups: Ints, progress: Callable[[float], None] = lambda _share: None
 ) -> HeldOutPredictions:
     """What the fits without each group say of it; their draws are near those of the model."""
     posterior, around = model.posterior, model.draws

@@ -73,7 +73,7 @@ def matched_speeds(model: FittedModel, rng: np.random.Generator) -> MatchedSpeed
         sigma = posterior.layout.track_sigma(u)
         for j, track in enumerate(observations.speeds):
             i = track.event
-            places, chance = friction_given_record(posterior, nodes, i, *friction)
+            places, chance = friction_given_record(posterior, nodes, i, friction)
             square = _squares_at(table, j, i, rng.choice(places, per_draw, p=chance))
             arrives = observations.kind[i] != LEFT
             tracks.append(drawn_speeds(square, track, sigma, rng, arrives))
@@ -190,20 +190,14 @@ def _levels(observations: Observations, matched: MatchedSpeeds) -> Mapping[str, 
 
 
 def friction_given_record(
-    posterior: Posterior,
-    nodes: Nodes,
-    event: int,
-    location: Floats,
-    scatter: Floats,
-    weight_of_volume: Floats,
+    posterior: Posterior, nodes: Nodes, event: int, friction: tuple[Floats, Floats, Floats]
 ) -> tuple[Floats, Floats]:
     """Frictions `[n_nodes + 2]` and their chances (which sum to 1) given the record of one event.
 
-    The last two stand for all below and beyond the tables, which a vague record allows.
-    `nodes`, `location`, `scatter` and `weight_of_volume` `[n_events, n_volumes]` are those of all
-    events.
+    The last two stand for all below and beyond the tables, which a vague record allows. `nodes` and
+    `friction`, as `Posterior.friction_at` has it, are those of all events.
     """
-    location, scatter, h = location[event], scatter[event], weight_of_volume[event]
+    location, scatter, h = (of_all[event] for of_all in friction)
     in_log = posterior.layout.log_scatter
     place, weight = nodes.place[event], nodes.weight[event]
     if nodes.is_probability[event]:

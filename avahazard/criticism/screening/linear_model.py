@@ -288,7 +288,7 @@ def linear_model(posterior: Posterior, u: Floats) -> LinearModel:
     """The rows of a model at its mode u."""
     observations, layout = posterior.observations, posterior.layout
     offsets, nodes = posterior.mode_offsets(u), posterior.nodes_at(u)
-    location, scatter, weight = posterior.friction_at(u, offsets)
+    location, scatter, weight = of_friction = posterior.friction_at(u, offsets)
     student = posterior.friction.student
     terms = event_terms(nodes, location, scatter, weight, student)
     mean = np.sum(weight * location, axis=1)
@@ -320,8 +320,7 @@ def linear_model(posterior: Posterior, u: Floats) -> LinearModel:
         sigma = layout.track_sigma(u)
         for track, block in zip(observations.speeds, table.speeds, strict=True):
             i = track.event
-            of_friction = location, scatter, weight
-            places, chance = friction_given_record(posterior, nodes, i, *of_friction)
+            places, chance = friction_given_record(posterior, nodes, i, of_friction)
             at = float(chance @ np.log(np.maximum(places, MU[0])))
             log_friction[i] = at
             away, error = 0.0, MOST_VARIANCE

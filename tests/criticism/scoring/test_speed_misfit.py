@@ -134,9 +134,7 @@ def test_chances_are_the_record_times_the_scatter(tails: str) -> None:
         model(tails),
         nodes(place, weight, left=False),
         0,
-        LOCATION[None],
-        SCATTER[None],
-        SHARE[None],
+        (LOCATION[None], SCATTER[None], SHARE[None]),
     )
     expected = []
     for x, w in zip(place, weight, strict=True):
@@ -156,9 +154,7 @@ def test_what_left_has_any_friction_below_the_edge() -> None:
         model(),
         nodes([edge, -3.0], [1.0, 0.0], left=True),
         0,
-        LOCATION[None],
-        SCATTER[None],
-        SHARE[None],
+        (LOCATION[None], SCATTER[None], SHARE[None]),
     )
     np.testing.assert_allclose(mu[:-2], MU)
     assert chance.sum() == pytest.approx(1.0)
