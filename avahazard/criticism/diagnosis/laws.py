@@ -159,10 +159,8 @@ def found_laws(base: Refit, fits: Mapping[str, Refit]) -> dict[str, Laws]:
 def _near(base: Refit, fit: Refit, key: str) -> list[Match]:
     """The forms that stand beside the best, to second order; the best first."""
     matches, _ = matched(fit, key)
-    best = max(m.evidence for m in matches)
-    least = best - max(NEAR, NEAR_SHARE * (fit.log_likelihood - base.log_likelihood))
-    near = sorted((m for m in matches if m.evidence > least), key=lambda m: -m.evidence)
-    return near[:FITTED]
+    reach = max(NEAR, NEAR_SHARE * (fit.log_likelihood - base.log_likelihood))
+    return [m for m in matches if m.evidence > matches[0].evidence - reach][:FITTED]
 
 
 def curve_of(fit: Refit, key: str) -> Curve | None:
@@ -171,12 +169,13 @@ def curve_of(fit: Refit, key: str) -> Curve | None:
 
 
 def matched(fit: Refit, key: str) -> tuple[list[Match], float]:
-    """How the forms match the curve of smooth `key`, and the same evidence of the smooth itself."""
+    """How the forms match the curve of smooth `key`, best first, and the evidence of the smooth."""
     curve = curve_of(fit, key)
     assert curve is not None
     sd, spread, known = likelihood_of_smooth(fit, key, curve)
     smooth = rougher(curve, sd, known, 0.0).evidence
-    return [match(form, *known) for form in forms_of(curve, spread)], smooth
+    matches = [match(form, *known) for form in forms_of(curve, spread)]
+    return sorted(matches, key=lambda m: -m.evidence), smooth
 
 
 def likelihood_of_smooth(
@@ -225,7 +224,7 @@ def form_by_place(curve: Curve | None) -> str | None:
 
 def _law_gain(fit: Refit, key: str) -> float:
     matches, smooth = matched(fit, key)
-    return max(0.0, max(m.evidence for m in matches) - smooth)
+    return max(0.0, matches[0].evidence - smooth)
 
 
 class CurvesLikelihood(NamedTuple):
