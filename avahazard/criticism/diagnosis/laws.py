@@ -228,7 +228,7 @@ def _law_gain(fit: Refit, key: str) -> float:
 
 
 class CurvesLikelihood(NamedTuple):
-    """Normal likelihood of heights at `places` `[n]`: precision, and `pull`, that by its mean."""
+    """Normal likelihood of heights at `places` `[n]`; `pull` is the precision times the mean."""
 
     places: Floats
     precision: Floats

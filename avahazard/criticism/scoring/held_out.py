@@ -48,7 +48,7 @@ EDGE = 2e-3
 
 
 class FitDraws(NamedTuple):
-    """Coordinates of a fit `[n_draws, n_slots]`, weights that sum to 1, offsets of any groups."""
+    """Draws of a fit `[n_draws, n_slots]`, logs of weights that sum to 1, offsets of any groups."""
 
     coordinates: Floats
     log_weight: Floats
