@@ -9,8 +9,8 @@ from __future__ import annotations
 import ast
 import inspect
 import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Container, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -79,11 +79,15 @@ FORMULAS: Mapping[Callable[..., Floats], str] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LawForm:
-    """A form that a curve may have: its parameters, the change first, then its shape."""
+    """A form that a curve may have: its parameters, the change first, then its shape.
+
+    A model may have several of one form; they are numbered from 1.
+    """
 
     function: Callable[..., Floats]
     curve: Curve
     parameters: tuple[Parameter, ...]
+    number: int = 1
 
     @property
     def name(self) -> str:
@@ -99,7 +103,7 @@ class LawForm:
     def key(self) -> str:
         """The key of the effect that it makes."""
         of = re.sub(r"[^a-z0-9]+", "-", self.curve.of.lower()).strip("-")
-        return f"{of or 'column'}-{self.name}"
+        return f"{of or 'column'}-{self.name}" + (f"-{self.number}" if self.number > 1 else "")
 
     def shape(self, s: Floats, values: Floats) -> Floats:
         """The form at states `[n]` for a change of 1 and values of the shape."""
@@ -190,8 +194,11 @@ MOST = 4.0
 """Prior standard deviations that the change can be."""
 
 
-def forms_of(curve: Curve, spread: float) -> list[LawForm]:
-    """The forms that a curve may have; `spread` is the prior standard deviation of its change."""
+def forms_of(curve: Curve, spread: float, taken: Container[str] = ()) -> list[LawForm]:
+    """The forms that a curve may have, with keys that are not `taken`.
+
+    `spread` is the prior standard deviation of the change.
+    """
     low, high = float(curve.x[0]), float(curve.x[-1])
     span, middle = high - low, 0.5 * (low + high)
     most = np.inf if curve.form == "friction" else MOST * spread
@@ -213,5 +220,8 @@ def forms_of(curve: Curve, spread: float) -> list[LawForm]:
             if name in shapes:
                 unit, mean, sd, *ends = shapes[name]
                 shape.append(Parameter(name, unit, mean, mean, sd, *ends))
-        found.append(LawForm(function, curve, (change, *shape)))
+        form = LawForm(function, curve, (change, *shape))
+        while form.key in taken:
+            form = replace(form, number=form.number + 1)
+        found.append(form)
     return found

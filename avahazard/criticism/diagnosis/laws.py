@@ -174,7 +174,8 @@ def matched(fit: Refit, key: str) -> tuple[list[Match], float]:
     assert curve is not None
     sd, spread, known = likelihood_of_smooth(fit, key, curve)
     smooth = rougher(curve, sd, known, 0.0).evidence
-    matches = [match(form, *known) for form in forms_of(curve, spread)]
+    forms = forms_of(curve, spread, fit.specification.effects)
+    matches = [match(form, *known) for form in forms]
     return sorted(matches, key=lambda m: -m.evidence), smooth
 
 

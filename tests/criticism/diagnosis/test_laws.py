@@ -187,6 +187,21 @@ def test_the_evidence_of_the_smooth_itself_to_second_order_is_that_of_its_fit() 
     assert with_laws(base, {}, {}) == ({}, {})
 
 
+def test_a_model_may_get_a_second_law_of_one_form() -> None:
+    """What a law of a band leaves over may be a band again."""
+    _, base, fit = fits()
+    first = found_laws(base, {KEY: fit})[KEY][0]
+    own = [definition_from(first.text, "first.py")]
+    given = fit.observations, base.specification, base.facts
+    with_first = refit(*given, (first.law.effect,), own)
+    again = refit_with(with_first, KEY)
+    keys = [m.form.key for m in matched(again, KEY)[0]]
+    assert first.law.effect not in keys
+    assert f"{first.law.effect}-2" in keys
+    second = found_laws(with_first, {KEY: again})[KEY]
+    assert all(np.isfinite(law.law.evidence) for law in second)
+
+
 def test_laws_are_asked_of_what_leads_alone() -> None:
     _, _, fit = fits()
     assert leading_smooth((KEY,), {KEY: fit}) == KEY
