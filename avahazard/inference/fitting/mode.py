@@ -230,12 +230,12 @@ def covariance_at(posterior: Posterior, u: Floats) -> Floats:
     return np.asarray(np.outer(unit, unit) * ((vectors / values) @ vectors.T))
 
 
-def scores_at(posterior: Posterior, u: Floats, moves: Floats) -> Floats:
+def scores_at(posterior: Posterior, u: Floats, moves: Floats, *, both_ways: bool = False) -> Floats:
     """Derivatives of each event's log likelihood by every coordinate, `[n_events, n_slots]`.
 
-    Differences over the columns of `moves` `[n_slots, n_slots]`, of tables made on the spot. Where
-    F jumps an event's likelihood has steps, which are no slopes: along a move none counts for more
-    than all other events together.
+    Differences over the columns of `moves` `[n_slots, n_slots]`, `both_ways` where there is room,
+    of tables made on the spot. Where F jumps an event's likelihood has steps, which are no slopes:
+    along a move none counts for more than all other events together.
     """
     layout = posterior.layout
     pinned = posterior.pinned(u)
@@ -252,7 +252,11 @@ def scores_at(posterior: Posterior, u: Floats, moves: Floats) -> Floats:
 
     changes, signs = np.empty((len(here), len(u))), np.ones(len(u))
     for k, move in enumerate(moves.T):
-        signs[k] = 1.0 if np.all((u + move <= high) & (u + move >= low)) else -1.0
+        ahead, behind = (np.all((v <= high) & (v >= low)) for v in (u + move, u - move))
+        if both_ways and ahead and behind:
+            changes[:, k] = 0.5 * (moved(move) - moved(-move))
+            continue
+        signs[k] = 1.0 if ahead else -1.0
         by = np.clip(u + signs[k] * move, low, high) - u
         # A neutral effect is left out, and with it the small errors of runs that have it.
         beside = moved(1e-6 * by) if np.any(by[neutral]) else here

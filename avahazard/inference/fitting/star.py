@@ -36,6 +36,8 @@ STEPS, SMALLEST_GAIN = 40, 0.1
 SHARE_APART = 0.6
 """Differences for derivatives, in standard deviations of directions that are independent: the log
 likelihood is rough by a tenth of a nat, which the coordinates by themselves do not bear."""
+WIDELY_APART = 1.5
+"""The same about a peak, to both sides."""
 DAMPING, MOST_STRETCH = 1e-3, 16.0
 ITERATIONS, CLOSELY = 30, 0.01
 """Most iterations of an ascent on one table, and the least gain (nats) of one."""
@@ -48,6 +50,8 @@ on it its arms may be at a bound before it is made anew, once: the peak does not
 a coordinate there."""
 FALLS, LEAST_FALL, MOST_FALL = 5, 2.0, 18.0
 """Distances tried for a standard deviation, and falls of the log density (nats) that give it."""
+SURVEYS, FARTHER = 4, 1.5
+"""Surveys of a peak, each in the directions of the one before where that found it wider by much."""
 POINTS, MOST_POINTS = 4, 16
 """Points of an arm besides the centre, and the most that it gets where it errs."""
 MOST_STARS, MOST_ERROR = 8, 2.0
@@ -214,26 +218,20 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
 
     The information is the sum over events of squares of their scores, far from the peak too large
     by much: steps are stretched while they gain. Where they end it is held against how the density
-    falls (`surveyed_peak`), after every gain once more. Against a bound, where the density falls as
-    an exponential, the standard deviation is one over its rate.
+    falls (`surveyed_peak`), after every gain once more, and from there on scores are taken over
+    wider differences. Against a bound, where the density falls as an exponential, the standard
+    deviation is one over its rate.
     """
     layout = posterior.layout
     others = np.setdiff1d(np.arange(len(u)), _axes(posterior))
     u, cost = ascent(posterior.pinned(u), u, others, ITERATIONS, CLOSELY)
-    prior = np.diag([slot.sd**-2.0 for slot in layout.slots])
     moves, surveyed = np.diag(APART * units(posterior)), None
-    damping, stretch = DAMPING, 1.0
+    damping, stretch, apart, both_ways = DAMPING, 1.0, SHARE_APART, False
     for _ in range(STEPS):
-        scores = scores_at(posterior, u, moves)
-        slope = np.sum(scores, axis=0) + layout.prior_slopes(u)
-        information = scores.T @ scores + prior
-        against = ((u <= layout.low) & (slope < 0.0)) | ((u >= layout.high) & (slope > 0.0))
-        free = np.flatnonzero(~against)
-        inner = information[np.ix_(free, free)]
-        covariance = np.diag(np.maximum(np.abs(slope), 1.0) ** -2.0)
-        covariance[np.ix_(free, free)] = np.linalg.inv(inner)
+        scores = scores_at(posterior, u, moves, both_ways=both_ways)
+        slope, free, inner, covariance = _information(posterior, u, scores)
         turn, along = _directions(posterior, u, covariance)
-        moves = SHARE_APART * turn * along
+        moves = apart * turn * along
         at, best = u, cost
         while True:
             moved = u.copy()
@@ -257,41 +255,81 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
         if gain >= least:
             surveyed = None
         elif surveyed is None:
-            surveyed = surveyed_peak(posterior, Peak(u, covariance, -cost))
+            surveyed = surveyed_peak(posterior, Peak(u, covariance, -cost), scores)
             u, cost = surveyed.u, -surveyed.log_density
             turn, along = _directions(posterior, u, surveyed.covariance)
-            moves, damping, stretch = SHARE_APART * turn * along, DAMPING, 1.0
+            damping, stretch, apart, both_ways = DAMPING, 1.0, WIDELY_APART, True
+            moves = apart * turn * along
         else:
             break
     return Peak(u, covariance if surveyed is None else surveyed.covariance, -cost)
 
 
-def surveyed_peak(posterior: Posterior, peak: Peak) -> Peak:
+def _information(
+    posterior: Posterior, u: Floats, scores: Floats
+) -> tuple[Floats, Ints, Floats, Floats]:
+    """Slope `[n_slots]` of the density by scores `[n_events, n_slots]`, and their information.
+
+    This is of the slots that are free, not held against a bound; last, the covariance of all.
+    """
+    layout = posterior.layout
+    slope = np.sum(scores, axis=0) + layout.prior_slopes(u)
+    prior = np.diag([slot.sd**-2.0 for slot in layout.slots])
+    against = ((u <= layout.low) & (slope < 0.0)) | ((u >= layout.high) & (slope > 0.0))
+    free = np.flatnonzero(~against)
+    inner = (scores.T @ scores + prior)[np.ix_(free, free)]
+    covariance = np.diag(np.maximum(np.abs(slope), 1.0) ** -2.0)
+    covariance[np.ix_(free, free)] = np.linalg.inv(inner)
+    return slope, free, inner, covariance
+
+
+def surveyed_peak(posterior: Posterior, peak: Peak, scores: Floats) -> Peak:
     """A peak with spreads by how far the density falls, and the best place seen on the way.
 
-    Along each direction that moves the tables, to both sides. The information has the steps of a
-    rough likelihood in it, and may be too large by much.
+    Along each direction that moves the tables, to both sides. The `scores` have the steps of a
+    rough likelihood in them, and the information may be too large by much: those over the wide
+    differences to both sides have far less. Where by these it reaches farther, along a ridge, the
+    density is surveyed again in the directions that they give.
     """
-    layout, (turn, along) = posterior.layout, _directions(posterior, peak.u, peak.covariance)
-    best, best_at = peak.log_density, peak.u
-    for j in _axes(posterior):
-        away, spread = REACH, along[j]
-        for _ in range(FALLS):
-            sides = peak.u + np.outer([-away, away], along[j] * turn[:, j])
-            inside = [v for v in sides if np.all((v >= layout.low) & (v <= layout.high))]
-            if not inside:
-                away *= 0.5
-                continue
-            here = [posterior.pinned(v).log_density(v) for v in inside]
-            seen = [(best, best_at), *zip(here, inside, strict=True)]
-            best, best_at = max(seen, key=itemgetter(0))
-            fall = max(peak.log_density - sum(here) / len(here), LEAST_FALL)
-            spread = along[j] * away / np.sqrt(2.0 * fall)
-            if LEAST_FALL < fall <= MOST_FALL:
-                break
-            away *= 2.0 if fall == LEAST_FALL else 0.5
-        along[j] = spread
-    return Peak(best_at, turn @ np.diag(along**2) @ turn.T, best)
+    layout, best, best_at = posterior.layout, peak.log_density, peak.u
+    given, covariance = posterior.mode_offsets(peak.u), peak.covariance
+    for _ in range(SURVEYS):
+        turn, along = _directions(posterior, peak.u, covariance)
+        by_direction = scores @ turn
+        for j in _axes(posterior):
+            away, spread = REACH, along[j]
+            for _ in range(FALLS):
+                moves = [by * along[j] * turn[:, j] for by in (-away, away)]
+                inside = [
+                    by
+                    for by in moves
+                    if np.all((peak.u + by >= layout.low) & (peak.u + by <= layout.high))
+                ]
+                if not inside:
+                    away *= 0.5
+                    continue
+                tables = [posterior.pinned(peak.u + by) for by in inside]
+                here = [at.log_density(peak.u + by) for at, by in zip(tables, inside, strict=True)]
+                seen = [(best, best_at), *zip(here, (peak.u + by for by in inside), strict=True)]
+                best, best_at = max(seen, key=itemgetter(0))
+                fall = max(peak.log_density - sum(here) / len(here), LEAST_FALL)
+                spread = along[j] * away / np.sqrt(2.0 * fall)
+                if LEAST_FALL < fall <= MOST_FALL:
+                    break
+                away *= 2.0 if fall == LEAST_FALL else 0.5
+            if len(inside) == 2:
+                behind, ahead = (
+                    at.event_log_likelihood(peak.u + by, given)
+                    for at, by in zip(tables, inside, strict=True)
+                )
+                by_direction[:, j] = (ahead - behind) / (2.0 * away * along[j])
+            along[j] = spread
+        found = turn @ np.diag(along**2) @ turn.T
+        scores = by_direction @ np.linalg.inv(turn)
+        before, covariance = covariance, _information(posterior, peak.u, scores)[-1]
+        if np.all(np.diag(covariance) < FARTHER**2 * np.diag(before)):
+            break
+    return Peak(best_at, found, best)
 
 
 def _errors(posterior: Posterior, mode: Mode, centre: Floats) -> Floats:

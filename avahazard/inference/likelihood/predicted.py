@@ -309,7 +309,7 @@ def keep(kept: dict[Key, T], key: Key, value: T, most: int, size: int = 0) -> T:
     return value
 
 
-FAR = 9.0
+FAR = 7.5
 """Errors of a record beyond which nothing counts: more than `record_nodes.REACH`, so that what
 tails have at the ends of the tables is zero there too."""
 

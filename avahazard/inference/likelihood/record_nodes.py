@@ -24,7 +24,7 @@ from avahazard.kernels import kernel
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU
 
-REACH = 7.0
+REACH = 6.0
 """Records farther than this many standard deviations from F(μ), or H/μ, say nothing about μ."""
 PIECE = 0.5
 """Largest step of F, in standard deviations of the record, between two points of it."""

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.stats import chi2
 
 from avahazard.inference.fitting import star
-from avahazard.inference.fitting.mode import errors_at, find_mode, log_evidence
+from avahazard.inference.fitting.mode import errors_at, find_mode, log_evidence, scores_at
 from avahazard.inference.fitting.star import (
     REACH,
     gauss_newton,
@@ -58,7 +60,8 @@ def test_the_spread_of_a_peak_is_that_by_which_the_density_falls(promised: float
     model = _with_speeds("turbulent-drag")
     peak = gauss_newton(model, near(model))
     axes = [k for k, slot in enumerate(model.layout.slots) if slot.arm]
-    found = surveyed_peak(model, peak._replace(covariance=promised * peak.covariance))
+    scores = scores_at(model, peak.u, np.diag(np.sqrt(np.diag(peak.covariance))))
+    found = surveyed_peak(model, peak._replace(covariance=promised * peak.covariance), scores)
     share = np.sqrt(np.diag(found.covariance) / np.diag(peak.covariance))[axes]
     assert np.all((share > 0.6) & (share < 1.6))
     assert found.log_density == pytest.approx(peak.log_density, abs=0.2)
@@ -70,7 +73,44 @@ def test_a_survey_goes_to_the_best_place_that_it_sees() -> None:
     axis = model.layout.places["turbulent-drag"].start
     away = _moved(model, peak.u, axis, 3.0 * np.sqrt(peak.covariance[axis, axis]))
     start = peak._replace(u=away, log_density=model.pinned(away).log_density(away))
-    assert surveyed_peak(model, start).log_density > start.log_density + 0.2
+    scores = scores_at(model, away, np.diag(np.sqrt(np.diag(peak.covariance))))
+    assert surveyed_peak(model, start, scores).log_density > start.log_density + 0.2
+
+
+def test_a_survey_finds_a_ridge_that_small_steps_hide() -> None:
+    """Events of a regression on two columns that go together, each with many small steps."""
+    rng = np.random.default_rng(4)
+    one, other = rng.standard_normal((2, 200))
+    columns = np.column_stack([one, one + 0.03 * other])
+    observed = rng.standard_normal(200)
+    phase = rng.uniform(0.0, 6.3, 200)
+
+    def events(u: np.ndarray, _offsets: object = None) -> np.ndarray:
+        steps = 0.1 * np.sign(np.sin(1000.0 * (columns @ u) + phase))
+        return steps - 0.5 * (observed - columns @ u) ** 2
+
+    slot = SimpleNamespace(arm=(0.0,), neutral=np.nan, sd=100.0)
+    layout = SimpleNamespace(
+        slots=(slot, slot),
+        ranges=np.array([[-99.0] * 2, [99.0] * 2]),
+        low=np.full(2, -99.0),
+        high=np.full(2, 99.0),
+        prior_slopes=np.zeros_like,
+    )
+    model: Any = SimpleNamespace(layout=layout, mode_offsets=lambda _u: None)
+    model.pinned = lambda _u: model
+    model.event_log_likelihood, model.log_density = events, lambda u: float(np.sum(events(u)))
+    best = np.linalg.lstsq(columns, observed, rcond=None)[0]
+    values, vectors = np.linalg.eigh(np.linalg.inv(columns.T @ columns))
+    along = np.sqrt(values[1])
+    u = best + 5.0 * along * vectors[:, 1]
+    scores = scores_at(model, u, 0.003 * np.eye(2))
+    narrow = np.linalg.inv(scores.T @ scores + 1e-4 * np.eye(2))
+    assert np.sqrt(np.max(np.diag(narrow))) < 0.15 * along  # that the steps hide it
+    start = star.Peak(u, narrow, model.log_density(u))
+    found = surveyed_peak(model, start, scores)
+    assert found.log_density > start.log_density + 2.0
+    assert 0.5 < np.sqrt(np.linalg.eigvalsh(found.covariance)[-1]) / along < 2.0
 
 
 @pytest.mark.parametrize("effects", [("turbulent-drag",), ("leading-edge", "record-error")])

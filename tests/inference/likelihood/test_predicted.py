@@ -317,7 +317,7 @@ def test_places_between_which_a_record_lies_are_near_it_however_small_its_error(
     z = np.array(
         [
             [-100.0, -50.0, 40.0, 90.0],  # between two places
-            [-100.0, -8.0, 40.0, 8.0],  # there and back
+            [-100.0, -7.0, 40.0, 7.0],  # there and back
             [100.0, 60.0, 20.0, np.nan],  # near none: the nearest
         ]
     )
