@@ -118,14 +118,14 @@ class StoredModels:
     def _open(self, found: Calibration) -> Note | None:
         """What is not known yet of a model, or what its diagnosis asks for."""
         name, method = found.model, METHODS[found.method]
+        diagnosis = latest_diagnosis(self.session, name) if method.knows_errors else None
+        if diagnosis is not None:
+            return self._by_verdict(diagnosis)
         if not method.in_metres and not self._held_out(name):
             return self._with_files(("compare", name), Note("why_compare", model=name))
         if not method.knows_errors:
             return None
-        diagnosis = latest_diagnosis(self.session, name)
-        if diagnosis is None:
-            return self._with_files(("diagnose", name), Note("why_diagnose", model=name))
-        return self._by_verdict(diagnosis)
+        return self._with_files(("diagnose", name), Note("why_diagnose", model=name))
 
     def _by_verdict(self, found: Diagnosis) -> Note | None:
         """What a diagnosis asks for; None where it asks for nothing that was not tried."""

@@ -66,7 +66,8 @@ def test_the_document_names_the_axis(diagnosed_world: Path) -> None:
         stored = Diagnosis.from_dict(latest_result(session, DIAGNOSIS, "base"))
     assert given == document.to_dict()
     # The next step is decided anew each time.
-    assert given.pop("next") == "avahazard compare base"
+    command = "avahazard add base covariate:column_1 --as base+covariate:column_1"
+    assert given.pop("next") == command
     assert stored.to_dict() == given
     told = json.loads((diagnosed_world / "told.json").read_text(encoding="utf-8"))
     assert told == sorted(told)

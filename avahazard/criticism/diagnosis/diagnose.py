@@ -127,7 +127,8 @@ def diagnose(
     if smooth := leading_smooth(missing, fits):
         of_smooth = laws.get(smooth) or found_laws(base, {smooth: fits[smooth]})[smooth]
     named_first = sorted(ranked, key=lambda c: c.key not in missing)
-    tried = candidates(question, named_first, evidence, naming)
+    of_groups = [named_as_candidate(base, group) for group in groups if group.key in missing]
+    tried = [*of_groups, *candidates(question, named_first, evidence, naming)]
     fitted_laws = Rows(law for law, _, _ in of_smooth)
     fits = {c.key: fits[c.key] for c in named_first}
     missed = measurements.detectable(base, screening.critical_gain)
@@ -286,6 +287,25 @@ def candidates(
             )
         )
     return found
+
+
+def named_as_candidate(base: Refit, group: TriedGroup) -> Candidate:
+    """A named group of events as a candidate; the error without it is not known."""
+    return Candidate(
+        effect=group.key,
+        gain=group.gain,
+        evidence_gain=group.evidence,
+        held_out_gain=None,
+        p_value=group.p_value,
+        screened_gain=group.gain,
+        chance_gain=full_fits.GROUP_BY_CHANCE,
+        p_value_alone=group.p_value,
+        error_before_m=error_of(base),
+        error_after_m=None,
+        parameters=base.parameters(group.key),
+        physics=base.definition(group.key).meaning,
+        confounded_with=(),
+    )
 
 
 def look_alikes(fits: Mapping[str, Refit], base: Refit) -> dict[str, tuple[str, ...]]:

@@ -1,9 +1,9 @@
 """Candidates that stand out, fitted in full, and groups of events: what they gain by chance.
 
 The screening gives the gain of each candidate to first order. An effect that is strong, or shapes
-the tables as only a larger amount does, gains more than that once it is fitted, so its p-value is
-that of the larger gain. And which events are of a second kind that nobody recorded, and what these
-have in common.
+the tables as only a larger amount does, gains more than that once it is fitted, and where terrain
+is rough it may gain far less: its p-value is that of the fit. And which events are of a second kind
+that nobody recorded, and what these have in common.
 """
 
 from __future__ import annotations
@@ -78,6 +78,9 @@ PERSISTENT_LEVEL, TRANSIENT_LEVEL = 0.003, 0.001
 """Levels of groups of events, each tested by itself: of those that persist, as paths, of winters
 and of storms, which must have evidence besides."""
 
+GROUP_BY_CHANCE = 0.5 * float(stats.chi2.isf(0.1, 1))
+"""Gain (nats) of groups that do not differ, in one of twenty datasets: in half of them it is 0."""
+
 
 @dataclass(frozen=True, slots=True)
 class TriedGroup:
@@ -143,7 +146,7 @@ def fitted_in_full(
     enough = max(WORTH_A_STAR, reached - FAR_BEHIND)
     fits = {**known, **refit_each(base, asked, progress, likely, enough)}
     gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in fits.items()}
-    tested = [_fitted(c, gains.get(c.key)) for c in screening.candidates]
+    tested = [_fitted(c, gains[c.key]) if c.key in gains else c for c in screening.candidates]
     tested += [_alone(d, fits[d.key], gains[d.key]) for d in alone]
     declared = [c for c in tested if c.key in expected]
     p_values = {c.key: min(c.p_single * len(declared) / EXPECTED_SHARE, 1.0) for c in declared}
@@ -180,7 +183,9 @@ def _strong(shared: tuple[Likely, Refit], candidate: Screened) -> tuple[Screened
     if (candidate.surprise <= WORTH_A_FIT and not known) or candidate.key not in likely:
         return candidate, 0.0
     gain, values = short_ascent(base, candidate.key, likely[candidate.key])
-    return _fitted(replace(candidate, likely=values), gain), gain
+    candidate = replace(candidate, likely=values)
+    more = candidate.surprise_of(gain) > candidate.surprise
+    return _fitted(candidate, gain) if more else candidate, gain
 
 
 def _by_path(entry: Definition, observations: Observations) -> bool:
@@ -195,10 +200,8 @@ def _by_path(entry: Definition, observations: Observations) -> bool:
     return all(not np.any(np.ptp(design[path == k], axis=0)) for k in np.unique(path))
 
 
-def _fitted(candidate: Screened, gain: float | None) -> Screened:
-    """The candidate with what its full fit gains, if that is more surprising."""
-    if gain is None or candidate.surprise_of(gain) <= candidate.surprise:
-        return candidate
+def _fitted(candidate: Screened, gain: float) -> Screened:
+    """The candidate with what it gains once it is fitted."""
     return replace(candidate, gain=gain, surprise=candidate.surprise_of(gain))
 
 

@@ -54,6 +54,8 @@ MOST_VARIANCE = 1.0
 STEP = 1e-3
 """Step of an effect's parameter, in prior standard deviations. An effect shifts all friction as
 well, which the law takes up: over a longer step that alone would bend the score."""
+MOST_TIMES, FARTHEST = 10.0, 5.0
+"""Of the median event's change, and of what is usually left over, the most that one can have."""
 NO_SPEED = 1e5
 """Error of a square of speed (m²/s²) without information."""
 NEAR = 0.02
@@ -176,17 +178,36 @@ class LinearModel:
                 rows = self.on_scatter((part / known.total)[:, None])[:, 0]
             else:
                 rows = self.by_motion(before, after) / step
-            columns[:, moved] = self.with_rest(rows, before, after, step)[:, None]
+            rows = self.bounded(self.with_rest(rows, before, after, step))
+            columns[:, moved] = rows[:, None]
         if paths:
             columns *= self._on_path(paths)
         return columns
 
+    @property
+    def _event(self) -> Ints:
+        """The event of each row `[n_rows]`."""
+        each = np.arange(self.n_events)
+        return np.concatenate([np.repeat(each, np.diff(self.first)), each, each])
+
+    def bounded(self, rows: Floats) -> Floats:
+        """Rows `[n_rows]` in which an event counts for at most `MOST_TIMES` the median one.
+
+        Where F jumps, a difference over a small step is no slope. Events with speeds, which say
+        more, are held against one another.
+        """
+        size = np.sqrt(np.bincount(self._event, rows**2))
+        share = np.ones(self.n_events)
+        for alike in (np.diff(self.first) == 1, np.diff(self.first) > 1):
+            if np.any(some := alike & (size > 0.0)):
+                share[some] = np.minimum(1.0, MOST_TIMES * np.median(size[some]) / size[some])
+        return np.asarray(rows * share[self._event])
+
     def _on_path(self, paths: Sequence[str]) -> NDArray[np.bool_]:
         """Whether each row is of an event on each of these paths, `[n_rows, n]`."""
-        columns, each = self.posterior.observations.columns, np.arange(self.n_events)
-        event = np.concatenate([np.repeat(each, np.diff(self.first)), each, each])
+        columns = self.posterior.observations.columns
         index = [columns.paths.index(p) if p in columns.paths else -2 for p in paths]
-        return np.asarray(columns.path_index[event, None] == np.array(index))
+        return np.asarray(columns.path_index[self._event, None] == np.array(index))
 
     def beside(
         self, effect: Effect | None = None, specification: Specification | None = None
@@ -349,9 +370,27 @@ def linear_model(posterior: Posterior, u: Floats) -> LinearModel:
         members=csr_matrix(np.empty((0, 0))),
         tau=np.empty(0),
     )
+    found = replace(found, residual=winsorised(found))
     own, precision = _own_columns(found)
     members, tau = _members(found)
     return replace(found, own=own, precision=precision, members=members, tau=tau)
+
+
+def winsorised(model: LinearModel) -> Floats:
+    """What is left over `[n_rows]`, of no event more than `FARTHEST` times what is usual.
+
+    A stop beside a jump of F may be impossible to first order, where it is only unlikely.
+    """
+    n_rows, rows = np.diff(model.first), model.residual[: model.first[-1]]
+    size = np.sqrt(np.add.reduceat(rows**2, model.first[:-1]) / n_rows)
+    usual = np.ones(model.n_events)
+    for alike in (n_rows == 1, n_rows > 1):
+        if alike.any():
+            usual[alike] = max(1.0, float(np.median(size[alike])))
+    share = np.minimum(1.0, FARTHEST * usual / np.maximum(size, 1e-300))
+    residual = model.residual.copy()
+    residual[: model.first[-1]] *= np.repeat(share, n_rows)
+    return residual
 
 
 def _moments(nodes: Nodes, in_log: bool) -> tuple[Floats, Floats]:
@@ -360,9 +399,10 @@ def _moments(nodes: Nodes, in_log: bool) -> tuple[Floats, Floats]:
     Of the likelihood over friction alone; of an event beyond the profile they mean nothing.
     """
     place = nodes.place if in_log else np.log(np.maximum(nodes.place, MU[0]))
-    total = np.maximum(np.sum(nodes.weight, axis=1), 1e-300)
-    mean = np.sum(place * nodes.weight, axis=1) / total
-    square = np.sum(nodes.weight * (place - mean[:, None]) ** 2, axis=1) / total
+    weight = np.where(nodes.is_probability[:, None], 0.0, nodes.weight)
+    total = np.maximum(np.sum(weight, axis=1), 1e-300)
+    mean = np.sum(place * weight, axis=1) / total
+    square = np.sum(weight * (place - mean[:, None]) ** 2, axis=1) / total
     variance = np.clip(square, LEAST_VARIANCE, MOST_VARIANCE)
     return mean, np.where(nodes.is_probability, LEAST_VARIANCE, variance)
 

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
 from avahazard.criticism.diagnosis.refits import Refit, refit, refit_with
-from avahazard.criticism.screening.linear_model import LinearModel, linear_model
+from avahazard.criticism.screening import linear_model as module
+from avahazard.criticism.screening.linear_model import (
+    FARTHEST,
+    MOST_TIMES,
+    LinearModel,
+    linear_model,
+    winsorised,
+)
 from avahazard.criticism.screening.screen import screen
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.likelihood.posterior import Posterior
@@ -84,8 +92,9 @@ def by_event(rows: np.ndarray) -> np.ndarray:
     ],
 )
 def test_scores_are_derivatives_of_the_log_likelihood(
-    key: str, parameter: int, at: float, step: float
+    key: str, parameter: int, at: float, step: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(module, "MOST_TIMES", np.inf)
     # Events beyond their profile, or with hardly any scatter, have no such derivative.
     sure = model().variances.scatter < 0.01 * model().variances.total
     kept = ~model().gone & ~(sure & key.startswith("scatter:"))
@@ -94,6 +103,39 @@ def test_scores_are_derivatives_of_the_log_likelihood(
     unit = np.max(np.abs(exact))
     assert unit > 0.0
     np.testing.assert_allclose(found, exact, atol=0.03 * unit, rtol=0.05)
+
+
+def test_a_jump_of_one_event_is_no_derivative() -> None:
+    of = model(speeds=True)
+    n_rows = np.diff(of.first)
+    for alike in (n_rows == 1, n_rows > 1):
+        rows = np.zeros(len(of.residual))
+        events = np.flatnonzero(alike)
+        rows[of.first[events]] = np.linspace(1.0, 2.0, len(events))
+        jumps = rows.copy()
+        jumps[of.first[events[0]]] = 1e4
+        found = of.bounded(jumps)
+        most = MOST_TIMES * np.median(jumps[of.first[events]])
+        assert found[of.first[events[0]]] == pytest.approx(most)
+        np.testing.assert_allclose(
+            np.delete(found, of.first[events[0]]), np.delete(rows, of.first[events[0]])
+        )
+        np.testing.assert_array_equal(of.bounded(rows), rows)
+
+
+def test_an_event_that_is_impossible_to_first_order_has_a_bound() -> None:
+    of = model(speeds=True)
+    n_rows = np.diff(of.first)
+    for alike in (n_rows == 1, n_rows > 1):
+        residual = np.zeros(len(of.residual))
+        event = np.flatnonzero(alike)[0]
+        selected = slice(of.first[event], of.first[event + 1])
+        residual[selected] = 30.0
+        found = winsorised(replace(of, residual=residual))
+        np.testing.assert_allclose(found[selected], FARTHEST)
+        # Where all are far off, as by a strong force, none is.
+        everywhere = np.full(len(residual), 30.0)
+        np.testing.assert_array_equal(winsorised(replace(of, residual=everywhere)), everywhere)
 
 
 def test_curvature_of_a_shift_is_what_the_likelihood_has_near_its_mode() -> None:
