@@ -48,8 +48,9 @@ REACH, LONGER = 4.0, 1.6
 """Standard deviations about the mode to which a star reaches; and how much longer by the curvature
 on it its arms may be at a bound before it is made anew, once: the peak does not show what goes with
 a coordinate there."""
-FALLS, LEAST_FALL, MOST_FALL = 5, 2.0, 18.0
-"""Distances tried for a standard deviation, and falls of the log density (nats) that give it."""
+FALLS, LEAST_FALL, MOST_FALL, IMPOSSIBLE = 5, 2.0, 18.0, 1e4
+"""Distances tried for a standard deviation, falls of the log density (nats) that give it, and the
+most that an infinite fall counts."""
 SURVEYS, FARTHER = 4, 1.5
 """Surveys of a peak, each in the directions of the one before where that found it wider by much."""
 POINTS, MOST_POINTS = 4, 16
@@ -312,7 +313,7 @@ def surveyed_peak(posterior: Posterior, peak: Peak, scores: Floats) -> Peak:
                 here = [at.log_density(peak.u + by) for at, by in zip(tables, inside, strict=True)]
                 seen = [(best, best_at), *zip(here, (peak.u + by for by in inside), strict=True)]
                 best, best_at = max(seen, key=itemgetter(0))
-                fall = max(peak.log_density - sum(here) / len(here), LEAST_FALL)
+                fall = np.clip(peak.log_density - sum(here) / len(here), LEAST_FALL, IMPOSSIBLE)
                 spread = along[j] * away / np.sqrt(2.0 * fall)
                 if LEAST_FALL < fall <= MOST_FALL:
                     break
@@ -322,7 +323,9 @@ def surveyed_peak(posterior: Posterior, peak: Peak, scores: Floats) -> Peak:
                     at.event_log_likelihood(peak.u + by, given)
                     for at, by in zip(tables, inside, strict=True)
                 )
-                by_direction[:, j] = (ahead - behind) / (2.0 * away * along[j])
+                slopes = (ahead - behind) / (2.0 * away * along[j])
+                if np.all(np.isfinite(slopes)):  # no event is impossible there
+                    by_direction[:, j] = slopes
             along[j] = spread
         found = turn @ np.diag(along**2) @ turn.T
         scores = by_direction @ np.linalg.inv(turn)
