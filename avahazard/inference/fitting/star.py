@@ -293,25 +293,20 @@ def surveyed_peak(posterior: Posterior, peak: Peak, scores: Floats) -> Peak:
     density is surveyed again in the directions that they give.
     """
     layout, best, best_at = posterior.layout, peak.log_density, peak.u
-    given, covariance = posterior.mode_offsets(peak.u), peak.covariance
+    given, covariance = posterior.pinned(peak.u).mode_offsets(peak.u), peak.covariance
     for _ in range(SURVEYS):
         turn, along = _directions(posterior, peak.u, covariance)
         by_direction = scores @ turn
         for j in _axes(posterior):
             away, spread = REACH, along[j]
             for _ in range(FALLS):
-                moves = [by * along[j] * turn[:, j] for by in (-away, away)]
-                inside = [
-                    by
-                    for by in moves
-                    if np.all((peak.u + by >= layout.low) & (peak.u + by <= layout.high))
-                ]
+                sides = peak.u + np.outer([-away, away], along[j] * turn[:, j])
+                inside = [v for v in sides if np.all((v >= layout.low) & (v <= layout.high))]
                 if not inside:
                     away *= 0.5
                     continue
-                tables = [posterior.pinned(peak.u + by) for by in inside]
-                here = [at.log_density(peak.u + by) for at, by in zip(tables, inside, strict=True)]
-                seen = [(best, best_at), *zip(here, (peak.u + by for by in inside), strict=True)]
+                here = [posterior.pinned(v).log_density(v) for v in inside]
+                seen = [(best, best_at), *zip(here, inside, strict=True)]
                 best, best_at = max(seen, key=itemgetter(0))
                 fall = np.clip(peak.log_density - sum(here) / len(here), LEAST_FALL, IMPOSSIBLE)
                 spread = along[j] * away / np.sqrt(2.0 * fall)
@@ -319,11 +314,8 @@ def surveyed_peak(posterior: Posterior, peak: Peak, scores: Floats) -> Peak:
                     break
                 away *= 2.0 if fall == LEAST_FALL else 0.5
             if len(inside) == 2:
-                behind, ahead = (
-                    at.event_log_likelihood(peak.u + by, given)
-                    for at, by in zip(tables, inside, strict=True)
-                )
-                slopes = (ahead - behind) / (2.0 * away * along[j])
+                behind, ahead = (posterior.pinned(v).event_log_likelihood(v, given) for v in inside)
+                slopes = (ahead - behind) / (inside[1] - inside[0])[j]  # `turn` is 1 there
                 if np.all(np.isfinite(slopes)):  # no event is impossible there
                     by_direction[:, j] = slopes
             along[j] = spread
