@@ -202,7 +202,8 @@ class _Student(NamedTuple):
 
 def _student(centre: Floats, covariance: Floats, unit: Floats) -> _Student:
     # Nowhere near to flat, as it is at a mode on a bound where the density falls off steeply.
-    shape = covariance / np.outer(unit, unit) + NARROWEST**2 * np.eye(len(centre))
+    values, vectors = np.linalg.eigh(covariance / np.outer(unit, unit))
+    shape = (vectors * (np.maximum(values, 0.0) + NARROWEST**2)) @ vectors.T
     return _Student(multivariate_t(centre / unit, shape, FREEDOM), unit)
 
 

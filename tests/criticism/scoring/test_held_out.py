@@ -11,6 +11,7 @@ from scipy.stats import norm
 
 from avahazard.criticism.scoring.error_budget import with_explained
 from avahazard.criticism.scoring.held_out import (
+    _student,
     choose_groups,
     error_fall,
     fit_draws,
@@ -242,3 +243,11 @@ def test_what_effects_explain_adds_up_along_the_line() -> None:
     worse = with_explained(replace(base), grandchild, ["season"])
     assert worse.budget[1].rms_m == 0.0
     assert with_explained(child, None, ["season"]) is child
+
+
+def test_a_proposal_bears_a_covariance_that_rounding_has_made_negative() -> None:
+    turn = np.array([[0.8, -0.6], [0.6, 0.8]])
+    covariance = turn @ np.diag([1e-3, -4e-7]) @ turn.T
+    proposal = _student(np.zeros(2), covariance, np.ones(2))
+    rows = proposal.rows(500, np.random.default_rng(1))
+    assert np.all(np.isfinite(proposal.logpdf(rows)))
