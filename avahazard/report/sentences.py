@@ -20,7 +20,7 @@ from avahazard.report.words import (
     some,
 )
 from avahazard.results.calibration import Kinds
-from avahazard.results.comparison import BeforeAndAfter, Comparison, ErrorFall
+from avahazard.results.comparison import BeforeAndAfter, Comparison
 from avahazard.results.diagnosis import Diagnosis
 
 
@@ -112,10 +112,14 @@ def failure_text(found: Comparison) -> str:
     return say("It fails beyond chance by {levels}; predicted minus recorded.", levels=few)
 
 
-def change_text(before: float, after: float, coordinate: str, fall: ErrorFall | None) -> str:
-    """How a held-out error changes from a parent to its child."""
+def change_text(found: BeforeAndAfter) -> str:
+    """How the held-out error changes from a parent to its child."""
+    coordinate, after, fall = found.coordinate, found.after.held_out_crps_m, found.fall
+    if found.before is None:
+        return _held_out_error(found.held_out_by, after, coordinate)
+    before = found.before.held_out_crps_m
     values = {"before": amount(before, coordinate, 1), "after": amount(after, coordinate, 1)}
-    if after > before:
+    if found.worse:
         return say(
             "The held-out CRPS rises from {before} to {after}: do not keep the child.", **values
         )
@@ -130,25 +134,30 @@ def change_text(before: float, after: float, coordinate: str, fall: ErrorFall | 
             "The held-out CRPS falls from {before} to {after}, by {low} to {high} (90 % interval).",
             **values,
         )
-    return say(
+    words = say(
         "The held-out CRPS changes from {before} to {after}; a fall is not certain (90 % interval "
         "{low} to {high}).",
         **values,
+    )
+    if not found.rises or found.gain is None:
+        return words
+    return (
+        words
+        + " "
+        + say(
+            "The elpd of held-out records rises by {nats:.1f} nats: keep the child.",
+            nats=found.gain,
+        )
     )
 
 
 def before_and_after_text(found: BeforeAndAfter) -> str:
     """The error of a child beside its parent's, and the floor of both."""
-    coordinate, after = found.coordinate, found.after.held_out_crps_m
     floor = say(
         "Measurement-error floor (CRPS; errors of runout, volume and release): {floor}.",
-        floor=amount(found.after.noise_floor_crps_m, coordinate, 1),
+        floor=amount(found.after.noise_floor_crps_m, found.coordinate, 1),
     )
-    if found.before is None:
-        words = _held_out_error(found.held_out_by, after, coordinate)
-    else:
-        words = change_text(found.before.held_out_crps_m, after, coordinate, found.fall)
-    return f"{words} {floor}"
+    return f"{change_text(found)} {floor}"
 
 
 def verdict_text(diagnosis: Diagnosis, who: str | None = None) -> str:

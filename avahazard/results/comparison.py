@@ -238,6 +238,9 @@ class ErrorFall(Result):
     q95_m: float
 
 
+CLEAR_NATS = 3.0
+
+
 @dataclass(frozen=True, slots=True)
 class BeforeAndAfter(Result):
     """A parent's scores and its child's; `fall` is None where held-out groups are too few."""
@@ -247,6 +250,29 @@ class BeforeAndAfter(Result):
     held_out_by: str
     coordinate: str = "elevation"
     fall: ErrorFall | None = None
+
+    @property
+    def gain(self) -> float | None:
+        """By how much (nats) the elpd of held-out records rises."""
+        before = None if self.before is None else self.before.held_out_elpd
+        after = self.after.held_out_elpd
+        return None if before is None or after is None else after - before
+
+    @property
+    def rises(self) -> bool:
+        """Whether the held-out CRPS is larger than before."""
+        before = self.before
+        return before is not None and self.after.held_out_crps_m > before.held_out_crps_m
+
+    @property
+    def worse(self) -> bool:
+        """Whether the child is not to be kept: its error rises.
+
+        It is kept all the same where the rise is within chance and the log score, in which speeds
+        and widths count as well, rises clearly.
+        """
+        within = self.fall is not None and self.fall.q95_m > 0.0
+        return self.rises and not (within and (self.gain or 0.0) > CLEAR_NATS)
 
 
 @dataclass(frozen=True, slots=True)

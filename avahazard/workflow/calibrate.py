@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from avahazard.arrays import Floats
+from avahazard.criticism.scoring.change import before_and_after
 from avahazard.criticism.scoring.error_budget import with_explained
-from avahazard.criticism.scoring.held_out import error_fall
 from avahazard.effects.catalogue import catalogue, definition, require
 from avahazard.effects.effect import Definition, Effect, MotionEffect, of_kind
 from avahazard.inference.fitted_model import FittedModel
@@ -41,13 +41,12 @@ from avahazard.results.calibration import (
     Provenance,
     Rerun,
 )
-from avahazard.results.comparison import BeforeAndAfter
 from avahazard.store import results as store
 from avahazard.store.records import load_records
 from avahazard.store.session import reading, writing
-from avahazard.workflow.compare import comparison, latest_comparison, standing
+from avahazard.workflow.compare import comparison
 from avahazard.workflow.effects import read_own_of, stored_text
-from avahazard.workflow.next_step import next_step
+from avahazard.workflow.next_step import latest_comparison, next_step
 from avahazard.workflow.requests import CalibrateRequest
 from avahazard.workflow.stored import (
     calibration_result,
@@ -319,9 +318,7 @@ def add(
         if fresh and before is not None:
             store.save_result(session, store.COMPARISON, name, plain(before, keyed=True))
         store.save_result(session, store.COMPARISON, new_name, plain(after, keyed=True))
-    scores = BeforeAndAfter(None, standing(after), after.held_out.by, after.coordinate)
-    if alike is not None:
-        scores = replace(scores, before=standing(alike), fall=error_fall(alike, after))
+    scores = before_and_after(alike, after)
     return replace(result, comparison=scores, next=next_step(database, new_name))
 
 

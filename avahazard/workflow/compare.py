@@ -15,6 +15,7 @@ from avahazard.arrays import Bools, Floats
 from avahazard.criticism.scoring import error_budget as budgets
 from avahazard.criticism.scoring import scores as scoring
 from avahazard.criticism.scoring import speed_misfit as speeds_of
+from avahazard.criticism.scoring.change import standing
 from avahazard.criticism.scoring.held_out import (
     HeldOut,
     HeldOutPredictions,
@@ -45,8 +46,8 @@ from avahazard.results import comparison as results
 from avahazard.results.base import RATIO, Report, Rows, plain, silent
 from avahazard.store import results as store
 from avahazard.store.records import load_records
-from avahazard.store.session import Session, reading, writing
-from avahazard.workflow.next_step import StoredModels, next_step
+from avahazard.store.session import reading, writing
+from avahazard.workflow.next_step import StoredModels, latest_comparison, next_step
 from avahazard.workflow.stored import (
     load_stored,
     notes_of,
@@ -88,12 +89,6 @@ def compare(
     if plot is not None:
         found.plot(plot)
     return replace(found, next=next_step(database, name))
-
-
-def latest_comparison(session: Session, name: str) -> results.Comparison | None:
-    """The comparison of a model that is stored, None where there is none."""
-    document = store.latest_result(session, store.COMPARISON, name)
-    return None if document is None else results.Comparison.from_dict(document)
 
 
 def comparison(
@@ -257,26 +252,6 @@ def _on_held_out(found: results.Comparison | None) -> list[Note]:
     if found is None or (error := found.held_out.parent_crps_m) is None:
         return []
     return [Note("held_out_by_event", model=found.model, crps=error)]
-
-
-def standing(comparison: results.Comparison) -> results.Standing:
-    """The scores of a comparison by which models are ranked."""
-    scores, held_out = comparison.scores, comparison.held_out
-    runout, speed = scores.runout, scores.speed
-    return results.Standing(
-        rmse_m=runout.rmse_m,
-        crps_m=runout.crps_m,
-        held_out_rmse_m=held_out.runout.rmse_m,
-        held_out_crps_m=held_out.runout.crps_m,
-        held_out_elpd=held_out.elpd_loo,
-        elpd_loo=scores.elpd_loo,
-        elpd_loo_se=scores.elpd_loo_se,
-        coverage_90=runout.coverage_90,
-        speed_rmse_m_s=None if speed is None else speed.rmse_m_s,
-        noise_floor_m=runout.noise_floor_m,
-        noise_floor_crps_m=runout.noise_floor_crps_m,
-        held_out_crps_x_m=None if held_out.runout_x is None else held_out.runout_x.crps_m,
-    )
 
 
 STOP_DRAWS = 2000

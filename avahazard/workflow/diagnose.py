@@ -22,9 +22,9 @@ from avahazard.results.base import Report, Rows, plain, silent
 from avahazard.results.comparison import Comparison
 from avahazard.store import results as store
 from avahazard.store.session import reading, writing
-from avahazard.workflow.compare import coordinate_name, latest_comparison
+from avahazard.workflow.compare import coordinate_name
 from avahazard.workflow.effects import read_own_of, write_effect_file
-from avahazard.workflow.next_step import next_step
+from avahazard.workflow.next_step import latest_comparison, next_step
 from avahazard.workflow.requests import DiagnoseRequest
 from avahazard.workflow.stored import load_stored, notes_of_fit, require_unchanged
 

@@ -5,14 +5,15 @@ from __future__ import annotations
 import shlex
 from collections.abc import Collection, Sequence
 from functools import cached_property
-from typing import Any
 
+from avahazard.criticism.scoring.change import before_and_after
 from avahazard.effects.catalogue import definition
 from avahazard.effects.motion import CENTRIFUGAL
 from avahazard.inference.model.choices import BLOCK, METHODS
 from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
 from avahazard.results.calibration import Calibration
+from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.store import results as store
 from avahazard.store.records import load_events
@@ -50,6 +51,12 @@ def after_import(database: str) -> Note | None:
         return _step(("calibrate", "base"), Note("why_calibrate"))
 
 
+def latest_comparison(session: Session, name: str) -> Comparison | None:
+    """The comparison of a model that is stored, None where there is none."""
+    document = store.latest_result(session, store.COMPARISON, name)
+    return None if document is None else Comparison.from_dict(document)
+
+
 def latest_diagnosis(session: Session, name: str) -> Diagnosis | None:
     """The last diagnosis of a model that is stored, None where there is none."""
     document = store.latest_result(session, store.DIAGNOSIS, name)
@@ -70,29 +77,35 @@ class StoredModels:
         """The records of today."""
         return survey(self.session)
 
-    def error(self, name: str) -> float | None:
-        """The held-out CRPS of a model; None where it was not compared."""
-        held_out = self._held_out(name)
-        return float(held_out["runout"]["crps_m"]) if held_out else None
-
-    def _held_out(self, name: str) -> dict[str, Any]:
-        document = store.latest_result(self.session, store.COMPARISON, name)
-        return {} if document is None else dict(document["held_out"])
-
     def worse(self, name: str) -> bool:
-        """Whether the held-out error of a child is larger than its parent's on the same records."""
+        """Whether a child is not to be kept: by its scores and its parent's on the same records."""
         child, parent = self.found[name], self.found.get(self.found[name].parent or "")
         if parent is None or parent.data_fingerprint != child.data_fingerprint:
             return False
-        before, after = self._held_out(name).get("parent_crps_m"), self.error(name)
-        before = self.error(parent.model) if before is None else before
-        return before is not None and after is not None and after > before
+        before, after = (
+            latest_comparison(self.session, parent.model),
+            latest_comparison(self.session, name),
+        )
+        return after is not None and before_and_after(before, after).worse
 
     def best(self) -> str:
-        """The model of least held-out error among those on today's records; else the latest."""
-        errors = {name: self.error(name) for name in self.models if not self.stale(name)}
-        known = {name: error for name, error in errors.items() if error is not None}
-        return min(known, key=lambda name: known[name]) if known else next(reversed(self.models))
+        """The model to use among those on today's records; without scores the latest.
+
+        Of those of least held-out error, or its child where this is not worse.
+        """
+        compared = {
+            name: latest_comparison(self.session, name)
+            for name in self.models
+            if not self.stale(name)
+        }
+        error = {n: found.held_out.runout.crps_m for n, found in compared.items() if found}
+        if not error:
+            return next(reversed(self.models))
+        best, left = "", list(error)
+        while left:
+            best = min(left, key=lambda name: error[name])
+            left = [n for n in error if self.found[n].parent == best and not self.worse(n)]
+        return best
 
     def stale(self, name: str) -> bool:
         """Whether the records have changed since a model was calibrated."""
@@ -121,7 +134,7 @@ class StoredModels:
         diagnosis = latest_diagnosis(self.session, name) if method.knows_errors else None
         if diagnosis is not None:
             return self._by_verdict(diagnosis)
-        if not method.in_metres and not self._held_out(name):
+        if not method.in_metres and latest_comparison(self.session, name) is None:
             return self._with_files(("compare", name), Note("why_compare", model=name))
         if not method.knows_errors:
             return None

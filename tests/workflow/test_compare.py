@@ -8,14 +8,16 @@ from typing import Any
 import numpy as np
 import pytest
 
+from avahazard.criticism.scoring.change import standing
 from avahazard.inference.model.observations import build_observations
 from avahazard.records.errors import AvahazardError
 from avahazard.results.comparison import Comparison
 from avahazard.store.results import COMPARISON, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
-from avahazard.workflow.compare import compare, coordinate_name, ladder, latest_comparison, standing
+from avahazard.workflow.compare import compare, coordinate_name, ladder
 from avahazard.workflow.database import import_files
+from avahazard.workflow.next_step import latest_comparison
 from avahazard.workflow.requests import CalibrateRequest
 from tests.criticism.studies import slopes, straight, with_left
 from tests.few_draws import few_draws

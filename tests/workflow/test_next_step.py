@@ -12,6 +12,7 @@ import pytest
 from avahazard.notes import Note
 from avahazard.records.collection import Event, Path, Profile, Records, data_fingerprint
 from avahazard.results.base import Rows, plain
+from avahazard.results.comparison import GroupError
 from avahazard.results.diagnosis import Candidate, Diagnosis, FittedLaw, Measurement, Pair
 from avahazard.store.records import save_records
 from avahazard.store.results import (
@@ -58,6 +59,8 @@ def put(
     fingerprint: str = "",
     method: str = "marginal",
     alike: float | None = None,
+    elpd: float | None = None,
+    by_path: tuple[float, ...] = (),
 ) -> None:
     """Store a model with these findings; `alike` is its parent's error by its own groups."""
     found = replace(
@@ -73,7 +76,9 @@ def put(
         save_model(session, name, kept, {}, plain(found, keyed=True), {}, parent=parent)
         if error is not None:
             runout = replace(COMPARED.held_out.runout, crps_m=error)
-            held_out = replace(COMPARED.held_out, runout=runout, parent_crps_m=alike)
+            groups = Rows(GroupError(f"P{k}", 10, crps) for k, crps in enumerate(by_path))
+            found_so = {"runout": runout, "parent_crps_m": alike, "elpd_loo": elpd}
+            held_out = replace(COMPARED.held_out, **found_so, groups=groups)
             compared = replace(COMPARED, held_out=held_out)
             save_result(session, COMPARISON, name, plain(compared, keyed=True))
         if diagnosis is not None:
@@ -142,6 +147,37 @@ def test_a_child_that_is_worse_is_not_kept(database: str) -> None:
     assert words(database, "base") == words(database, "child")
     with reading(database) as session:
         assert StoredModels(session).best() == "base"
+
+
+@pytest.mark.parametrize(
+    ("by_path", "elpd", "kept"),
+    [
+        ((62.0, 59.0, 60.0), -862.0, True),
+        ((62.0, 59.0, 60.0), -898.0, False),
+        ((61.0, 61.1, 60.9), -862.0, False),
+        ((), -862.0, False),
+    ],
+    ids=["within chance, better log score", "no better", "a certain rise", "no interval"],
+)
+def test_a_rise_within_chance_is_weighed_against_the_log_score(
+    database: str, by_path: tuple[float, ...], elpd: float, kept: bool
+) -> None:
+    base = {"error": 60.0, "elpd": -900.0, "by_path": (60.0,) * 3}
+    put(database, "base", diagnosis=LACKS_SEASON, **base)
+    put(
+        database,
+        "child",
+        parent="base",
+        effects=("season",),
+        error=60.3,
+        elpd=elpd,
+        by_path=by_path,
+    )
+    assert words(database, "base") == (
+        ["diagnose", "child"] if kept else ["report", "base", "-o", "base.html"]
+    )
+    with reading(database) as session:
+        assert StoredModels(session).best() == ("child" if kept else "base")
 
 
 def test_effects_that_are_needed_together_are_added_together(database: str) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from scipy.special import logsumexp, stdtrit
+from scipy.special import logsumexp
 from scipy.stats import multivariate_t
 
 from avahazard.arrays import Bools, Floats, Ints
@@ -26,7 +26,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.seeds import generator
 from avahazard.results.base import Rows
-from avahazard.results.comparison import Comparison, ErrorFall, GroupError
+from avahazard.results.comparison import GroupError
 
 Density = Callable[[Floats], float]
 
@@ -221,7 +221,6 @@ MAX_FITS = 24
 N_FOLDS = 5
 DENSITY_DRAWS = 240
 RECORD_DRAWS = 300
-FEWEST_GROUPS = 3
 
 
 class HeldOut(NamedTuple):
@@ -403,23 +402,3 @@ def group_errors(
         name = observations.columns.paths[group] if named else str(int(group))
         rows.append(GroupError(name, int(np.sum(selected)), float(np.mean(error[selected]))))
     return Rows(rows)
-
-
-def error_fall(before: Comparison, after: Comparison) -> ErrorFall | None:
-    """The fall of the held-out error, with its 90 % interval; None where it has none.
-
-    The two are paired by groups, whose events are not independent: the jackknife over groups, and
-    Student's t with one degree of freedom less than there are groups.
-    """
-    first = {row.group: row for row in before.held_out.groups}
-    pairs = [(first[row.group], row) for row in after.held_out.groups if row.group in first]
-    if len(pairs) < max(FEWEST_GROUPS, len(first)) or any(a.n != b.n for a, b in pairs):
-        return None
-    n = np.array([b.n for _, b in pairs], dtype=float)
-    sums = n * np.array([a.crps_m - b.crps_m for a, b in pairs])
-    fall = float(np.sum(sums) / np.sum(n))
-    without = (np.sum(sums) - sums) / (np.sum(n) - n)
-    groups = len(pairs)
-    se = float(np.sqrt((groups - 1) / groups * np.sum((without - np.mean(without)) ** 2)))
-    reach = float(stdtrit(groups - 1, 0.95)) * se
-    return ErrorFall(fall, fall - reach, fall + reach)

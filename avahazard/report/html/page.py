@@ -71,12 +71,9 @@ def render(content: ReportContent) -> str:
 
 def fall_text(before: Comparison, after: Comparison) -> str:
     """How the held-out error changes from a model to its child."""
-    from avahazard.criticism.scoring.held_out import error_fall  # noqa: PLC0415 (slow)
+    from avahazard.criticism.scoring.change import before_and_after  # noqa: PLC0415 (slow)
 
-    was, now = after.held_out.parent_crps_m, after.held_out.runout.crps_m
-    if was is None:
-        was = before.held_out.runout.crps_m
-    return sentences.change_text(was, now, after.coordinate, error_fall(before, after))
+    return sentences.change_text(before_and_after(before, after))
 
 
 def notes_of(content: ReportContent) -> list[str]:

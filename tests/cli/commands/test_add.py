@@ -75,6 +75,11 @@ def test_the_one_line() -> None:
     assert "by 5.0 to 35.0 m (90 % interval)" in sure
     rose = before_and_after_text(replace(found, before=replace(STANDING, held_out_crps_m=50.0)))
     assert "rises from 50.0 m to 60.0 m: do not keep the child." in rose
+    chance = replace(found, before=replace(after, held_out_crps_m=59.8, held_out_elpd=-900.0))
+    chance = replace(chance, after=replace(after, held_out_elpd=-862.0))
+    words = before_and_after_text(replace(chance, fall=ErrorFall(-0.2, -1.0, 0.6)))
+    assert "changes from 59.8 m to 60.0 m; a fall is not certain" in words
+    assert "The elpd of held-out records rises by 38.0 nats: keep the child." in words
     alone = before_and_after_text(replace(found, before=None))
     assert "60.0 m of elevation" in alone
     assert "falls" not in alone

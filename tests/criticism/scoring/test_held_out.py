@@ -9,11 +9,9 @@ import pytest
 from scipy.special import logsumexp
 from scipy.stats import norm
 
-from avahazard.criticism.scoring.error_budget import with_explained
 from avahazard.criticism.scoring.held_out import (
     _student,
     choose_groups,
-    error_fall,
     fit_draws,
     gathered,
     held_out_predictions,
@@ -25,15 +23,6 @@ from avahazard.criticism.scoring.held_out import (
 from avahazard.effects.catalogue import definition
 from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.model.observations import build_observations
-from avahazard.results.base import Rows
-from avahazard.results.comparison import (
-    BudgetPart,
-    Comparison,
-    GroupError,
-    HeldOutScores,
-    RunoutScores,
-    Scores,
-)
 from tests.criticism.studies import draws_about, fitted, slopes, straight, with_speeds
 
 
@@ -174,75 +163,6 @@ def test_records_of_a_path_held_out_share_its_offset() -> None:
     # One by one they are others: each would have an offset of its own.
     alone = left_out_log_density(posterior, out, mode)[out].sum()
     assert abs(found[2] - alone) > 0.2
-
-
-def comparison(errors: list[float], sizes: list[int], rmse: float = 10.0) -> Comparison:
-    groups = Rows(
-        GroupError(f"P{k}", n, e) for k, (e, n) in enumerate(zip(errors, sizes, strict=True))
-    )
-    runout = RunoutScores(sum(sizes), rmse, 0.0, 5.0, 0.5, 0.9, 1.0, 0.5, (1,) * 10)
-    return Comparison(
-        model="m",
-        coordinate="elevation",
-        scores=Scores(runout, None, None, None, pareto_k_bad=0, pareto_k_refitted=0),
-        held_out=HeldOutScores(runout, None, None, None, by="path", groups=groups),
-        where_it_fails=Rows(),
-        speed_misfit=None,
-        measured_force=None,
-        budget=Rows([BudgetPart("record", 3.0), BudgetPart("unexplained", 4.0)]),
-    )
-
-
-def test_it_is_the_weighted_mean_difference() -> None:
-    fall = error_fall(
-        comparison([20.0, 30.0, 10.0], [10, 5, 5]), comparison([15.0, 20.0, 9.0], [10, 5, 5])
-    )
-    assert fall is not None
-    assert fall.mean_m == pytest.approx((50.0 + 50.0 + 5.0) / 20.0)
-    assert fall.q05_m < fall.mean_m < fall.q95_m
-    assert fall.mean_m - fall.q05_m == pytest.approx(fall.q95_m - fall.mean_m)
-
-
-def test_its_interval_holds_the_true_fall_nine_times_in_ten() -> None:
-    rng = np.random.default_rng(3)
-    held = 0
-    for _ in range(400):
-        n = rng.integers(5, 30, 8)
-        before = rng.normal(50.0, 10.0, 8)
-        after = before - rng.normal(4.0, 3.0, 8)
-        fall = error_fall(
-            comparison(before.tolist(), n.tolist()), comparison(after.tolist(), n.tolist())
-        )
-        assert fall is not None
-        held += fall.q05_m <= 4.0 <= fall.q95_m
-    assert 0.84 < held / 400 < 0.94
-
-
-def test_two_groups_or_other_groups_have_none() -> None:
-    assert error_fall(comparison([1.0, 2.0], [3, 3]), comparison([1.0, 1.0], [3, 3])) is None
-    first, other = comparison([1.0] * 3, [3] * 3), comparison([1.0] * 3, [3, 3, 4])
-    assert error_fall(first, other) is None
-
-
-def test_what_effects_explain_adds_up_along_the_line() -> None:
-    base, child, grandchild = (comparison([1.0] * 3, [3] * 3, rmse) for rmse in (13.0, 12.0, 8.0))
-    child = with_explained(child, base, ["forest-drag"])
-    assert {p.source: p.rms_m for p in child.budget} == {
-        "record": 3.0,
-        "forest-drag": pytest.approx(5.0),
-        "unexplained": 4.0,
-    }
-    last = with_explained(grandchild, child, ["season", "snow-type"])
-    assert [p.source for p in last.budget] == [
-        "record",
-        "forest-drag",
-        "season+snow-type",
-        "unexplained",
-    ]
-    assert last.budget[2].rms_m == pytest.approx(np.sqrt(144.0 - 64.0))
-    worse = with_explained(replace(base), grandchild, ["season"])
-    assert worse.budget[1].rms_m == 0.0
-    assert with_explained(child, None, ["season"]) is child
 
 
 def test_a_proposal_bears_a_covariance_that_rounding_has_made_negative() -> None:
