@@ -249,6 +249,8 @@ TERMINAL = {
     "why_missing": "{model} lacks {effects:and}.",
     "why_write_law": "{model} lacks {effects:and}; its law {law} explains the records better than "
     "the smooth curve ({nats:.0f} nats). Write it as an effect.",
+    "why_write_laws": "{model} lacks {effects:and}; its laws {laws:and} explain the records alike, "
+    "and better than the smooth curve ({nats:.0f} nats). Write the first as an effect.",
     "why_law": "{model} lacks {effects:and}; its leading law is in {file}.",
     "why_unexplained": "{model} fails along {along:and}, which no effect explains: write one.",
     "why_measure": "{model} lacks one of {effects}: these records cannot determine which (expected "

@@ -37,7 +37,7 @@ from avahazard.results.comparison import (
     PredictedEvent,
     PredictedRecords,
 )
-from avahazard.results.diagnosis import Diagnosis, FittedLaw
+from avahazard.results.diagnosis import Candidate, Diagnosis, FittedLaw
 from avahazard.results.friction import Fits
 
 OFFSET = "path:"
@@ -233,7 +233,11 @@ def ladder_table(rows: Sequence[LadderEntry]) -> Table:
 
 
 def candidates_table(diagnosis: Diagnosis) -> Table:
-    """Candidate effects, best first; those that chance may have made are folded."""
+    """Candidate effects, best first.
+
+    Folded are those that chance may have made and, where something is missing, those that were
+    not worth a fit: the next diagnosis asks about them again.
+    """
     floor = 1.0 / (diagnosis.n_worlds + 1)
     named, coordinate = set(diagnosis.missing), diagnosis.coordinate
     unit = unit_of(coordinate)
@@ -255,17 +259,17 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
             "nothing is missing. CRPS: at the mode of the parameters, not over their posterior."
         )
     ]
-    shown = sum(c.effect in named or c.p_value <= LEVEL for c in diagnosis.candidates)
-    return made(
-        "candidates",
-        say("Candidate effects"),
-        columns,
-        diagnosis.candidates,
-        legend,
-        cards=True,
-        shown=shown,
-        folded=say("{n} not significant", n=len(diagnosis.candidates) - shown),
-    )
+
+    def stands(c: Candidate) -> bool:
+        fitted = not named or c.error_after_m is not None
+        return c.effect in named or (c.p_value <= LEVEL and fitted)
+
+    rows = sorted(diagnosis.candidates, key=lambda c: not stands(c))
+    n = sum(map(stands, rows))
+    folded = say("{n} not significant or not fitted", n=len(rows) - n) if named else ""
+    folded = folded or say("{n} not significant", n=len(rows) - n)
+    title = say("Candidate effects")
+    return made("candidates", title, columns, rows, legend, cards=True, shown=n, folded=folded)
 
 
 SHAPE_ROWS = 5

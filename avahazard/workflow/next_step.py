@@ -163,8 +163,11 @@ class StoredModels:
             return None if self.worse(tried) else self.step(tried)
         if written is None and law is not None and law.evidence_over_curve > SHARPER:
             # The smooth follows it too little to stand for it.
-            lead = {"law": law.effect, "nats": law.evidence_over_curve}
-            why = Note("why_write_law", model=name, effects=missing, **lead)
+            lead = {"model": name, "effects": missing, "nats": law.evidence_over_curve}
+            alike = [other.form for other in (found.lawful and found.lawful.laws) or ()]
+            why = Note("why_write_law", law=law.effect, **lead)
+            if len(alike) > 1:
+                why = Note("why_write_laws", laws=alike, **lead)
             return self._with_files(("diagnose", name, "--write-effect", f"{name}-law.py"), why)
         child = store.free_name(f"{name}+{'+'.join(effects)}", self.models)
         words = ("add", name, *effects, "--as", child, *self._own_files(name))

@@ -133,6 +133,12 @@ def test_a_law_that_says_more_than_its_curve_is_written(database: str, lead: flo
     add = ["add", "base", tried.effect, "--as", f"base+{tried.effect}"]
     written = ["diagnose", "base", "--write-effect", "base-law.py"]
     assert words(database, "base") == (add if lead < 6.0 else written)
+    if lead > 6.0:
+        two = replace(tried, laws=Rows([law, replace(law, form="step", evidence=79.0)]))
+        put(database, "alike", error=60.0, diagnosis=replace(lacks, candidates=Rows([two])))
+        step = next_step(database, "alike")
+        assert step is not None
+        assert "its laws hump and step explain the records alike" in step.values["why"]
     put(database, "curve", parent="base", effects=(tried.effect,), error=50.0)
     assert words(database, "base") == ["diagnose", "curve"]
 
