@@ -36,6 +36,7 @@ from avahazard.results.comparison import (
     LadderEntry,
     PredictedEvent,
     PredictedRecords,
+    SpeedMisfit,
 )
 from avahazard.results.diagnosis import Candidate, Diagnosis, FittedLaw
 from avahazard.results.friction import Fits
@@ -124,6 +125,12 @@ def compared_parts(found: Comparison) -> list[tuple[str, Any]]:
 def failing(comparison: Comparison) -> list[Failure]:
     """Levels where the model fails beyond chance."""
     return [row for row in comparison.where_it_fails if row.p_value < SIGNIFICANT]
+
+
+def failing_speeds(comparison: Comparison) -> list[SpeedMisfit]:
+    """Levels where its speeds fail beyond chance."""
+    rows = comparison.speed_misfit or ()
+    return [row for row in rows if row.p_value is not None and row.p_value < SIGNIFICANT]
 
 
 def failures_table(comparison: Comparison, names: Names = NO_NAMES) -> Table:

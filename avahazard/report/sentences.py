@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from avahazard.report.language import plural, say, spoken
-from avahazard.report.model_tables import failing
+from avahazard.report.model_tables import failing, failing_speeds
 from avahazard.report.words import (
     amount,
     axis_text,
@@ -93,10 +93,7 @@ MOST_LEVELS = 3
 
 
 def failure_text(found: Comparison) -> str:
-    """Where the model fails beyond chance, the worst levels first."""
-    rows = failing(found)
-    if not rows:
-        return say("It fails significantly nowhere (corrected p above 0.05 on every axis).")
+    """Where the model fails beyond chance, by stops and by speeds, the worst levels first."""
     named = [
         plural(
             "{axis} “{level}” ({n} event, {bias})",
@@ -106,8 +103,20 @@ def failure_text(found: Comparison) -> str:
             level=level_text(row.level),
             bias=("" if row.bias_m < 0.0 else "+") + amount(row.bias_m, found.coordinate, 0),
         )
-        for row in rows
+        for row in failing(found)
     ]
+    named += [
+        say(
+            "{axis} “{level}” ({n} speeds, {bias} m/s)",
+            axis=axis_text(row.axis),
+            level=level_text(row.level),
+            n=row.n,
+            bias=digits(row.bias_m_s, "+.1f"),
+        )
+        for row in sorted(failing_speeds(found), key=lambda row: row.p_value or 0.0)
+    ]
+    if not named:
+        return say("It fails significantly nowhere (corrected p above 0.05 on every axis).")
     few = spoken().few(named, MOST_LEVELS)
     return say("It fails beyond chance by {levels}; predicted minus recorded.", levels=few)
 

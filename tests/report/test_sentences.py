@@ -7,10 +7,11 @@ from dataclasses import replace
 import pytest
 
 from avahazard.report.model_tables import kinds_table
-from avahazard.report.sentences import kinds_text, verdict_text
+from avahazard.report.sentences import failure_text, kinds_text, verdict_text
 from avahazard.results.base import Rows
 from avahazard.results.calibration import InCommon, Kinds
-from tests.results.samples import CALIBRATION, CANDIDATE, DIAGNOSIS
+from avahazard.results.comparison import Failure, SpeedMisfit
+from tests.results.samples import CALIBRATION, CANDIDATE, COMPARISON, DIAGNOSIS
 
 KINDS = Kinds(
     share=0.34,
@@ -73,3 +74,21 @@ def test_a_second_kind_is_told_of_the_model_and_where_it_is_missing() -> None:
     assert table is not None
     assert table.rows == [["e2", "95 %"], ["e1", "20 %"], ["e3", "under 0.1 %"]]
     assert (kinds_table(CALIBRATION), table.shown) == (None, 0)
+
+
+def test_speeds_that_fail_are_told_beside_stops() -> None:
+    stops = Rows([Failure("snow_type", "wet", 9, -50.0, 1e-4)])
+    low, high = (
+        SpeedMisfit("predicted_speed_m_s", level, 33, bias, 9.7, p)
+        for level, bias, p in (("slow", -0.2, 0.5), ("fast", 5.8, 0.002))
+    )
+    found = replace(COMPARISON, where_it_fails=Rows(), speed_misfit=Rows([low]))
+    assert "significantly nowhere" in failure_text(found)
+    found = replace(found, speed_misfit=Rows([low, high]))
+    assert failure_text(found) == (
+        "It fails beyond chance by predicted speed “fast” (33 speeds, +5.8 m/s); predicted minus "
+        "recorded."
+    )
+    both = failure_text(replace(found, where_it_fails=stops))
+    assert "snow type “wet” (9 events, −50 m)" in both
+    assert "“fast” (33 speeds, +5.8 m/s)" in both

@@ -147,8 +147,9 @@ def speed_misfit(observations: Observations, matched: MatchedSpeeds) -> Rows[Spe
     """
     error = matched.draws.mean(axis=1) - matched.observed
     rows = []
-    for axis, levels in _levels(observations, matched).items():
-        for level in np.unique(levels[levels != ""]):
+    for axis, (values, levels) in _levels(observations, matched).items():
+        upwards = levels[np.argsort(values)]
+        for level in dict.fromkeys(upwards[upwards != ""]):
             selected = levels == level
             rows.append(
                 SpeedMisfit(
@@ -175,17 +176,20 @@ def _by_track(error: Floats, event: NDArray[np.int64]) -> float | None:
     return float(2.0 * stdtr(n - 1, -t))
 
 
-def _levels(observations: Observations, matched: MatchedSpeeds) -> Mapping[str, Levels]:
+def _levels(
+    observations: Observations, matched: MatchedSpeeds
+) -> Mapping[str, tuple[Floats, Levels]]:
     share = np.empty(len(matched.x))
     for event in np.unique(matched.event):
         selected = matched.event == event
         site = observations.sites[int(observations.columns.path_index[event])]
         span = site.smooth.x_max - site.smooth.x_min
         share[selected] = (matched.x[selected] - site.smooth.x_min) / span
+    # The predicted speed: the measured one would be high where its error is.
+    speed = matched.draws.mean(axis=1)
     return {
-        "place_along_path": terciles(share, ".0%"),
-        # The predicted speed: the measured one would be high where its error is.
-        "predicted_speed_m_s": terciles(matched.draws.mean(axis=1), ".1f", " m/s"),
+        "place_along_path": (share, terciles(share, ".0%")),
+        "predicted_speed_m_s": (speed, terciles(speed, ".1f", " m/s")),
     }
 
 

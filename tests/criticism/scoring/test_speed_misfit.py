@@ -98,6 +98,10 @@ def test_misfit_by_place_and_by_predicted_speed() -> None:
     assert found is not None
     rows = speed_misfit(posterior.observations, found)
     assert {row.axis for row in rows} == {"place_along_path", "predicted_speed_m_s"}
+    from_low_to_high = ["up_to", "from_to", "above"]
+    for axis in ("place_along_path", "predicted_speed_m_s"):
+        levels = [row.level for row in rows if row.axis == axis]
+        assert [level.key for level in levels] == from_low_to_high[: len(levels)]
     assert sum(row.n for row in rows if row.axis == "place_along_path") == 3
     total = sum(row.n * row.bias_m_s for row in rows[:3])
     assert total == pytest.approx(np.sum(found.draws.mean(axis=1) - found.observed))
