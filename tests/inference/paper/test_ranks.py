@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.laws import Law, law
 from avahazard.inference.paper.calibration import WEAK_ON_SIGMA, gibbs
 from avahazard.inference.paper.least_squares import fit_law
@@ -21,7 +22,7 @@ from avahazard.inference.paper.metropolis import metropolis, runout_records
 from avahazard.inference.seeds import generator
 from avahazard.physics.runout_curve import EVEN, MU, MU_STEP
 from tests.inference.sbc import LEVEL, N_DRAWS, least_p, rank
-from tests.inference.studies import observations, posterior
+from tests.inference.studies import observations
 
 N_EVENTS = 30
 SQUARE = (5.0, 1600.0)
@@ -53,7 +54,7 @@ def gibbs_ranks(chosen: Law, seed: int, rng: Rng, fault: float) -> np.ndarray:
 
 def metropolis_ranks(chosen: Law, seed: int, rng: Rng, fault: float) -> np.ndarray:
     """Elevations of stops about those of the law; with a fault they scatter more than stated."""
-    table = posterior(observations()).nodes.predicted(()).elevation[:6, EVEN]
+    table = predict_records(observations(), (), {}).elevation[:6, EVEN]
     mean, sd = (np.array(values) for values in NARROW[chosen.name])
     u = mean + sd * rng.standard_normal(len(mean))
     sigma = np.sqrt(SQUARE[1] / rng.standard_gamma(SQUARE[0]))
