@@ -44,6 +44,8 @@ FEWEST_SPEEDS = 4
 FEWEST_TRACKS = 3
 MOST_STEPS, SETTLED = 30, 0.02
 """Of Gauss and Newton, and where they end: a share of the standard error."""
+LEAST_KNOWN = 10.0
+"""Standard error of the share of an effect beyond which the force says nothing of it."""
 SHOWN, REJECTED = 1.64, 2.0
 """Standard errors: one-sided 5 % for showing an effect, two for denying the fitted amount."""
 STEP_M = 5.0
@@ -68,7 +70,8 @@ class ForceWitness(NamedTuple):
 def force_witness(posterior: Posterior, mode: Mode, key: str) -> ForceWitness | None:
     """Fit the energies of all tracks with a share of effect `key` of the model at its mode.
 
-    None where the effect is not on the motion, is neutral at the mode, or the speeds are too few.
+    None where the effect is not on the motion or is neutral at the mode, and where the speeds are
+    too few or say nothing.
     """
     motions = of_kind(posterior.effects, MotionEffect)
     effect = next((e for e in motions if e.key == key), None)
@@ -81,7 +84,7 @@ def force_witness(posterior: Posterior, mode: Mode, key: str) -> ForceWitness | 
         return None
     with np.errstate(over="ignore", invalid="ignore"):  # courses far off, which end the search
         found = _common_share(tracks)
-    if found is None:
+    if found is None or found[1] > LEAST_KNOWN:
         return None
     share, error = found
     return ForceWitness(share * fitted, abs(error * fitted), fitted)

@@ -54,8 +54,9 @@ def name_effects(
         if (found := force_witness(fit.posterior, fit.mode, key)) is not None
     }
     declared = [c for c in ranked if c.key in expected and evidence[c.key] > 0.0]
-    asked = leaders(declared, evidence, expected) or leaders(ranked, evidence)
-    fits = {**question.fits, **of_laws}
+    fits = question.fits
+    asked = leaders(declared, evidence, fits, expected) or leaders(ranked, evidence, fits)
+    fits = {**fits, **of_laws}
     gains = {c.key: held_out_gain(fits[c.key], question.base) for c in asked}
     named = [c for c in asked if gains[c.key] > 0.0 and evidence[c.key] > 0.0]
     denied = [c.key for c in named if c.key in witnesses and witnesses[c.key].denies]
@@ -67,19 +68,30 @@ def name_effects(
 
 
 def leaders(
-    ranked: Sequence[Screened], evidence: Mapping[str, float], expected: Sequence[str] = ()
+    ranked: Sequence[Screened],
+    evidence: Mapping[str, float],
+    fits: Mapping[str, Refit] = MappingProxyType({}),
+    expected: Sequence[str] = (),
 ) -> list[Screened]:
     """The candidate of most evidence and those close to it; none where it is not enough.
 
     One that was declared beforehand needs no margin over the model without it: it was the only
-    question.
+    question. What leads over a simpler one must do so without any single event of `fits`.
     """
     if not ranked:
         return []
     first = ranked[0]
     if evidence[first.key] <= (0.0 if first.key in expected else MARGIN):
         return []
-    close = [c for c in ranked if evidence[first.key] - evidence[c.key] < MARGIN]
+
+    def behind(c: Screened) -> float:
+        lead = evidence[first.key] - evidence[c.key]
+        simpler = c.definition.beyond < first.definition.beyond
+        if simpler and c.key in fits and first.key in fits:
+            lead -= float(np.max(fits[first.key].by_event - fits[c.key].by_event))
+        return lead
+
+    close = [c for c in ranked if behind(c) < MARGIN]
     # What the catalogue explains as well is no new effect, nor a pair what one column explains.
     nearest = min(c.definition.beyond for c in close)
     return [c for c in close if c.definition.beyond == nearest]

@@ -84,6 +84,13 @@ class Refit:
             self.posterior.nodes.forget_runs()
         return np.asarray(self.kept[groups.by])
 
+    @property
+    def by_event(self) -> Floats:
+        """Log likelihood of each event at the mode, `[n_events]`."""
+        return self.posterior.event_log_likelihood(
+            self.mode.u, self.posterior.mode_offsets(self.mode.u)
+        )
+
     def parameters(self, key: str) -> dict[str, float]:
         """Readable values of the parameters of one effect (or of all) at the mode."""
         values = self.posterior.layout.readable(self.mode.u)

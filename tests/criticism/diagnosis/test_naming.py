@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -37,8 +38,8 @@ def test_one_that_was_declared_needs_no_margin() -> None:
     ranked = [screened("season"), screened("snow-type")]
     evidence = {"season": 2.0, "snow-type": 1.0}
     assert leaders(ranked, evidence) == []
-    assert leaders(ranked[1:], evidence, ["snow-type"]) == ranked[1:]
-    assert leaders(ranked[1:], {"snow-type": -1.0}, ["snow-type"]) == []
+    assert leaders(ranked[1:], evidence, expected=["snow-type"]) == ranked[1:]
+    assert leaders(ranked[1:], {"snow-type": -1.0}, expected=["snow-type"]) == []
 
 
 def test_of_those_that_explain_alike_the_simplest_is_named() -> None:
@@ -52,6 +53,21 @@ def test_of_those_that_explain_alike_the_simplest_is_named() -> None:
     assert leaders([pair, change, season], evidence) == [change]
     evidence["change:all"] = 9.0
     assert leaders([pair, change, season], evidence) == [pair]
+
+
+def test_what_leads_by_a_single_event_leads_not() -> None:
+    drag, smooth = screened("turbulent-drag"), screened("force:speed")
+    evidence = {"turbulent-drag": 20.0, "force:speed": 28.0}
+
+    def fits(*leads: float) -> Any:
+        known = {"turbulent-drag": np.zeros(3), "force:speed": np.array(leads)}
+        return {key: SimpleNamespace(by_event=values) for key, values in known.items()}
+
+    assert leaders([smooth, drag], evidence, fits(3.0, 2.5, 2.5)) == [smooth]
+    assert leaders([smooth, drag], evidence, fits(5.5, 1.5, 1.0)) == [drag]
+    # What leads over one that is not simpler needs no such witness.
+    swapped = {"turbulent-drag": 28.0, "force:speed": 20.0}
+    assert leaders([drag, smooth], swapped, fits(-9.0, 0.0, 0.0)) == [drag]
 
 
 @pytest.fixture(scope="module")
