@@ -23,6 +23,7 @@ from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.laws import form_by_place
 from avahazard.criticism.diagnosis.naming import MARGIN
 from avahazard.criticism.diagnosis.refits import (
+    AS_PROMISED,
     Likely,
     Refit,
     effect_on,
@@ -176,16 +177,19 @@ def _strong(shared: tuple[Likely, Refit], candidate: Screened) -> tuple[Screened
     """The candidate by a short ascent where it shapes the tables, and its gain, 0 without one.
 
     What gains much is far from neutral, where the tables are no longer linear in it: with speeds
-    even the sign of its score may mislead there.
+    even the sign of its score may mislead there. What its score promises and no ascent finds, near
+    neutral or far, is not there.
     """
     likely, base = shared
     known = bool(base.observations.speeds) and not candidate.definition.beyond
     if (candidate.surprise <= WORTH_A_FIT and not known) or candidate.key not in likely:
         return candidate, 0.0
-    gain, values = short_ascent(base, candidate.key, likely[candidate.key])
+    given = likely[candidate.key], candidate.gain
+    gain, values = short_ascent(base, candidate.key, *given)
     candidate = replace(candidate, likely=values)
     more = candidate.surprise_of(gain) > candidate.surprise
-    return _fitted(candidate, gain) if more else candidate, gain
+    found = more or gain < AS_PROMISED * candidate.gain
+    return _fitted(candidate, max(gain, 0.0)) if found else candidate, gain
 
 
 def _by_path(entry: Definition, observations: Observations) -> bool:

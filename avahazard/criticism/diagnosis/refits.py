@@ -41,6 +41,9 @@ from avahazard.inference.model.specification import Specification
 
 Likely = Mapping[str, Sequence[Floats]]
 """Values of the parameters of effects, by key, from which fits begin."""
+NEARER, AS_PROMISED = (1.0, 0.4, 0.16), 0.2
+"""Shares of likely values that are tried in turn, until one gains this share of what its score
+promises."""
 LEAST_START = 0.03
 """Share of a range that a fit begins off a bound which is neutral."""
 ROUGH_EVIDENCE = 0.3
@@ -131,7 +134,7 @@ def refit(
     if start is None:
         posterior, mode = star.search_mode(posterior)
     elif begin is None:
-        tried = {key: (likely or {}).get(key) for key in effects}
+        tried = {key: (likely or {}).get(key) or None for key in effects}
         posterior, mode = _near(start, posterior, tried, least)
     else:
         began = put(_carried(start, posterior), posterior, begin)
@@ -224,32 +227,46 @@ def refit_without(start: Refit, key: str) -> Refit:
     return refit(start.observations, bare, start.facts, (), start.own, start)
 
 
-def short_ascent(start: Refit, key: str, likely: Sequence[Floats]) -> tuple[float, Floats]:
+def short_ascent(
+    start: Refit, key: str, likely: Sequence[Floats], promised: float
+) -> tuple[float, Floats]:
     """The gain (nats) and values of the best short ascent with an effect that shapes the tables.
 
-    From `likely` values, and plausible ones of an effect of the catalogue.
+    From `likely` values, and plausible ones of an effect of the catalogue or where there are none.
+    Where these gain far less than `promised`, the likely ones lie beyond what the derivatives at
+    neutral say anything of, and nearer ones are tried.
     """
     given = start.observations, start.specification, start.facts
     *_, posterior = _wider(*given, (key,), start.own)
     u = _carried(start, posterior)
     effect = next(e for e in posterior.effects if e.key == key)
-    ascents = star.short_ascents(posterior, u, effect, likely)
-    if not start.definition(key).beyond:
+    here = posterior.pinned(u).log_density(u)
+    beyond = start.definition(key).beyond
+    ascents = [(here, u)] if beyond else []
+    if not (beyond and likely):
         ascents += star.short_ascents(posterior, u, effect)
-    reached, at = max(ascents, key=lambda ascent: ascent[0])
+    for share in NEARER:
+        values = [effect.neutral + share * (v - effect.neutral) for v in likely]
+        ascents += star.short_ascents(posterior, u, effect, values)
+        reached, at = max(ascents, key=lambda ascent: ascent[0])
+        if reached - here > AS_PROMISED * promised:
+            break
     posterior.nodes.forget_runs()
-    gain = reached - posterior.pinned(u).log_density(u)
-    return gain, np.asarray(posterior.layout.effect_values(at)[key])
+    return reached - here, np.asarray(posterior.layout.effect_values(at)[key])
 
 
 def likely_values(screened: Iterable[Screened], observations: Observations) -> Likely:
-    """Of candidates that shape the tables, values from which fits begin, off neutral bounds."""
-    found = {}
+    """Of candidates that shape the tables, values from which fits begin, off neutral bounds.
+
+    None where what is screened has other parameters than what is fitted, as stretches of paths.
+    """
+    found = dict[str, list[Floats]]()
     for candidate in screened:
         effect = effect_on(candidate.definition, observations) if len(candidate.likely) else None
         if effect is None or not shapes_tables(effect):
             continue
         if len(candidate.likely) != len(effect.parameters):
+            found[candidate.key] = []
             continue
         low, high = (np.array([getattr(p, e) for p in effect.parameters]) for e in ("low", "high"))
         least = LEAST_START * (high - low) * (effect.neutral == low)
