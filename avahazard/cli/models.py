@@ -15,6 +15,7 @@ from rich.console import Console
 
 from avahazard.cli.options import EffectFiles, StoredModel, answers, argument, flag, picture
 from avahazard.cli.output import ask, emit, settings, show, table, warn
+from avahazard.criticism.screening.screen import LEVEL
 from avahazard.inference.model.choices import METHODS
 from avahazard.notes import Note, counted
 from avahazard.report import model_tables
@@ -366,7 +367,7 @@ def show_diagnosis(console: Console, found: Diagnosis) -> None:
 
 def _nearest(console: Console, best: Candidate, n_tried: int) -> None:
     """A candidate that would count had it been the only question."""
-    if best.p_value_alone < ALONE:
+    if best.p_value_alone < ALONE and best.p_value > LEVEL:
         alone = "< 0.001" if best.p_value_alone < 0.001 else f"= {best.p_value_alone:.3f}"
         console.print(
             f"{best.effect} comes nearest: p {alone} by itself, "

@@ -132,6 +132,13 @@ def change_text(found: BeforeAndAfter) -> str:
         return say(
             "The held-out CRPS rises from {before} to {after}: do not keep the child.", **values
         )
+    if found.rises:
+        return say(
+            "The held-out CRPS rises slightly, from {before} to {after}, but the elpd of held-out "
+            "records rises by {nats:.1f} nats: keep the child.",
+            **values,
+            nats=found.gain,
+        )
     if fall is None:
         return say("The held-out CRPS falls from {before} to {after}.", **values)
     values |= {
@@ -143,20 +150,10 @@ def change_text(found: BeforeAndAfter) -> str:
             "The held-out CRPS falls from {before} to {after}, by {low} to {high} (90 % interval).",
             **values,
         )
-    words = say(
+    return say(
         "The held-out CRPS changes from {before} to {after}; a fall is not certain (90 % interval "
         "{low} to {high}).",
         **values,
-    )
-    if not found.rises or found.gain is None:
-        return words
-    return (
-        words
-        + " "
-        + say(
-            "The elpd of held-out records rises by {nats:.1f} nats: keep the child.",
-            nats=found.gain,
-        )
     )
 
 

@@ -238,7 +238,7 @@ class ErrorFall(Result):
     q95_m: float
 
 
-CLEAR_NATS = 3.0
+CLEAR_NATS, SMALL_RISE = 3.0, 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -268,11 +268,15 @@ class BeforeAndAfter(Result):
     def worse(self) -> bool:
         """Whether the child is not to be kept: its error rises.
 
-        It is kept all the same where the rise is within chance and the log score, in which speeds
-        and widths count as well, rises clearly.
+        It is kept all the same where the rise is within chance, or small, and the log score, in
+        which speeds and widths count as well, rises clearly.
         """
+        if self.before is None or not self.rises:
+            return False
+        before, after = self.before.held_out_crps_m, self.after.held_out_crps_m
         within = self.fall is not None and self.fall.q95_m > 0.0
-        return self.rises and not (within and (self.gain or 0.0) > CLEAR_NATS)
+        bears = within or after < (1.0 + SMALL_RISE) * before
+        return not (bears and (self.gain or 0.0) > CLEAR_NATS)
 
 
 @dataclass(frozen=True, slots=True)

@@ -160,10 +160,11 @@ def test_a_child_that_is_worse_is_not_kept(database: str) -> None:
     [
         ((62.0, 59.0, 60.0), -862.0, True),
         ((62.0, 59.0, 60.0), -898.0, False),
-        ((61.0, 61.1, 60.9), -862.0, False),
-        ((), -862.0, False),
+        ((61.0, 61.1, 60.9), -862.0, True),
+        ((62.0, 62.1, 61.9), -862.0, False),
+        ((66.0, 62.0, 58.0), -862.0, True),
     ],
-    ids=["within chance, better log score", "no better", "a certain rise", "no interval"],
+    ids=["within chance", "no better log score", "small", "certain and large", "large by chance"],
 )
 def test_a_rise_within_chance_is_weighed_against_the_log_score(
     database: str, by_path: tuple[float, ...], elpd: float, kept: bool
@@ -175,7 +176,7 @@ def test_a_rise_within_chance_is_weighed_against_the_log_score(
         "child",
         parent="base",
         effects=("season",),
-        error=60.3,
+        error=sum(by_path) / 3.0,
         elpd=elpd,
         by_path=by_path,
     )

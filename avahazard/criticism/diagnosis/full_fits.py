@@ -23,7 +23,6 @@ from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.laws import form_by_place
 from avahazard.criticism.diagnosis.naming import MARGIN
 from avahazard.criticism.diagnosis.refits import (
-    AS_PROMISED,
     Likely,
     Refit,
     effect_on,
@@ -59,6 +58,8 @@ from avahazard.results.calibration import InCommon, Kinds
 
 FITTED, OF_A_FAMILY = 7, 2
 """Candidates that are fitted in full at most, and of one family beyond the catalogue."""
+ROUNDS = 3
+"""Times that candidates are chosen, by what those before them have gained."""
 BY_PATH = 3
 """Of those that differ by path alone, however little they gain to first order."""
 WORTH_A_FIT = float(-np.log(0.2))
@@ -118,36 +119,30 @@ def fitted_in_full(
     ascents = list(spread_map(_strong, (likely, base), screening.candidates))
     strong, reached = [c for c, _ in ascents], max((gain for _, gain in ascents), default=0.0)
     likely = dict(likely_values(strong, observations))
-    screening = replace(screening, candidates=tuple(sorted(strong, key=lambda c: -c.surprise)))
-    worth: list[str] = []
-    families: Counter[str] = Counter()
-    most = max((c.gain for c in screening.candidates), default=0.0)
     data = observations.columns, observations.sites
-    entries = [c.definition for c in screening.candidates]
+    entries = [c.definition for c in strong]
     curves = {entry.key: entry.curve(entry.facts(*data)) for entry in entries}
-    by_place = {key for key, curve in curves.items() if form_by_place(curve) is not None}
-    place_leads = any(c.gain == most and c.key in by_place for c in screening.candidates)
-    for c in screening.candidates:
-        least = most * (BOTH_BY_PLACE if place_leads and c.key in by_place else WORTH_BESIDE)
-        families[c.definition.family] += 1
-        rare = not c.definition.beyond or families[c.definition.family] <= OF_A_FAMILY
-        if rare and c.surprise > WORTH_A_FIT and c.gain >= least and len(worth) < FITTED:
-            worth.append(c.key)
-    for c in screening.candidates:
-        smooth = _smooth_of(c, curves)
-        if smooth is not None and {c.key, smooth[0]} & {*worth}:
-            key, values = smooth
-            worth += [c.key, key]
-            likely[key] = [values, *likely.get(key, [])]
-    by_path = [c.key for c in screening.candidates if _by_path(c.definition, observations)]
+    tested = sorted(strong, key=lambda c: -c.surprise)
+    worth, more = _worth_a_fit(tested, curves, lambda c: c.surprise > WORTH_A_FIT)
+    by_path = [c.key for c in tested if _by_path(c.definition, observations)][:BY_PATH]
     # To first order larger errors of the volumes may gain a fifth of what they do, or nothing.
     errors = [VOLUME_ERROR.key] if VOLUME_ERROR.key in curves else []
-    keys = [*expected, *(d.key for d in alone), *worth, *by_path[:BY_PATH], *errors]
-    asked = [key for key in dict.fromkeys(keys) if key not in known]
-    enough = max(WORTH_A_STAR, reached - FAR_BEHIND)
-    fits = {**known, **refit_each(base, asked, progress, likely, enough)}
-    gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in fits.items()}
-    tested = [_fitted(c, gains[c.key]) if c.key in gains else c for c in screening.candidates]
+    asked, tell = [*expected, *(d.key for d in alone), *worth, *by_path, *errors], progress
+    enough, fits = max(WORTH_A_STAR, reached - FAR_BEHIND), dict(known)
+    for _ in range(ROUNDS):
+        likely |= {key: [*values, *likely.get(key, [])] for key, values in more.items()}
+        new = [key for key in dict.fromkeys(asked) if key not in fits]
+        fits |= refit_each(base, new, tell, likely, enough)
+        gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in fits.items()}
+        tested = [_fitted(c, gains[c.key]) if c.key in gains else c for c in tested]
+        tested.sort(key=lambda c: -c.surprise)
+        # Beside one that promised much and gained little others may stand.
+        asked, more = _worth_a_fit(
+            tested, curves, lambda c: screening.p_family(c.surprise) <= LEVEL
+        )
+        if fits.keys() >= {*asked}:
+            break
+        tell = _untold
     tested += [_alone(d, fits[d.key], gains[d.key]) for d in alone]
     declared = [c for c in tested if c.key in expected]
     p_values = {c.key: min(c.p_single * len(declared) / EXPECTED_SHARE, 1.0) for c in declared}
@@ -160,6 +155,40 @@ def fitted_in_full(
     found = tuple(replace(c, p_family=float(p_values[c.key])) for c in ranked)
     fits = {key: fit for key, fit in fits.items() if np.isfinite(fit.evidence)}
     return fits, replace(screening, candidates=found)
+
+
+def _untold(_share: float) -> None:
+    pass
+
+
+def _worth_a_fit(
+    candidates: Sequence[Screened],
+    curves: Mapping[str, Curve | None],
+    stands: Callable[[Screened], bool],
+) -> tuple[list[str], Likely]:
+    """Keys of those that are, the most surprising first, and values of the smooths among them.
+
+    With a member of a smooth goes the smooth, and the other way: its values are the member's.
+    """
+    most = max((c.gain for c in candidates), default=0.0)
+    by_place = {key for key, curve in curves.items() if form_by_place(curve) is not None}
+    place_leads = any(c.gain == most and c.key in by_place for c in candidates)
+    families: Counter[str] = Counter()
+    worth: list[str] = []
+    for c in candidates:
+        least = most * (BOTH_BY_PLACE if place_leads and c.key in by_place else WORTH_BESIDE)
+        families[c.definition.family] += 1
+        rare = not c.definition.beyond or families[c.definition.family] <= OF_A_FAMILY
+        if rare and stands(c) and c.gain >= least and len(worth) < FITTED:
+            worth.append(c.key)
+    likely: dict[str, list[Floats]] = {}
+    for c in candidates:
+        smooth = _smooth_of(c, curves)
+        if smooth is not None and {c.key, smooth[0]} & {*worth}:
+            key, values = smooth
+            worth += [c.key, key]
+            likely[key] = [values, *likely.get(key, [])]
+    return worth, likely
 
 
 def _smooth_of(
@@ -177,8 +206,7 @@ def _strong(shared: tuple[Likely, Refit], candidate: Screened) -> tuple[Screened
     """The candidate by a short ascent where it shapes the tables, and its gain, 0 without one.
 
     What gains much is far from neutral, where the tables are no longer linear in it: with speeds
-    even the sign of its score may mislead there. What its score promises and no ascent finds, near
-    neutral or far, is not there.
+    even the sign of its score may mislead there.
     """
     likely, base = shared
     known = bool(base.observations.speeds) and not candidate.definition.beyond
@@ -188,8 +216,7 @@ def _strong(shared: tuple[Likely, Refit], candidate: Screened) -> tuple[Screened
     gain, values = short_ascent(base, candidate.key, *given)
     candidate = replace(candidate, likely=values)
     more = candidate.surprise_of(gain) > candidate.surprise
-    found = more or gain < AS_PROMISED * candidate.gain
-    return _fitted(candidate, max(gain, 0.0)) if found else candidate, gain
+    return _fitted(candidate, gain) if more else candidate, gain
 
 
 def _by_path(entry: Definition, observations: Observations) -> bool:

@@ -78,8 +78,8 @@ def test_the_one_line() -> None:
     chance = replace(found, before=replace(after, held_out_crps_m=59.8, held_out_elpd=-900.0))
     chance = replace(chance, after=replace(after, held_out_elpd=-862.0))
     words = before_and_after_text(replace(chance, fall=ErrorFall(-0.2, -1.0, 0.6)))
-    assert "changes from 59.8 m to 60.0 m; a fall is not certain" in words
-    assert "The elpd of held-out records rises by 38.0 nats: keep the child." in words
+    assert "rises slightly, from 59.8 m to 60.0 m, but the elpd of held-out records" in words
+    assert "rises by 38.0 nats: keep the child." in words
     alone = before_and_after_text(replace(found, before=None))
     assert "60.0 m of elevation" in alone
     assert "falls" not in alone
