@@ -116,6 +116,27 @@ def test_what_chance_does_often_is_not_fitted(monkeypatch: pytest.MonkeyPatch) -
     assert [c.p_family for c in found.candidates] == pytest.approx([expected, expected])
 
 
+def test_beside_one_that_gains_not_what_it_promised_others_are_fitted(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """To first order record-error gained 633 nats where it gained none, and hid a force."""
+    rounds: list[list[str]] = []
+
+    def each(_base: Any, keys: list[str], *_: Any) -> dict[str, Any]:
+        rounds.append(keys)
+        return {key: fit(0.0 if key == "record-error" else 30.0, 20.0) for key in keys}
+
+    monkeypatch.setattr(full_fits, "refit_each", each)
+    monkeypatch.setattr(full_fits, "_strong", lambda _, c: (c, 0.0))
+    promising = screened("record-error", 600.0, 633.0), screened("season", 28.0, 30.0)
+    by_chance = screened("snow-type", 1.0, 2.0)
+    given = Screening((*promising, by_chance), np.linspace(0.0, 9.99, 999), None)
+    fits, found = fitted_in_full(fit(0.0, 0.0), given, [])
+    assert rounds == [["record-error"], ["season"]]
+    assert [c.key for c in found.candidates if c.p_family <= LEVEL] == ["season"]
+    assert set(fits) == {"record-error", "season"}
+
+
 def test_what_is_far_behind_a_short_ascent_gets_no_star(monkeypatch: pytest.MonkeyPatch) -> None:
     least: list[float] = []
     monkeypatch.setattr(full_fits, "refit_each", lambda *given: least.append(given[-1]) or {})
