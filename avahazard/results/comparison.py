@@ -239,6 +239,8 @@ class ErrorFall(Result):
 
 
 CLEAR_NATS, SMALL_RISE = 3.0, 0.02
+"""Rise of the elpd (nats) for which a child may be kept in spite of a rise of its CRPS, and the
+share of this that is small in any case."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -275,8 +277,8 @@ class BeforeAndAfter(Result):
             return False
         before, after = self.before.held_out_crps_m, self.after.held_out_crps_m
         within = self.fall is not None and self.fall.q95_m > 0.0
-        bears = within or after < (1.0 + SMALL_RISE) * before
-        return not (bears and (self.gain or 0.0) > CLEAR_NATS)
+        slight = within or after < (1.0 + SMALL_RISE) * before
+        return not (slight and (self.gain or 0.0) > CLEAR_NATS)
 
 
 @dataclass(frozen=True, slots=True)

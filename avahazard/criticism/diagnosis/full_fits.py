@@ -166,9 +166,11 @@ def _worth_a_fit(
     curves: Mapping[str, Curve | None],
     stands: Callable[[Screened], bool],
 ) -> tuple[list[str], Likely]:
-    """Keys of those that are, the most surprising first, and values of the smooths among them.
+    """Keys of candidates that are worth it, and values from which smooths among them begin.
 
-    With a member of a smooth goes the smooth, and the other way: its values are the member's.
+    Of the `candidates`, the most surprising first, those that pass `stands` and gain enough beside
+    the one that gains most. With a member of a smooth goes the smooth, and the other way: its
+    values are the member's.
     """
     most = max((c.gain for c in candidates), default=0.0)
     by_place = {key for key, curve in curves.items() if form_by_place(curve) is not None}
