@@ -21,7 +21,8 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
     "evidence {nats:+.0f} nats); {model} has no path effect: its design runouts are too narrow. "
     "{remedy}",
     "add_effect": "The effect {effect} would take it up.",
-    "too_few_paths": "{n} paths are too few to add it: take the intervals as too narrow.",
+    "too_few_paths": "{n} paths are too few to add one: take the intervals as too narrow, unless "
+    "`diagnose` sets one apart.",
     "heavier_tails": "friction scatters with heavier tails than {model} has, or some records are "
     "wrong (log likelihood {nats:+.0f} nats; --tails student accounts for both): its scatter is "
     "too wide, and few records decide its law.",

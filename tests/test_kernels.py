@@ -30,7 +30,7 @@ terrain = build_terrain(legendre_profile(x, 500.0 * np.exp(-x / 400.0)))
 cells = build_cells(terrain, no_resistance(terrain))
 block.run(cells, np.array([0]), np.array([0.5]))
 speed.speeds_along(cells, 0, np.array([0.5]), np.array([100.0]))
-for kernel in (block._run, speed._speeds):
+for kernel in (block.run_near, speed._speeds):
     print(sum(kernel.stats.cache_hits.values()), sum(kernel.stats.cache_misses.values()))
 """
 

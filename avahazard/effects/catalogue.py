@@ -8,7 +8,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 
 import avahazard.effects as folder
-from avahazard.effects import covariate
+from avahazard.effects import covariate, groups
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Definition
 from avahazard.effects.site import Site
@@ -19,6 +19,7 @@ MADE: Mapping[str, Callable[[str], Definition]] = {
     covariate.INTERACTION: covariate.interaction,
     covariate.CHANGE: covariate.change,
     covariate.SCATTER: covariate.scatter_by,
+    groups.PATH: groups.one_path,
 }
 """Effects that are made for what a file has, by the beginning of their key."""
 

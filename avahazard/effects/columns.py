@@ -69,6 +69,11 @@ class EventColumns:
     def __len__(self) -> int:
         return len(self.event_id)
 
+    def on_path(self, path: str) -> NDArray[np.bool_]:
+        """Which events `[n_events]` are on a path, by its id."""
+        index = self.paths.index(path) if path in self.paths else -2
+        return np.asarray(self.path_index == index)
+
     def at(self, events: Ints) -> EventColumns:
         """Those of these `events` `[n]`, in this order, some perhaps several times; no tracks."""
         rows: dict[str, Any] = {}

@@ -473,11 +473,8 @@ def _time(columns: EventColumns) -> Floats:
     return np.where(np.isfinite(columns.day), columns.day / 365.2425 + 1.0, columns.year)
 
 
-def _there(path: str, columns: EventColumns) -> np.ndarray:
-    if path == ALL:
-        return np.ones(len(columns), dtype=np.bool_)
-    index = columns.paths.index(path) if path in columns.paths else -2
-    return np.asarray(columns.path_index == index)
+def _there(path: str, columns: EventColumns) -> NDArray[np.bool_]:
+    return np.ones(len(columns), np.bool_) if path == ALL else columns.on_path(path)
 
 
 def _alternatives(path: str, columns: EventColumns, _sites: Sites) -> list[Facts]:

@@ -8,13 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from datetime import date
+from functools import partial
 
 import numpy as np
 
+from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import (
+    MIN_LEVEL,
     Definition,
     Facts,
+    FrictionEffect,
     GroupEffect,
     Groups,
     KindsEffect,
@@ -43,8 +47,42 @@ def _spread(name: str) -> tuple[Parameter, ...]:
     return (Parameter(name, "log friction", 0.0, 0.0, SPREAD, 0.0),)
 
 
+PATH = "path:"
+OFFSET_SD = 0.2
+"""Prior standard deviation of the log friction of one path against the others'."""
+
+
+def one_path(path: str) -> Definition:
+    """The effect of one path that differs, where paths are too few for a spread between them."""
+    return Definition(
+        key=PATH + path,
+        meaning=f"Friction on path {path} is another than on the others, for a reason that no "
+        f"column records. Of few paths one is set apart; of {MIN_PATHS} or more it is path-effect.",
+        needs=f"{MIN_LEVEL} events on the path, and on others",
+        build=partial(_build_path, path),
+        lacking=partial(_lacking_path, path),
+        beyond=1,
+        names_cause=False,
+    )
+
+
+def _build_path(path: str, _facts: Facts) -> FrictionEffect:
+    def design(columns: EventColumns) -> Floats:
+        return columns.on_path(path)[:, None].astype(np.float64)
+
+    parameter = Parameter("offset", "log friction", 0.0, 0.0, OFFSET_SD)
+    return FrictionEffect(PATH + path, (parameter,), design, paths=(path,))
+
+
+def _lacking_path(path: str, columns: EventColumns, _sites: Sites) -> str | None:
+    n = int(np.sum(columns.on_path(path)))
+    if min(n, len(columns) - n) >= MIN_LEVEL:
+        return None
+    return f"{n} of {len(columns)} events are on path {path}, fewer than {MIN_LEVEL} there or else"
+
+
 def _by_path(columns: EventColumns) -> Groups:
-    return Groups(columns.paths, columns.path_index, told="path:")
+    return Groups(columns.paths, columns.path_index, told=PATH)
 
 
 def _n_paths(columns: EventColumns) -> int:

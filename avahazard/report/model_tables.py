@@ -7,6 +7,7 @@ from operator import attrgetter
 from typing import Any
 
 from avahazard.criticism.screening.screen import LEVEL
+from avahazard.effects.groups import PATH
 from avahazard.inference.model.laws import LAWS
 from avahazard.report.language import say, spoken
 from avahazard.report.tables import NO_NAMES, Column, Names, Table, made
@@ -29,7 +30,7 @@ from avahazard.report.words import (
     unit_text,
 )
 from avahazard.results.base import RATIO
-from avahazard.results.calibration import Calibration
+from avahazard.results.calibration import Calibration, ParameterSummary
 from avahazard.results.comparison import (
     Comparison,
     Failure,
@@ -41,7 +42,16 @@ from avahazard.results.comparison import (
 from avahazard.results.diagnosis import Candidate, Diagnosis, FittedLaw
 from avahazard.results.friction import Fits
 
-OFFSET = "path:"
+
+
+def offsets_of(model: Calibration) -> dict[str, ParameterSummary]:
+    """The offsets of a path effect by path; those of effects on one path are no such."""
+    own = tuple(f"{key}." for key in model.effects)
+    return {
+        key.removeprefix(PATH): found
+        for key, found in model.parameters.items()
+        if key.startswith(PATH) and not key.startswith(own)
+    }
 
 
 def parameters_table(model: Calibration, *, offsets: bool = True) -> Table:
@@ -59,7 +69,8 @@ def parameters_table(model: Calibration, *, offsets: bool = True) -> Table:
         (">" + say("mode"), of("mode")),
         (say("unit"), lambda p: unit_text(p[1].unit) or None),
     )
-    rows = [p for p in model.parameters.items() if offsets or not p[0].startswith(OFFSET)]
+    hidden = () if offsets else {PATH + path for path in offsets_of(model)}
+    rows = [p for p in model.parameters.items() if p[0] not in hidden]
     return made("parameters", say("Parameters"), columns, rows)
 
 

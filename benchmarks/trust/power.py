@@ -194,7 +194,7 @@ def main() -> None:
         other.execute("SELECT count(*) FROM events").fetchone()
     for file in files:
         if file == "calibrate":
-            calibrate(database, "model", CalibrateRequest(law="power", chains=2, draws=40))
+            calibrate(database, "model", CalibrateRequest(law="power", chains=2, draws=50))
             print("calibrated model", flush=True)
         else:
             import_files(database, [Path(file)])

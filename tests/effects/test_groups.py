@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from avahazard.effects.columns import EventColumns, build_columns
-from avahazard.effects.effect import Definition, GroupEffect, Groups
-from avahazard.effects.groups import PATH_EFFECT, STORM_EFFECT, WINTER_EFFECT
+from avahazard.effects.effect import Definition, FrictionEffect, GroupEffect, Groups
+from avahazard.effects.groups import PATH_EFFECT, STORM_EFFECT, WINTER_EFFECT, one_path
 from avahazard.records.collection import Event
 from tests.effects.examples import N_PATHS, columns, paths, sites
 
@@ -89,3 +89,13 @@ def test_each_path_has_its_group() -> None:
 def test_four_paths_are_too_few() -> None:
     few = columns(tuple(Event(str(i), f"P{i % 4}") for i in range(20)))
     assert "4 paths" in str(PATH_EFFECT.lacking(few, sites()))
+
+
+def test_one_path_has_its_own_friction() -> None:
+    entry = one_path("P1")
+    effect = entry.build(entry.facts(columns(), sites()))
+    assert isinstance(effect, FrictionEffect)
+    assert effect.design(columns())[:, 0].tolist() == [float(i % N_PATHS == 1) for i in range(36)]
+    assert effect.paths == ("P1",)
+    assert entry.lacking(columns(), sites()) is None
+    assert "0 of 36 events" in str(one_path("elsewhere").lacking(columns(), sites()))

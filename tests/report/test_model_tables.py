@@ -13,6 +13,7 @@ from avahazard.report.model_tables import (
     failures_table,
     ladder_table,
     measure_table,
+    offsets_of,
     parameters_table,
     scores_table,
 )
@@ -36,16 +37,18 @@ def test_parameters_have_as_many_digits_as_they_are_sure() -> None:
         "a": ParameterSummary(0.51993, 0.0073, 0.52, 0.5, 0.53, ""),
         "n": ParameterSummary(3.2e-7, 9e-8, 3e-7, 1e-7, 5e-7, "1/m3"),
         "path:x": ParameterSummary(0.0, 1.0, 0.0, 0.0, 1.0, ""),
+        "path:y.offset": ParameterSummary(0.2, 0.1, 0.2, 0.1, 0.3, ""),
     }
-    model = replace(CALIBRATION, parameters=parameters)
+    model = replace(CALIBRATION, parameters=parameters, effects=("path:y",))
+    assert list(offsets_of(model)) == ["x"]
     table = parameters_table(model, offsets=False)
-    assert len(table.rows) == 2
+    assert len(table.rows) == 3
     assert cells(table)["mean"] == "0.5199"
     assert cells(table, 1)["mean"] == "3.20 × 10⁻⁷"
     assert cells(table, 1)["unit"] == "1/m³"
     with speaking(TERMINAL):
         plain = parameters_table(model)
-    assert len(plain.rows) == 3
+    assert len(plain.rows) == 4
     assert cells(plain, 1)["mean"] == "3.2e-07"
 
 

@@ -170,7 +170,7 @@ def test_the_right_effect_lowers_the_held_out_error_and_a_wrong_one_does_not(
     assert (right.model, right.parent, right.effects) == ("snow", "base", ("snow-type",))
     found = right.comparison
     assert found.after.held_out_crps_m < 0.85 * found.before.held_out_crps_m
-    assert found.noise_floor_crps_m < found.after.held_out_crps_m
+    assert found.after.noise_floor_crps_m < found.after.held_out_crps_m
     other = wrong.comparison
     assert other.after.held_out_crps_m > 0.98 * other.before.held_out_crps_m
     assert other.before == found.before

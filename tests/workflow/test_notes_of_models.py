@@ -137,8 +137,11 @@ def test_the_long_commands_say_it_too(snow_database: str, tmp_path: FilePath) ->
         "diagnose": diagnose_model(snow_database, "base", DiagnoseRequest()).notes,
         "zones": zones(snow_database, "base", ZonesRequest(no_drag=True)).notes,
     }
+    # What is missing may be what the paths differ by.
+    kept = [note for note in fresh if not note.startswith("paths differ")]
     for command, notes in found.items():
-        assert [note for note in fresh if note not in in_words(notes)] == [], command
+        told = kept if command == "diagnose" else fresh
+        assert [note for note in told if note not in in_words(notes)] == [], command
     write_report(snow_database, "base", tmp_path / "base.html", ReportRequest())
     page = (tmp_path / "base.html").read_text(encoding="utf-8")
     assert "7 events only" in page

@@ -274,17 +274,26 @@ def group_tests(base: Refit) -> tuple[TriedGroup, ...]:
 def plainly_different(
     base: Refit, groups: Sequence[TriedGroup], granted: Sequence[str]
 ) -> list[TriedGroup]:
-    """The granted groups with enough evidence, and members, to name; the plainest first."""
-    data = base.observations.columns, base.observations.sites
+    """The granted groups with enough evidence to name; the plainest first."""
     plain = [
         test
         for test in groups
         if test.key in granted
         and test.evidence > MARGIN
         and test.p_value <= (PERSISTENT_LEVEL if test.persistent else TRANSIENT_LEVEL)
-        and base.definition(test.key).lacking(*data) is None
     ]
     return sorted(plain, key=lambda test: -test.gain)
+
+
+def name_of_groups(base: Refit, key: str) -> str:
+    """The key by which granted groups are named: of few paths it is the one that differs most."""
+    data = base.observations.columns, base.observations.sites
+    if base.definition(key).lacking(*data) is None:
+        return key
+    plan, offsets = base.posterior.plan, base.posterior.mode_offsets(base.mode.u)
+    assert offsets is not None
+    own = np.flatnonzero(plan.of == plan.keys.index(key))
+    return plan.told[own[np.argmax(np.abs(offsets[own]))]]
 
 
 def explained_otherwise(

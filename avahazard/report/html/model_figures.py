@@ -30,9 +30,9 @@ from avahazard.report.html.figure import (
     rows_axis,
 )
 from avahazard.report.language import say, spoken
-from avahazard.report.model_tables import OFFSET
+from avahazard.report.model_tables import offsets_of
 from avahazard.report.words import number, unit_text
-from avahazard.results.calibration import ParameterSummary
+from avahazard.results.calibration import Calibration, ParameterSummary
 from avahazard.results.friction import FrictionDensity
 
 
@@ -169,11 +169,9 @@ def posterior_figures(
     return figures
 
 
-def offsets_figure(
-    parameters: Mapping[str, ParameterSummary], names: Mapping[str, str]
-) -> Figure | None:
+def offsets_figure(model: Calibration, names: Mapping[str, str]) -> Figure | None:
     """How far each path's friction lies from that of all; None without a path effect."""
-    rows = [(k.removeprefix(OFFSET), p) for k, p in parameters.items() if k.startswith(OFFSET)]
+    rows = offsets_of(model).items()
     if not rows:
         return None
     low, middle, high = (

@@ -9,10 +9,11 @@ from avahazard.criticism.diagnosis.diagnose import Findings, diagnose
 from avahazard.effects.effect import Definition
 from avahazard.effects.own_file import definition_from
 from avahazard.inference.likelihood.assemble import with_effects
-from avahazard.inference.model.observations import build_observations
+from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.synth.making import make_dataset
 from tests.criticism.lengths import lengths
+from tests.criticism.studies import slopes
 from tests.inference.misstated import misstated
 
 POWER = Specification(law="power")
@@ -45,6 +46,31 @@ def test_a_column_that_matters_is_named_as_an_axis() -> None:
     assert best.error_after_m < best.error_before_m
     assert best.held_out_gain is not None
     assert best.held_out_gain > 0.0
+
+
+def on_few_paths(offset: float, seed: int = 1) -> Observations:
+    """Three paths; log friction on P1 is another."""
+    records, rng = slopes(3, 12, "x"), np.random.default_rng(seed)
+    own = np.array([event.path_id == "P1" for event in records.events])
+    mu = 0.68 * np.exp(0.04 * rng.standard_normal(len(own)) + offset * own)
+    stops = zip(records.events, (1.0 - mu) / 2.5e-4, strict=True)
+    events = tuple(replace(event, runout_x_m=float(x)) for event, x in stops)
+    return build_observations(replace(records, events=events))
+
+
+def test_of_few_paths_the_one_that_differs_is_named() -> None:
+    observations, constant = on_few_paths(0.12), Specification(law="constant")
+    found = diagnose(observations, constant, {}).result
+    assert (found.verdict, found.missing) == ("unexplained", ("path:P1",))
+    best = found.candidates[0]
+    assert best.effect == "path:P1"
+    assert best.error_after_m is not None
+    assert best.error_after_m < 0.8 * best.error_before_m
+    wider, facts = with_effects(observations, constant, ("path:P1",))
+    after = diagnose(observations, wider, facts)
+    assert after.result.missing == ()
+    assert after.base.parameters("path:P1")["path:P1.offset"] == pytest.approx(0.12, abs=0.04)
+    assert diagnose(on_few_paths(0.0), constant, {}).result.missing == ()
 
 
 def test_nothing_is_missing_where_nothing_is() -> None:
