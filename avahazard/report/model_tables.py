@@ -43,7 +43,6 @@ from avahazard.results.diagnosis import Candidate, Diagnosis, FittedLaw
 from avahazard.results.friction import Fits
 
 
-
 def offsets_of(model: Calibration) -> dict[str, ParameterSummary]:
     """The offsets of a path effect by path; those of effects on one path are no such."""
     own = tuple(f"{key}." for key in model.effects)

@@ -20,7 +20,7 @@ def slow(*given: str) -> ParameterSet:
     [
         ("one event", "m is based on 1 event only."),
         slow("all beyond the profile", "log sigma is weakly identified"),
-        slow("all volumes equal", "n is weakly identified"),
+        slow("all volumes equal", "n in 1e-6/m3 is weakly identified"),
     ],
 )
 def test_commands_bear_them_and_say_so(name: str, note: str, database: str, tmp_path: Path) -> None:

@@ -96,7 +96,7 @@ def diagnose(
     progress(0.2)
     screened = screen(base.posterior, base.mode.u, entries, seed=seed)
     left, known = None, dict[str, Refit]()
-    if plain_groups := full_fits.plainly_different(base, groups, granted):
+    if plain_groups := full_fits.plainly_different(groups, granted):
         without = refit_without(base, plain_groups[0].key)
         by_others = screen(without.posterior, without.mode.u, entries, seed=seed)
         known = full_fits.explained_otherwise(without, by_others, plain_groups[0])
@@ -253,7 +253,7 @@ def named_group(
     Winters and storms, which do not come again, predict nothing: any cause comes before them.
     Beside the groups stand the errors of volumes, where these may make them up.
     """
-    for test in full_fits.plainly_different(question.base, groups, granted):
+    for test in full_fits.plainly_different(groups, granted):
         if rivals and not test.persistent:
             continue
         if all(group_comes_first(question.base, rival, test.key) for rival in rivals):

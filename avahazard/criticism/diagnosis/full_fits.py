@@ -271,9 +271,7 @@ def group_tests(base: Refit) -> tuple[TriedGroup, ...]:
     return tuple(found)
 
 
-def plainly_different(
-    base: Refit, groups: Sequence[TriedGroup], granted: Sequence[str]
-) -> list[TriedGroup]:
+def plainly_different(groups: Sequence[TriedGroup], granted: Sequence[str]) -> list[TriedGroup]:
     """The granted groups with enough evidence to name; the plainest first."""
     plain = [
         test
@@ -293,7 +291,8 @@ def name_of_groups(base: Refit, key: str) -> str:
     plan, offsets = base.posterior.plan, base.posterior.mode_offsets(base.mode.u)
     assert offsets is not None
     own = np.flatnonzero(plan.of == plan.keys.index(key))
-    return plan.told[own[np.argmax(np.abs(offsets[own]))]]
+    most = int(own[np.argmax(np.abs(offsets[own]))])
+    return plan.told[most]
 
 
 def explained_otherwise(

@@ -275,13 +275,15 @@ def _information(
     """
     layout = posterior.layout
     slope = np.sum(scores, axis=0) + layout.prior_slopes(u)
-    prior = np.diag([slot.sd**-2.0 for slot in layout.slots])
+    prior = np.diag([1.0 / slot.sd for slot in layout.slots])
     against = ((u <= layout.low) & (slope < 0.0)) | ((u >= layout.high) & (slope > 0.0))
     free = np.flatnonzero(~against)
-    inner = (scores.T @ scores + prior)[np.ix_(free, free)]
+    # By its root: what the prior alone holds is lost beside scores 1e5 times as large.
+    root = np.linalg.qr(np.vstack([scores, prior])[:, free]).R
+    back = np.linalg.inv(root)
     covariance = np.diag(np.maximum(np.abs(slope), 1.0) ** -2.0)
-    covariance[np.ix_(free, free)] = np.linalg.inv(inner)
-    return slope, free, inner, covariance
+    covariance[np.ix_(free, free)] = back @ back.T
+    return slope, free, root.T @ root, covariance
 
 
 def surveyed_peak(posterior: Posterior, peak: Peak, scores: Floats) -> Peak:

@@ -188,14 +188,13 @@ def test_groups_yield_to_a_candidate_with_their_evidence(
 
 
 def test_groups_differ_plainly_by_evidence_and_level() -> None:
-    given = fit(0.0, 0.0)
     plain = TriedGroup("path-effect", 20.0, 0.002, True, 18.0, 0.1)
-    assert plainly_different(given, [plain], ["path-effect"]) == [plain]
-    assert plainly_different(given, [plain], []) == []
-    assert plainly_different(given, [replace(plain, evidence=2.0)], ["path-effect"]) == []
+    assert plainly_different([plain], ["path-effect"]) == [plain]
+    assert plainly_different([plain], []) == []
+    assert plainly_different([replace(plain, evidence=2.0)], ["path-effect"]) == []
     # A winter must be rarer by chance than a path.
-    assert plainly_different(given, [replace(plain, p_value=0.004)], ["path-effect"]) == []
-    assert plainly_different(given, [replace(plain, persistent=False)], ["path-effect"]) == []
+    assert plainly_different([replace(plain, p_value=0.004)], ["path-effect"]) == []
+    assert plainly_different([replace(plain, persistent=False)], ["path-effect"]) == []
 
 
 @pytest.mark.slow
