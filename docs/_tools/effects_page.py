@@ -7,6 +7,7 @@ from math import isfinite
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.covariate import change, covariate, interaction, scatter_by
 from avahazard.effects.effect import Definition, Parameter
+from avahazard.effects.groups import one_path
 
 HEAD = """# Effects
 
@@ -15,13 +16,13 @@ it is without it. `avahazard effects` says which of them your own data can tell;
 `avahazard effect KEY` shows one; `avahazard add MODEL KEY --as NEW` adds it. One that is not here
 you can [write yourself](tutorial/own_effect.md).
 
-The keys that begin with `force:`, `covariate:`, `interaction:`, `change:` and `scatter:` are kinds
+The keys that begin with `force:`, `covariate:`, `interaction:`, `change:`, `scatter:` and `path:` are kinds
 rather than effects with a name: `diagnose` tries them with every state of the block, column, pair
 of columns and path that your data have. `COLUMN` and `OTHER` stand for a column of the records or
 one that is counted from them: `order_in_winter` (avalanches of the path in that winter, from 1),
 `days_since_last`, `avalanches_nearby` (others at the location within 3 days) and
-`volume_in_winter` (log of what came down before). `OTHER` may be `volume_m3`; `PATH` is a path or
-`all`.
+`volume_in_winter` (log of what came down before). `OTHER` may be `volume_m3`; `PATH` is a path, of a
+change also `all`.
 """
 
 MADE = (
@@ -29,6 +30,7 @@ MADE = (
     interaction("COLUMN*OTHER"),
     change("PATH"),
     scatter_by("COLUMN"),
+    one_path("PATH"),
 )
 
 
