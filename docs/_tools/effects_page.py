@@ -16,13 +16,13 @@ it is without it. `avahazard effects` says which of them your own data can tell;
 `avahazard effect KEY` shows one; `avahazard add MODEL KEY --as NEW` adds it. One that is not here
 you can [write yourself](tutorial/own_effect.md).
 
-The keys that begin with `force:`, `covariate:`, `interaction:`, `change:`, `scatter:` and `path:` are kinds
-rather than effects with a name: `diagnose` tries them with every state of the block, column, pair
-of columns and path that your data have. `COLUMN` and `OTHER` stand for a column of the records or
-one that is counted from them: `order_in_winter` (avalanches of the path in that winter, from 1),
-`days_since_last`, `avalanches_nearby` (others at the location within 3 days) and
-`volume_in_winter` (log of what came down before). `OTHER` may be `volume_m3`; `PATH` is a path, of a
-change also `all`.
+The keys that begin with `force:`, `covariate:`, `interaction:`, `change:`, `scatter:` and `path:`
+are kinds rather than effects with a name: `diagnose` tries them with every state of the block,
+column, pair of columns and path that your data have. `COLUMN` and `OTHER` stand for a column of the
+records or one that is counted from them: `order_in_winter` (avalanches of the path in that winter,
+from 1), `days_since_last`, `avalanches_nearby` (others at the location within 3 days) and
+`volume_in_winter` (log of what came down before). `OTHER` may be `volume_m3`; `PATH` is a path, of
+a change also `all`.
 """
 
 MADE = (

@@ -77,7 +77,7 @@ def test_every_command_and_every_option_is_documented(site: Path) -> None:
 
 def test_every_effect_is_documented(site: Path) -> None:
     documented = sections((site / "effects.html").read_text(encoding="utf-8"))
-    made = {"covariatecolumn", "interactioncolumnother", "changepath", "scattercolumn"}
+    made = {"covariatecolumn", "interactioncolumnother", "changepath", "scattercolumn", "pathpath"}
     assert {key.replace(":", "") for key in KEYS} | made == documented.keys()
     assert all("It needs:" in text for text in documented.values())
 
