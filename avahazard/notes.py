@@ -70,6 +70,7 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
     "given the path): it is the runout in another form, and no effect may use it.",
     "recorded_twice": "alike in path, day and stop, or in all columns: is that one avalanche "
     "recorded twice? It would count twice: keep one row of it.",
+    "spelled_variously": "spellings that are taken for one value: {parts}.",
     # A path and its profile
     "error_assumed": "{n} points do not give their error: {sigma:g} m was assumed. Give "
     "elevation_sigma_m.",

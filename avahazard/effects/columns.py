@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats, Ints
 from avahazard.records.collection import Event, Path
+from avahazard.records.meanings import one_spelling
 
 RELEASE_SIGMA = "release_sigma_m"
 """A column of events or paths: the error of the release elevation, and so no driver of friction."""
@@ -163,7 +164,10 @@ MADE = ("order_in_winter", "days_since_last", "avalanches_nearby", "volume_in_wi
 def _covariates(
     events: Sequence[Event], paths: Mapping[str, Path]
 ) -> tuple[dict[str, Floats], dict[str, NDArray[np.str_]]]:
-    """Covariates by column; a column is of numbers where every value is a number."""
+    """Covariates by column; a column is of numbers where every value is a number.
+
+    Texts that differ in spelling alone are one (`one_spelling`).
+    """
     rows = [
         {**(paths[e.path_id].covariates if e.path_id else _of_line(e)), **e.covariates}
         for e in events
@@ -175,7 +179,9 @@ def _covariates(
         if all(v is None or isinstance(v, int | float) for v in values):
             numbers[column] = np.array(values, np.float64)
         else:
-            texts[column] = np.array(["" if v is None else str(v) for v in values])
+            written = ["" if v is None else str(v) for v in values]
+            spelled = one_spelling(written)
+            texts[column] = np.array([spelled.get(text, "") for text in written])
     return numbers, texts
 
 

@@ -29,6 +29,7 @@ from avahazard.effects.effect import (
     unless,
 )
 from avahazard.notes import Note
+from avahazard.records.meanings import plain_word
 
 PREFIX = "covariate:"
 VOLUME = "volume_m3"
@@ -98,8 +99,9 @@ def design_of(name: str, facts: Facts, columns: EventColumns) -> Floats:
     """
     if "levels" in facts:
         texts = text_column(columns, name)
-        there = np.full(len(columns), "") if texts is None else texts
-        return np.column_stack([there == level for level in facts["levels"]]).astype(np.float64)
+        there = [""] * len(columns) if texts is None else [plain_word(text) for text in texts]
+        of_level = [np.array(there) == plain_word(level) for level in facts["levels"]]
+        return np.column_stack(of_level).astype(np.float64)
     numbers, knots = number_column(columns, name), np.array(facts.get("knots", ()))
     if numbers is None:
         return np.zeros((len(columns), max(1, len(knots) - 1)))

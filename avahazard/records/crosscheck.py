@@ -18,7 +18,7 @@ from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Event, Path, Profile, Speed
 from avahazard.records.intake import KEYS, Intake, Key, speed_key
-from avahazard.records.meanings import ELEVATION
+from avahazard.records.meanings import ELEVATION, one_spelling
 
 Fault = tuple[str, float, str]  # column, value, what would be accepted
 Rises = tuple[tuple[float, float], ...]
@@ -341,6 +341,24 @@ def repeated(events: Iterable[Event], new: Collection[str] | None = None) -> lis
         for ids in groups.values()
         if len(ids) > 1 and (new is None or any(event_id in new for event_id in ids))
     ]
+
+
+def spelled_variously(events: Iterable[Event]) -> list[Note]:
+    """Notes on columns some of whose values differ in spelling alone, and are taken for one."""
+    texts: dict[str, list[str]] = {}
+    for event in events:
+        for column, value in event.covariates.items():
+            if isinstance(value, str):
+                texts.setdefault(column, []).append(value)
+    found = []
+    for column, values in texts.items():
+        others: dict[str, list[str]] = {}
+        for text, kept in one_spelling(values).items():
+            others.setdefault(kept, []).extend([text] * (text != kept))
+        parts = [f"{kept} ({', '.join(sorted(more))})" for kept, more in others.items() if more]
+        if parts:
+            found.append(Note("spelled_variously", column, parts=parts))
+    return found
 
 
 def _told_by(event: Event) -> Hashable | None:

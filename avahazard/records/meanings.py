@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
+from collections import Counter
 from collections.abc import Iterable
 from functools import cache
 from typing import Any, Literal, NamedTuple
@@ -125,6 +126,24 @@ def squash(name: str) -> str:
     """Keep letters and digits alone, in lower case; m³ is m3."""
     folded = unicodedata.normalize("NFKC", name).casefold()
     return re.sub(r"[\W_]+", "", folded)
+
+
+def plain_word(text: str) -> str:
+    """A value without what does not count in it: its capitals, blanks, hyphens and underscores.
+
+    Those between letters; a single letter may be a code, and signs at an end may be grades.
+    """
+    found = re.sub(r"(?<=[^\W\d_])[\s_-]+(?=[^\W\d_])", " ", text.strip())
+    return found.casefold() if len(found) > 1 else found
+
+
+def one_spelling(texts: Iterable[str]) -> dict[str, str]:
+    """The most common spelling of each text, by text; '' is none."""
+    counts = Counter(text for text in texts if text)
+    kept: dict[str, str] = {}
+    for text in sorted(counts, key=lambda text: (-counts[text], text)):
+        kept.setdefault(plain_word(text), text)
+    return {text: kept[plain_word(text)] for text in counts}
 
 
 @cache

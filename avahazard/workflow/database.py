@@ -14,7 +14,7 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.gis import require_packages
 from avahazard.inference.seeds import generator
-from avahazard.records.crosscheck import dwarfing, repeated
+from avahazard.records.crosscheck import dwarfing, repeated, spelled_variously
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.intake import Drawn, merge_records
 from avahazard.records.mapping import BESIDE
@@ -170,7 +170,7 @@ def import_files(
             for i in dwarfing(volumes)
             if every[i].event_id in written
         ]
-        intake.notes += repeated(every, written)
+        intake.notes += [*repeated(every, written), *spelled_variously(every)]
         if intake.problems:
             raise RejectedRows(intake.problems)
         if not dry_run:

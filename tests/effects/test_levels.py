@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from avahazard.arrays import Floats
+from avahazard.effects.columns import EventColumns, build_columns
 from avahazard.effects.covariate import (
     LEAST_SD,
     PATH_SECTION,
@@ -160,3 +161,16 @@ def test_a_level_not_seen_before_has_no_effect() -> None:
 def test_open_paths_are_told_from_channelled_ones() -> None:
     design = _design(PATH_SECTION)
     assert np.array_equal(design[:, 0], columns().path_index % 2 == 1)
+
+
+def test_levels_of_another_file_may_be_spelled_otherwise() -> None:
+    def spelled(*texts: str) -> EventColumns:
+        events = [Event(str(k), covariates={"layer": text}) for k, text in enumerate(texts)]
+        return build_columns(events, {}, np.full(len(texts), np.nan))
+
+    learnt = spelled(*["powder"] * 6, *["Depth hoar"] * 3, *["depth-hoar"] * 2)
+    facts = level_facts("layer", learnt)
+    assert (facts["reference"], facts["levels"]) == ("powder", ["Depth hoar"])
+    effect = level_effect("covariate:layer", "layer", facts)
+    found = effect.design(spelled("DEPTH HOAR", "Powder", "graupel"))
+    assert found[:, 0].tolist() == [1.0, 0.0, 0.0]

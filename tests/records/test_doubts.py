@@ -9,7 +9,7 @@ import pytest
 
 from avahazard.notes import grouped
 from avahazard.records.collection import Event
-from avahazard.records.crosscheck import dwarfing, repeated
+from avahazard.records.crosscheck import dwarfing, repeated, spelled_variously
 
 FIRST = Event(
     "a", "P", "1951-01-20", runout_elevation_m=1300.0, volume_m3=5e3, covariates={"snow": "wet"}
@@ -71,3 +71,11 @@ USUAL = [1e3, 2e4, 1e5, 3e5, 8e5]
 )
 def test_a_few_beyond_a_gap(volumes: list[float], found: list[int]) -> None:
     assert dwarfing(np.log(np.array(volumes))).tolist() == found
+
+
+def test_values_that_differ_in_spelling_alone_are_named() -> None:
+    texts = ["wet", "Wet", "wet", "dry", "WET"]
+    events = [replace(FIRST, event_id=str(k), covariates={"snow": t}) for k, t in enumerate(texts)]
+    (note,) = spelled_variously(events)
+    assert str(note) == "snow: spellings that are taken for one value: wet (WET, Wet)."
+    assert spelled_variously(events[2:4]) == []

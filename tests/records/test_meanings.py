@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from avahazard.records.forms import COLUMNS
-from avahazard.records.meanings import MEANINGS, known_name, near_name
+from avahazard.records.meanings import MEANINGS, known_name, near_name, one_spelling, plain_word
 
 
 @pytest.mark.parametrize(
@@ -53,3 +53,30 @@ def test_near_misses(name: str, column: str | None) -> None:
 
 def test_every_column_of_a_form_has_a_meaning() -> None:
     assert set().union(*COLUMNS.values()) <= MEANINGS.keys()
+
+
+@pytest.mark.parametrize(
+    ("text", "plain"),
+    [
+        ("Depth-Hoar", "depth hoar"),
+        (" depth  hoar", "depth hoar"),
+        ("DEPTH_HOAR", "depth hoar"),
+        # A sign at the end or beside a number counts, and a single letter may be a code.
+        ("A-", "a-"),
+        ("S-1", "s-1"),
+        ("N", "N"),
+        ("n", "n"),
+    ],
+)
+def test_how_a_value_is_spelled_does_not_count(text: str, plain: str) -> None:
+    assert plain_word(text) == plain
+
+
+def test_the_most_common_spelling_is_kept() -> None:
+    texts = ["wind slab", "Wind-slab", "wind slab", "", "powder", "Powder"]
+    assert one_spelling(texts) == {
+        "wind slab": "wind slab",
+        "Wind-slab": "wind slab",
+        "powder": "Powder",
+        "Powder": "Powder",
+    }

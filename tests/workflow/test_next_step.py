@@ -196,7 +196,7 @@ def test_effects_that_are_needed_together_are_added_together(database: str) -> N
 
 def test_what_cannot_be_told_apart_nor_averaged_is_measured(database: str) -> None:
     useful = Measurement(Note("measure_runouts", n=50), 4.2)
-    alike = replace(ADEQUATE, verdict="ambiguous", missing=("season", "path:p"))
+    alike = replace(ADEQUATE, verdict="ambiguous", missing=("season", "speed:elevation"))
     put(database, "one", error=60.0, diagnosis=replace(alike, measure_next=Rows([useful])))
     assert next_step(database, "one") == "measure runouts of 50 more events on paths like these"
 
@@ -240,12 +240,14 @@ def test_else_each_of_them_is_added_and_all_are_averaged(database: str) -> None:
 
 
 def test_what_no_effect_explains(database: str) -> None:
-    unexplained = replace(ADEQUATE, verdict="unexplained", missing=("path:p",))
+    unexplained = replace(ADEQUATE, verdict="unexplained", missing=("speed:elevation",))
     put(database, "one", error=60.0, diagnosis=unexplained)
     assert words(database, "one") == ["effect", "new", "one-effect.py"]
     by_column = replace(unexplained, missing=("covariate:depth",))
     put(database, "two", error=60.0, diagnosis=by_column)
     assert words(database, "two")[:3] == ["add", "two", "covariate:depth"]
+    put(database, "three", error=60.0, diagnosis=replace(unexplained, missing=("path:p",)))
+    assert words(database, "three")[:3] == ["add", "three", "path:p"]
 
 
 def test_other_records_ask_for_another_calibration(database: str) -> None:
