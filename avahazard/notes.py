@@ -169,6 +169,8 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
     "up_to": "up to {edge:{form}}{unit}",
     "from_to": "{low:{form}}{unit} to {high:{form}}{unit}",
     "above": "above {edge:{form}}{unit}",
+    "fails_unexplained": "The comparison with the measurements shows places or speeds at which the "
+    "model fails beyond chance; no candidate explains these.",
     "fails_on": "It fails beyond chance on {paths:and}; predicted minus recorded.",
     "path_bias": "{path} ({bias:+.0f} m)",
     "level_of_path": "{column} differs by path: {parts:; }.",

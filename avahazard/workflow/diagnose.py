@@ -149,11 +149,11 @@ def _where(
     database: str, stored: FittedModel, found: results.Diagnosis, own: Sequence[Definition]
 ) -> tuple[Note, ...]:
     """On which paths the model fails, if it was compared, and where is what it lacks."""
-    if not found.missing:
-        return ()
     observations = stored.observations
     with reading(database) as session:
         compared = latest_comparison(session, stored.name)
+    if not found.missing:
+        return tuple(unexplained_failures(compared)) if compared else ()
     notes = failing_paths(compared) if compared else []
     tried = {c.effect for c in found.candidates}
     for key in found.missing:
@@ -162,6 +162,13 @@ def _where(
         ):
             notes.append(Note.read(seen))
     return tuple(notes)
+
+
+def unexplained_failures(compared: Comparison) -> list[Note]:
+    """A note where an adequate model fails beyond chance all the same; or none."""
+    rows = [*compared.where_it_fails, *(compared.speed_misfit or ())]
+    fails = any(row.p_value is not None and row.p_value < CHANCE for row in rows)
+    return [Note("fails_unexplained")] if fails else []
 
 
 def failing_paths(compared: Comparison) -> list[Note]:

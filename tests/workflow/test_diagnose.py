@@ -14,13 +14,14 @@ from typer.testing import CliRunner
 from avahazard.cli.main import app
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import Rows
+from avahazard.results.comparison import SpeedMisfit
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.store.results import DIAGNOSIS, latest_result
 from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.database import import_files
-from avahazard.workflow.diagnose import diagnose_model, failing_paths
+from avahazard.workflow.diagnose import diagnose_model, failing_paths, unexplained_failures
 from avahazard.workflow.next_step import next_step
 from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
 from tests.criticism.lengths import as_csv, lengths
@@ -162,3 +163,13 @@ def test_paths_that_fail_beyond_chance_are_named() -> None:
         "It fails beyond chance on P01 (+41 m) and P06 (-30 m); predicted minus recorded."
     )
     assert failing_paths(COMPARISON) == []
+
+
+def test_failures_that_no_candidate_explains_are_told() -> None:
+    clear = replace(COMPARISON, where_it_fails=Rows([replace(FAILURE, p_value=0.2)]))
+    assert unexplained_failures(replace(clear, speed_misfit=None)) == []
+    places = replace(clear, where_it_fails=Rows([replace(FAILURE, p_value=0.01)]))
+    assert len(unexplained_failures(places)) == 1
+    fast = SpeedMisfit("predicted_speed_m_s", FAILURE.level, 33, 5.8, 9.7, 0.01)
+    (note,) = unexplained_failures(replace(clear, speed_misfit=Rows([fast])))
+    assert "no candidate explains" in note
