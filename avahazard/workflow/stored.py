@@ -323,7 +323,15 @@ def prior_notes(model: FittedModel, name: str) -> Iterator[Note]:
         yield Note("prior_from", model=name, source=law_prior.source)
     # The paper's methods have a σ of their own.
     n_slots = len(layout.slots) if model.knows_errors else len(layout.law.coordinates)
+    curves = [
+        (entry.key, entry.curve(model.facts.get(entry.key, {}))) for entry in model.definitions
+    ]
+    places = [layout.places[key] for key, curve in curves if curve is not None and curve.form]
+    # Priors keep a smooth smooth: its bends are theirs by design.
+    bends = {k for place in places for k in range(place.start + 1, place.stop)}
     for k, slot in enumerate(layout.slots[:n_slots]):
+        if k in bends:
+            continue
         prior = truncnorm(*slot.bounds, loc=slot.mean, scale=slot.sd)
         mean, sd = float(prior.mean()), float(prior.std())
         draws = np.log(model.draws[:, k]) if slot.lognormal else model.draws[:, k]

@@ -12,8 +12,11 @@ import numpy as np
 import pytest
 from sqlalchemy import text
 
+from avahazard.criticism.diagnosis.refits import refit
+from avahazard.effects.catalogue import definition
 from avahazard.inference.fitted_model import FittedModel, exact_volumes, fitted_model
 from avahazard.inference.model.observations import build_observations
+from avahazard.inference.model.specification import Specification
 from avahazard.inference.model.volumes import VolumeNodes, VolumeShape, bounded, rescaled
 from avahazard.notes import Note, grouped
 from avahazard.records.collection import Event, Path, Profile, Records
@@ -39,7 +42,8 @@ from avahazard.workflow.requests import (
     RunoutRequest,
     ZonesRequest,
 )
-from avahazard.workflow.stored import record_notes, volume_notes
+from avahazard.workflow.stored import prior_notes, record_notes, volume_notes
+from tests.criticism.lengths import lengths
 from tests.inference import studies
 from tests.workflow.worlds import bowl, height, known_stops
 
@@ -289,3 +293,13 @@ def test_where_volumes_do_not_count_or_have_no_error_nothing_is_said(change) -> 
     columns = replace(observations.columns, log_volume=all_known)
     known = replace(observations, columns=columns, volumes=volumes)
     assert volume_notes(_model(exact_volumes(known)), "m") == ()
+
+
+def test_bends_that_their_prior_holds_are_no_fault() -> None:
+    key = "covariate:column_1"
+    fit = refit(build_observations(lengths(60)), Specification(law="power"), {}, (key,))
+    model = replace(fit.at_mode(), draws=fit.sample, facts=fit.facts)
+    of_bends = [note for note in prior_notes(model, "m") if "bend" in note]
+    assert of_bends
+    model = replace(model, definitions=(definition(key),))
+    assert [note for note in prior_notes(model, "m") if "bend" in note] == []
