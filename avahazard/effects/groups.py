@@ -15,7 +15,6 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import (
-    MIN_LEVEL,
     Definition,
     Facts,
     FrictionEffect,
@@ -58,7 +57,7 @@ def one_path(path: str) -> Definition:
         key=PATH + path,
         meaning=f"Friction on path {path} is another than on the others, for a reason that no "
         f"column records. Of few paths one is set apart; of {MIN_PATHS} or more it is path-effect.",
-        needs=f"{MIN_LEVEL} events on the path, and on others",
+        needs="events on the path, and on others",
         build=partial(_build_path, path),
         lacking=partial(_lacking_path, path),
         beyond=1,
@@ -76,9 +75,7 @@ def _build_path(path: str, _facts: Facts) -> FrictionEffect:
 
 def _lacking_path(path: str, columns: EventColumns, _sites: Sites) -> str | None:
     n = int(np.sum(columns.on_path(path)))
-    if min(n, len(columns) - n) >= MIN_LEVEL:
-        return None
-    return f"{n} of {len(columns)} events are on path {path}, fewer than {MIN_LEVEL} there or else"
+    return None if 0 < n < len(columns) else f"{n} of {len(columns)} events are on path {path}"
 
 
 def _by_path(columns: EventColumns) -> Groups:
