@@ -55,8 +55,8 @@ def one_path(path: str) -> Definition:
     """The effect of one path that differs, where paths are too few for a spread between them."""
     return Definition(
         key=PATH + path,
-        meaning=f"Friction on path {path} is another than on the others, for a reason that no "
-        f"column records. Of few paths one is set apart; of {MIN_PATHS} or more it is path-effect.",
+        meaning=f"Friction on path {path} differs from that on the others, for a reason that no "
+        f"column records. Where there are {MIN_PATHS} paths or more, path-effect is asked.",
         needs="events on the path, and on others",
         build=partial(_build_path, path),
         lacking=partial(_lacking_path, path),

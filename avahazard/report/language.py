@@ -59,6 +59,18 @@ class Language(Writer):
             return self.catalogue.pgettext(EFFECT, kind + ":{column}").format(column=column)
         return known
 
+    def meaning(self, key: str, words: str) -> str:
+        """What an effect means, `words` of its own; of one that is made, by those of its kind."""
+        from avahazard.effects.catalogue import MADE  # noqa: PLC0415 (slow)
+
+        known = self.translated(words)
+        kind, mark, of = key.partition(":")
+        if known != words or (made := MADE.get(kind + mark)) is None:
+            return known
+        columns = dict(zip(("column", "other"), of.split("*"), strict=False))
+        of_kind = made("*".join(f"{{{name}}}" for name in columns)).meaning
+        return self.translated(of_kind).format(**columns)
+
     def effects(self, keys: Iterable[str]) -> str:
         """The names of effects in a row, as a sentence has them."""
         return self.listed([self.effect(key) for key in keys])

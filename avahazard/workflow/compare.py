@@ -85,6 +85,10 @@ def compare(
             before, known = latest_comparison(session, parent), store.load_model(session, parent)
             added = [key for key in stored.specification.effects if key not in known.effects]
             found = budgets.with_explained(found, before, added)
+            # What `add` found of the parent by the folds of its child stands.
+            if last := latest_comparison(session, name):
+                error = last.held_out.parent_crps_m
+                found = replace(found, held_out=replace(found.held_out, parent_crps_m=error))
         store.save_result(session, store.COMPARISON, name, plain(found, keyed=True))
     if plot is not None:
         found.plot(plot)

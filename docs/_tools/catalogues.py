@@ -19,7 +19,7 @@ from babel.messages.pofile import read_po, write_po
 
 from avahazard.criticism.scoring.where_it_fails import MONTHS
 from avahazard.effects.catalogue import MADE, catalogue
-from avahazard.effects.covariate import covariate
+from avahazard.effects.covariate import change, interaction
 from avahazard.hazard.alpha_beta import REGRESSIONS
 from avahazard.hazard.volume_records import WINDOWS
 from avahazard.hazard.zones import PRESETS
@@ -64,8 +64,11 @@ def messages() -> Catalog:
 
 def _said_of_itself() -> Iterator[str]:
     """What the effects, laws and limits say of themselves."""
-    for entry in (*catalogue().values(), covariate("{column}")):
+    for entry in catalogue().values():
         yield entry.meaning
+    for made in MADE.values():
+        yield made("{column}*{other}" if made is interaction else "{column}").meaning
+    yield change("all").meaning
     yield from (law.words for law in LAWS.values())
     yield from (method.words for method in METHODS.values())
     for limits in PRESETS.values():

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
+from avahazard.effects.catalogue import definition
 from avahazard.notes import Note, grouped
 from avahazard.records.errors import AvahazardError
 from avahazard.report import words
@@ -103,3 +106,15 @@ def test_names_and_unknown_sentences_are_left_as_they_are(code: str) -> None:
     assert "wind_{x}" in language.effect("covariate:wind_{x}")
     for key in ("force:speed", "interaction:a*b", "scatter:a", "change:all"):
         assert language_of("de").effect(key) != key
+
+
+def test_what_a_made_effect_means_is_said_in_the_words_of_its_kind() -> None:
+    german = language_of("de")
+    kinds = "covariate:wind interaction:wind*depth change:all change:P1 scatter:wind path:P1"
+    for key in kinds.split():
+        words = definition(key).meaning
+        said = german.meaning(key, words)
+        assert said != words
+        assert all(name in said for name in re.findall("wind|depth|P1", key))
+    assert german.meaning("my-own", "It is windy.") == "It is windy."
+    assert language_of("en").meaning("path:P1", definition("path:P1").meaning).count("P1") == 1

@@ -17,7 +17,7 @@ from avahazard.store.records import save_records
 from avahazard.store.results import COMPARISON, latest_result, list_models, load_model
 from avahazard.store.session import reading, writing
 from avahazard.workflow.calibrate import add, calibrate, show_models
-from avahazard.workflow.compare import ladder, predict
+from avahazard.workflow.compare import compare, ladder, predict
 from avahazard.workflow.effects import own_effects
 from avahazard.workflow.path import run_block
 from avahazard.workflow.requests import CalibrateRequest, RunoutRequest
@@ -233,6 +233,10 @@ def test_a_child_of_a_child(snow_database: str) -> None:
     assert below.comparison.held_out_by == "fold"
     assert "path:P01" in below.parameters
     assert ladder(snow_database).rows[2].added == ("path-effect",)
+    before = below.comparison.before
+    assert before is not None
+    # Another comparison does not forget what the parent has by the same folds.
+    assert compare(snow_database, "more").held_out.parent_crps_m == before.held_out_crps_m
 
 
 @pytest.mark.slow
