@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from types import MappingProxyType
 
@@ -58,8 +59,9 @@ from avahazard.results.calibration import InCommon, Kinds
 
 FITTED, OF_A_FAMILY = 7, 2
 """Candidates that are fitted in full at most, and of one family beyond the catalogue."""
-ROUNDS = 3
-"""Times that candidates are chosen, by what those before them have gained."""
+ROUNDS = ((0.0, 0.7), (0.7, 0.9), (0.9, 1.0))
+"""Times that candidates are chosen, by what those before them have gained: their parts of the work
+as progress tells it."""
 BY_PATH = 3
 """Of those that differ by path alone, however little they gain to first order."""
 WORTH_A_FIT = float(-np.log(0.2))
@@ -127,11 +129,12 @@ def fitted_in_full(
     by_path = [c.key for c in tested if _by_path(c.definition, observations)][:BY_PATH]
     # To first order larger errors of the volumes may gain a fifth of what they do, or nothing.
     errors = [VOLUME_ERROR.key] if VOLUME_ERROR.key in curves else []
-    asked, tell = [*expected, *(d.key for d in alone), *worth, *by_path, *errors], progress
+    asked = [*expected, *(d.key for d in alone), *worth, *by_path, *errors]
     enough, fits = max(WORTH_A_STAR, reached - FAR_BEHIND), dict(known)
-    for _ in range(ROUNDS):
+    for begin, end in ROUNDS:
         likely |= {key: [*values, *likely.get(key, [])] for key, values in more.items()}
         new = [key for key in dict.fromkeys(asked) if key not in fits]
+        tell = partial(_tell, progress, begin, end)
         fits |= refit_each(base, new, tell, likely, enough)
         gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in fits.items()}
         tested = [_fitted(c, gains[c.key]) if c.key in gains else c for c in tested]
@@ -142,7 +145,6 @@ def fitted_in_full(
         )
         if fits.keys() >= {*asked}:
             break
-        tell = _untold
     tested += [_alone(d, fits[d.key], gains[d.key]) for d in alone]
     declared = [c for c in tested if c.key in expected]
     p_values = {c.key: min(c.p_single * len(declared) / EXPECTED_SHARE, 1.0) for c in declared}
@@ -157,8 +159,8 @@ def fitted_in_full(
     return fits, replace(screening, candidates=found)
 
 
-def _untold(_share: float) -> None:
-    pass
+def _tell(progress: Callable[[float], None], begin: float, end: float, share: float) -> None:
+    progress(begin + (end - begin) * share)
 
 
 def _worth_a_fit(

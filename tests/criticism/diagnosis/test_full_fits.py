@@ -121,9 +121,11 @@ def test_beside_one_that_gains_not_what_it_promised_others_are_fitted(
 ) -> None:
     """To first order record-error gained 633 nats where it gained none, and hid a force."""
     rounds: list[list[str]] = []
+    told: list[float] = []
 
-    def each(_base: Any, keys: list[str], *_: Any) -> dict[str, Any]:
+    def each(_base: Any, keys: list[str], progress: Any, *_: Any) -> dict[str, Any]:
         rounds.append(keys)
+        progress(1.0)
         return {key: fit(0.0 if key == "record-error" else 30.0, 20.0) for key in keys}
 
     monkeypatch.setattr(full_fits, "refit_each", each)
@@ -131,8 +133,10 @@ def test_beside_one_that_gains_not_what_it_promised_others_are_fitted(
     promising = screened("record-error", 600.0, 633.0), screened("season", 28.0, 30.0)
     by_chance = screened("snow-type", 1.0, 2.0)
     given = Screening((*promising, by_chance), np.linspace(0.0, 9.99, 999), None)
-    fits, found = fitted_in_full(fit(0.0, 0.0), given, [])
+    fits, found = fitted_in_full(fit(0.0, 0.0), given, [], progress=told.append)
     assert rounds == [["record-error"], ["season"]]
+    assert told == sorted({*told})
+    assert told[-1] <= 1.0
     assert [c.key for c in found.candidates if c.p_family <= LEVEL] == ["season"]
     assert set(fits) == {"record-error", "season"}
 
