@@ -61,7 +61,7 @@ FITTED, OF_A_FAMILY = 7, 2
 """Candidates that are fitted in full at most, and of one family beyond the catalogue."""
 ROUNDS = ((0.0, 0.7), (0.7, 0.9), (0.9, 1.0))
 """Times that candidates are chosen, by what those before them have gained: their parts of the work
-as progress tells it."""
+in the progress that is reported."""
 BY_PATH = 3
 """Of those that differ by path alone, however little they gain to first order."""
 WORTH_A_FIT = float(-np.log(0.2))
