@@ -92,7 +92,6 @@ def diagnose(
     entries = candidate_definitions(observations, plain.specification, own)
     alone = [entry for entry in entries if entry.level_alone is not None]
     groups = full_fits.group_tests(base)
-    names = {group.key: full_fits.name_of_groups(base, group.key) for group in groups}
     progress(0.2)
     screened = screen(base.posterior, base.mode.u, entries, seed=seed)
     left, known = None, dict[str, Refit]()
@@ -119,20 +118,16 @@ def diagnose(
     question = Question(base, fits, screening)
     naming = name_effects(question, ranked, evidence, expected, of_laws)
     progress(0.85)
-    verdict, missing, together = verdict_on(question, naming, groups, granted, names)
+    verdict, missing, together = verdict_on(question, naming, groups, granted)
     # A candidate may have so much evidence that groups are not named beside it.
     lead = evidence.get(missing[0], -np.inf) - left.evidence if missing and left else -np.inf
     if left and (not missing or (left.persistent and lead < MARGIN)):
-        verdict, missing = verdict_of(map(base.definition, (*missing, names[left.key])))
+        verdict, missing = verdict_of(map(base.definition, (*missing, left.name)))
     of_smooth: Laws = ()
     if smooth := leading_smooth(missing, fits):
         of_smooth = laws.get(smooth) or found_laws(base, {smooth: fits[smooth]})[smooth]
     named_first = sorted(ranked, key=lambda c: c.key not in missing)
-    of_groups = [
-        named_as_candidate(base, group, names[group.key])
-        for group in groups
-        if names[group.key] in missing
-    ]
+    of_groups = [named_as_candidate(base, group) for group in groups if group.name in missing]
     tried = [*of_groups, *candidates(question, named_first, evidence, naming)]
     fitted_laws = Rows(law for law, _, _ in of_smooth)
     fits = {c.key: fits[c.key] for c in named_first}
@@ -207,17 +202,13 @@ def leading_smooth(missing: Sequence[str], fits: Mapping[str, Refit]) -> str | N
 
 
 def verdict_on(
-    question: Question,
-    naming: Naming,
-    groups: Sequence[TriedGroup],
-    granted: Sequence[str],
-    names: Mapping[str, str],
+    question: Question, naming: Naming, groups: Sequence[TriedGroup], granted: Sequence[str]
 ) -> tuple[str, tuple[str, ...], Pair | None]:
     """The verdict, the keys that it names, and effects that are needed together.
 
     What else could explain the same is asked in turn: faults of the records, two effects that count
     only together, groups that differ; last, whether those that are named are all needed. `granted`
-    are the nuisances that the base was given, by key, and `names` the keys to name groups by.
+    are the nuisances that the base was given, by key.
     """
     definition, fits = question.base.definition, question.fits
     verdict, missing = naming.verdict, naming.missing
@@ -236,7 +227,7 @@ def verdict_on(
         entries = [definition(key) for key in together.effects]
         verdict, missing = verdict_of([e for e in entries if e.names_cause][:1] or entries)
     if group := named_group(question, rivals, groups, granted):
-        return *verdict_of(definition(names.get(key, key)) for key in group), None
+        return *verdict_of(map(definition, group)), None
     if len(missing) > 1 and missing[0] in fits and (together := needed_beside(question, missing)):
         verdict, missing = verdict_of([definition(missing[0])])
     return verdict, missing, together
@@ -258,7 +249,7 @@ def named_group(
             continue
         if all(group_comes_first(question.base, rival, test.key) for rival in rivals):
             errors = record_faults.groups_by_misstated_volumes(question, test.key)
-            return (test.key, errors) if errors else (test.key,)
+            return (test.name, errors) if errors else (test.name,)
     return ()
 
 
@@ -298,10 +289,10 @@ def candidates(
     return found
 
 
-def named_as_candidate(base: Refit, group: TriedGroup, name: str) -> Candidate:
+def named_as_candidate(base: Refit, group: TriedGroup) -> Candidate:
     """A named group of events as a candidate."""
     return Candidate(
-        effect=name,
+        effect=group.name,
         gain=group.gain,
         evidence_gain=group.evidence,
         held_out_gain=None,
@@ -312,7 +303,7 @@ def named_as_candidate(base: Refit, group: TriedGroup, name: str) -> Candidate:
         error_before_m=error_of(refit_without(base, group.key)),
         error_after_m=error_of(base),
         parameters=base.parameters(group.key),
-        physics=base.definition(name).meaning,
+        physics=base.definition(group.name).meaning,
         confounded_with=(),
     )
 

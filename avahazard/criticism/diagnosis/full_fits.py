@@ -90,7 +90,8 @@ GROUP_BY_CHANCE = 0.5 * float(stats.chi2.isf(0.1, 1))
 class TriedGroup:
     """An effect on groups of events, tested beside the others; gain and evidence in nats.
 
-    `spread` is how far the groups differ; those that are `persistent`, as paths, come again.
+    `spread` is how far the groups differ; those that are `persistent`, as paths, come again. They
+    are named by the key `name`.
     """
 
     key: str
@@ -99,6 +100,7 @@ class TriedGroup:
     persistent: bool
     evidence: float
     spread: float
+    name: str
 
 
 def fitted_in_full(
@@ -269,7 +271,8 @@ def group_tests(base: Refit) -> tuple[TriedGroup, ...]:
         gain = max(base.log_likelihood - without.log_likelihood, 0.0)
         p_value = 0.5 * float(stats.chi2.sf(2.0 * gain, 1))
         evidence = base.evidence - without.evidence
-        found.append(TriedGroup(key, gain, p_value, lasts, evidence, float(spread)))
+        name = _name_of_groups(base, key)
+        found.append(TriedGroup(key, gain, p_value, lasts, evidence, float(spread), name))
     return tuple(found)
 
 
@@ -285,7 +288,7 @@ def plainly_different(groups: Sequence[TriedGroup], granted: Sequence[str]) -> l
     return sorted(plain, key=lambda test: -test.gain)
 
 
-def name_of_groups(base: Refit, key: str) -> str:
+def _name_of_groups(base: Refit, key: str) -> str:
     """The key by which granted groups are named: of few paths it is the one that differs most."""
     data = base.observations.columns, base.observations.sites
     if base.definition(key).lacking(*data) is None:

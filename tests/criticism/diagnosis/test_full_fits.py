@@ -186,13 +186,13 @@ def test_groups_yield_to_a_candidate_with_their_evidence(
     weak = replace(screened("snow-type", 12.0, 12.0), p_family=0.001)
     without = fit(0.0, 0.0)
     without.held_out = lambda _: np.zeros(1)
-    group = TriedGroup("winter-effect", 24.0, 1e-9, False, 20.0, 0.1)
+    group = TriedGroup("winter-effect", 24.0, 1e-9, False, 20.0, 0.1, "winter-effect")
     screening = Screening((strong, weak), np.zeros(9), None)
     assert bool(explained_otherwise(without, screening, group)) is expected
 
 
 def test_groups_differ_plainly_by_evidence_and_level() -> None:
-    plain = TriedGroup("path-effect", 20.0, 0.002, True, 18.0, 0.1)
+    plain = TriedGroup("path-effect", 20.0, 0.002, True, 18.0, 0.1, "path-effect")
     assert plainly_different([plain], ["path-effect"]) == [plain]
     assert plainly_different([plain], []) == []
     assert plainly_different([replace(plain, evidence=2.0)], ["path-effect"]) == []
