@@ -238,6 +238,8 @@ TERMINAL = {
     "flattens_again": "the path flattens to 10° again at x = {places} m; the first place is taken.",
     "friction_not_positive": "{share:.2%} of the draws of friction are 0 or less (normal "
     "distribution) and run beyond any profile",
+    "level_unknown": "the model does not know {levels:and}, which counts as {level}.",
+    "value_missing": "not given for {n} of {total} events: there it counts as {level}.",
     "in_ratio": "events without a profile, of which H/L alone is known, have H/L",
     "in_lengths": "events without a profile have runout lengths, not elevations",
     "not_granted": "{effect} was not asked about: these records have too many groups (over {most} "

@@ -246,6 +246,27 @@ def level_text(name: str, columns: EventColumns, _sites: Sites = ()) -> Note | N
     return Note(key, column=name, events=len(columns), parts=first, n=rest)
 
 
+def unknown_values(column: str, facts: Facts, columns: EventColumns) -> list[Note]:
+    """Notes on the events whose value of a column an effect does not know, or lacks.
+
+    By its `facts` those have no offset: they count as its reference, or as the mean of the column.
+    """
+    notes, total = [], len(columns)
+    if "levels" in facts:
+        texts, value = text_column(columns, column), facts["reference"]
+        there = [""] * total if texts is None else texts.tolist()
+        known = {plain_word(level) for level in ("", value, *facts["levels"])}
+        if unknown := sorted({text for text in there if plain_word(text) not in known}):
+            notes.append(Note("level_unknown", column, levels=unknown, level=value))
+        missing = there.count("")
+    else:
+        numbers, value = number_column(columns, column), f"{facts['centre']:.4g}"
+        missing = total if numbers is None else int(np.sum(~np.isfinite(numbers)))
+    if missing:
+        notes.append(Note("value_missing", column, n=missing, total=total, level=value))
+    return notes
+
+
 def level_effect(key: str, name: str, facts: Facts) -> FrictionEffect:
     """One offset of log friction for each level but the reference; other levels have none."""
     unit, sd = f"log friction against {facts['reference']}", facts["prior_sd"]

@@ -25,6 +25,7 @@ from avahazard.criticism.scoring.held_out import (
 )
 from avahazard.criticism.scoring.loo import leave_one_out
 from avahazard.criticism.scoring.where_it_fails import event_axes, where_it_fails
+from avahazard.effects.covariate import unknown_values
 from avahazard.effects.effect import Effect
 from avahazard.inference import prediction
 from avahazard.inference.fitted_model import FittedModel
@@ -290,6 +291,9 @@ def predict(
         some, rng = [events[i] for i in unsure], generator(0, "predict release")
         released = prediction.stops_over_releases(on, some, sigma[unsure], STOP_DRAWS, rng)
         values[unsure], left[unsure] = released
+    for effect in stored.definitions:
+        if effect.column is not None and not effect.uses_volume:
+            of_all += unknown_values(effect.column, stored.facts[effect.key], model.columns)
     share = float(np.mean(stops.friction <= 0.0))
     if share:
         of_all.append(Note("friction_not_positive", share=share))

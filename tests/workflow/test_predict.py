@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from avahazard.records.errors import AvahazardError, RejectedRows
-from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.compare import predict
 from avahazard.workflow.database import import_files
 from avahazard.workflow.requests import CalibrateRequest
@@ -118,6 +118,23 @@ def test_each_event_has_the_notes_on_its_volume_and_on_the_model(
     (note,) = (note for note in stale.notes if "records have changed" in note)
     assert all(note in row.notes for row in stale.events)
     assert stale.to_dict()["events"][2]["notes"] == list(stale.events[2].notes)
+
+
+def test_values_that_the_model_does_not_know_are_noted(snow_database: str, write: Write) -> None:
+    add(snow_database, "base", ["snow-type"], "snow")
+    rows = "a,P01,3000,Wet\nb,P01,3000,slush\nc,P01,3000,\nd,P01,3000,dry\n"
+    header = "event_id,path_id,volume_m3,snow_type\n"
+    found = predict(snow_database, "snow", write("snow.csv", f"{header}{rows}"))
+    wet, slush, blank, dry = (row.q50_m for row in found.events)
+    assert wet != dry
+    assert slush == pytest.approx(dry, abs=10.0)
+    assert blank == pytest.approx(dry, abs=10.0)
+    assert [note for note in found.notes if note.startswith("snow_type: ")] == [
+        "snow_type: the model does not know slush, which counts as dry.",
+        "snow_type: not given for 1 of 4 events: there it counts as dry.",
+    ]
+    known = predict(snow_database, "snow", write("known.csv", header + rows[:15]))
+    assert not any(note.startswith("snow_type") for note in known.notes)
 
 
 def test_normal_friction_tells_of_draws_below_zero(snow_database: str, write: Write) -> None:
