@@ -20,7 +20,7 @@ from avahazard.effects.columns import NO_EVENTS, build_columns
 from avahazard.effects.effect import Definition
 from avahazard.effects.site import Site
 from avahazard.inference.fitted_model import FittedModel, in_slots
-from avahazard.inference.fitting.star import REACH
+from avahazard.inference.fitting.arms import REACH
 from avahazard.inference.likelihood.assemble import build_effects, definitions_of
 from avahazard.inference.model import specification as spec
 from avahazard.inference.model.choices import BLOCK
@@ -94,6 +94,7 @@ def save_calibrated(
         "paths": paths,
         "arms": model.layout.arms.points,
         "along": model.layout.arms.along,
+        "beside": model.layout.arms.beside,
         "slots": slots,
     }
     settings = {
@@ -223,7 +224,7 @@ def _load(
     slots = kept["slots"]
     draws = {key: v.ravel() for key, v in store.load_draws(session, stored.calibration).items()}
     u = np.column_stack([draws[f"{COORDINATE}{slot}"] for slot in slots])
-    arms = Arms(kept.get("arms", {}), kept.get("along", {}))
+    arms = Arms(kept.get("arms", {}), kept.get("along", {}), kept.get("beside", {}))
     friction = friction_model(specification, effects, arms, speeds=TRACK_SLOT in slots)
     if "arms" not in kept:
         friction = replace(friction, layout=_on_draws(friction.layout, slots, u))

@@ -13,7 +13,7 @@ from sqlalchemy import delete, select
 from avahazard.effects.effect import Definition, Effect, Parameter
 from avahazard.hazard.path_hazard import path_hazard
 from avahazard.inference.fitted_model import Chains, FittedModel, fitted_model
-from avahazard.inference.fitting.star import REACH
+from avahazard.inference.fitting.arms import REACH
 from avahazard.inference.likelihood.assemble import assemble, build_effects, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import Arms

@@ -376,8 +376,13 @@ def errors_at(posterior: Posterior, draws: Floats) -> Floats:
     """By how much (nats) a star errs at some of its `draws` `[n, n_slots]`."""
     if not posterior.nodes.varies:
         return np.zeros(1)
-    some = draws[np.linspace(0, len(draws) - 1, CHECKED_DRAWS).astype(np.int64)]
+    some = checked_draws(draws)
     return np.array([posterior.exact_log_likelihood(u) - posterior.log_likelihood(u) for u in some])
+
+
+def checked_draws(draws: Floats) -> Floats:
+    """Some of the draws `[n, n_slots]`."""
+    return draws[np.linspace(0, len(draws) - 1, CHECKED_DRAWS).astype(np.int64)]
 
 
 def log_prior_mass(posterior: Posterior) -> float:

@@ -1,7 +1,8 @@
 """The star of exact tables on which a posterior stands (`likelihood.node_charts`), and its mode.
 
 The mode is sought by Gauss-Newton steps on tables made on the spot. A star about it then reaches
-`REACH` standard deviations, and has points enough to agree with tables made on the spot. Where
+`REACH` standard deviations (`arms`), and has points enough to agree with tables made on the spot,
+along its arms and, where draws ask for them, beside these. Where
 effects shape the tables there may be more than one mode: an ascent can stop where such an effect is
 not there at all, since friction has taken its part, and a little of the effect is worse than none.
 So ascents also begin at the best of some plausible values of each effect's parameters.
@@ -16,12 +17,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from avahazard.arrays import Bools, Floats, Ints
+from avahazard.arrays import Floats, Ints
 from avahazard.effects.effect import Effect, MotionEffect
+from avahazard.inference.fitting.arms import (
+    REACH,
+    arms_about,
+    axes_of,
+    beside_arms,
+    directions,
+    far_apart,
+    shares_held,
+    size_wanted,
+    turned_back,
+)
 from avahazard.inference.fitting.mode import (
     APART,
     Mode,
     ascent,
+    checked_draws,
     errors_at,
     find_mode,
     scores_at,
@@ -29,7 +42,7 @@ from avahazard.inference.fitting.mode import (
     units,
 )
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.layout import Arms, arm_between, scatter_centre
+from avahazard.inference.model.layout import arm_between, scatter_centre
 
 STEPS, SMALLEST_GAIN = 40, 0.1
 """Most Gauss-Newton steps, and the gain (nats) of the last."""
@@ -44,10 +57,9 @@ ITERATIONS, CLOSELY = 30, 0.01
 ENOUGH, WORTH_A_STEP = 0.1, 0.1
 """Share of the gain expected to first order that a step must have not to be shortened: one that
 gains less may lead off along a ridge. And of the least gain that it must promise."""
-REACH, LONGER = 4.0, 1.6
-"""Standard deviations about the mode to which a star reaches; and how much longer by the curvature
-on it its arms may be at a bound before it is made anew, once: the peak does not show what goes with
-a coordinate there."""
+LONGER = 1.6
+"""How much longer by the curvature on a star its arms may be at a bound before it is made anew,
+once: the peak does not show what goes with a coordinate there."""
 FALLS, LEAST_FALL, MOST_FALL, IMPOSSIBLE = 5, 2.0, 18.0, 1e4
 """Distances tried for a standard deviation, falls of the log density (nats) that give it, and the
 most that an infinite fall counts."""
@@ -55,16 +67,14 @@ SURVEYS, FARTHER = 4, 1.5
 """Surveys of a peak, each in the directions of the one before where that found it wider by much."""
 POINTS, MOST_POINTS = 4, 16
 """Points of an arm besides the centre, and the most that it gets where it errs."""
+BESIDE, MOST_BESIDE = 12, 60
+"""Points beside the arms that a star gets at once, and the most."""
 MOST_STARS, MOST_ERROR = 8, 2.0
-MOST_TIMES = 6.0
-"""Most by which arms are longer, or shorter, than those of the star before."""
 TOLERANCE, CHECKED = 1.0, 2.0
 """Largest error (nats) of the log likelihood at draws (`errors_at`), at the mode, and `CHECKED`
 standard deviations off: the likelihood itself is rough by tenths."""
-LEANS = 0.3
-"""Share of the reach about the mode within which an end of a range turns no arms."""
-EDGE_NEAR, MORE = 1e-3, 0.1
-"""Share of an arm within which a mode is at its end, and by which its range must go on there."""
+EDGE_NEAR = 1e-3
+"""Share of an arm within which a mode is at its end."""
 EDGE, EDGE_SHARE = 0.02, 0.005
 """Draws gather at an edge where more than that share are within that part of the star's reach."""
 
@@ -84,7 +94,7 @@ def starred(posterior: Posterior, peak: Peak) -> tuple[Posterior, Mode]:
     likelihood itself may be rough. Arms of a star whose mode is none of the exact tables are too
     long: they are halved.
     """
-    axes = _axes(posterior)
+    axes = axes_of(posterior)
     u, size = peak.u, REACH**2 * peak.covariance[np.ix_(axes, axes)]
     points, before, good = np.full(len(axes), POINTS), np.inf, None
     low, high = posterior.layout.low[axes], posterior.layout.high[axes]
@@ -95,9 +105,9 @@ def starred(posterior: Posterior, peak: Peak) -> tuple[Posterior, Mode]:
         if _error(local, mode.u) > MOST_ERROR:
             u, size = peak.u, 0.25 * size
             continue
-        good, back = (local, mode), _turned_back(local)
-        held = _held(local, mode.u[None], EDGE_NEAR) > 0.0
-        wanted = _size_wanted(local, (peak if sized else mode).covariance, held)
+        good, back = (local, mode), turned_back(local)
+        held = shares_held(local, mode.u[None], EDGE_NEAR) > 0.0
+        wanted = size_wanted(local, (peak if sized else mode).covariance, held)
         longer = np.diag(back @ wanted @ back.T) > LONGER**2 * np.diag(back @ size @ back.T)
         if held.any() or (longer.any() and not sized):
             u, size, sized = mode.u if held.any() else u, wanted, True
@@ -110,110 +120,6 @@ def starred(posterior: Posterior, peak: Peak) -> tuple[Posterior, Mode]:
     return good or (local, mode)
 
 
-def arms_about(posterior: Posterior, u: Floats, size: Floats, points: Ints) -> Arms:
-    """The arms of a star about u, of these numbers of `points` `[n_axes]`.
-
-    They are as long as `size` `[n_axes, n_axes]`, the square of the reach times a covariance, and
-    turn with it: coordinates that go together move the tables little where they move together.
-    Those that lean against an end of their range are moved by their own arms alone.
-    """
-    axes, slots = _axes(posterior), posterior.layout.slots
-    low, high = posterior.layout.ranges[:, axes]
-    spread = LEANS * np.sqrt(np.diag(size))
-    leans = (u[axes] - spread < low) | (u[axes] + spread > high)
-    rank = 1 - leans
-    for k in np.flatnonzero(axes == posterior.layout.track_scatter):
-        # Events without speeds lack it: it moves no others, and where it leans none move it.
-        apart = np.arange(len(axes)) != k
-        size, rank[k] = size.copy(), 2
-        size[k, apart & leans[k]] = size[apart & leans[k], k] = 0.0
-    turn, half = _turned(size, rank)
-    at, arms, along = np.linalg.solve(turn, u[axes]).tolist(), {}, {}
-    for j, axis in enumerate(axes):
-        down, up = (min(half[j], _room(s * turn[:, j], u[axes], low, high)) for s in (-1, 1))
-        arms[slots[axis].name] = arm_between(at[j], at[j] - down, at[j] + up, int(points[j]))
-        moved = [i for i in np.flatnonzero(turn[:, j]) if i != j]
-        along[slots[axis].name] = {slots[axes[i]].name: float(turn[i, j]) for i in moved}
-    return Arms(arms, along)
-
-
-def _turned(covariance: Floats, rank: Ints) -> tuple[Floats, Floats]:
-    """Directions (columns) that are independent under a covariance, and the spread along each.
-
-    Coordinates move with those of lower rank; of those of rank 0 each keeps to itself.
-    """
-    order = np.argsort(rank, kind="stable")
-    # Positive in spite of rounding.
-    covariance = covariance + 1e-9 * np.diag(np.diag(covariance))
-    lower, n = np.linalg.cholesky(covariance[np.ix_(order, order)]), int(np.sum(rank == 0))
-    spread = np.sqrt(np.diag(covariance))
-    spread[order[n:]] = np.diag(lower)[n:]
-    lower /= np.diag(lower)
-    lower[:n, :n] = np.eye(n)
-    turn = np.empty_like(lower)
-    turn[np.ix_(order, order)] = lower
-    return turn, spread
-
-
-def _directions(posterior: Posterior, u: Floats, covariance: Floats) -> tuple[Floats, Floats]:
-    """`_turned` of all coordinates: what shapes no tables moves with what does."""
-    layout = posterior.layout
-    rank, spread = np.full(len(u), 2), LEANS * np.sqrt(np.diag(covariance))
-    rank[_axes(posterior)] = 1
-    leans = (u - spread < layout.low) | (u + spread > layout.high)
-    return _turned(covariance, np.where(leans, 0, rank))
-
-
-def _axes(posterior: Posterior) -> Ints:
-    return np.array([k for k, slot in enumerate(posterior.layout.slots) if slot.arm], np.int64)
-
-
-def _room(move: Floats, at: Floats, low: Floats, high: Floats) -> float:
-    """How far `move` `[n]` can be gone from a place within its ends, `[n]` each."""
-    ends = np.where(move > 0.0, high, low)
-    ways = (ends - at)[move != 0.0] / move[move != 0.0]
-    return max(0.0, float(np.min(ways)))
-
-
-def _held(posterior: Posterior, u: Floats, edge: float) -> Floats:
-    """Shares of places u `[n, n_slots]` at an end of each arm `[n_axes]` where its range goes on.
-
-    That is, within the part `edge` of the arm from that end.
-    """
-    layout, axes = posterior.layout, _axes(posterior)
-    (low, high), places = layout.arm_ends[:, axes], layout.on_arms(u)[:, axes]
-    near, mean, turn = edge * (high - low), np.mean(u, axis=0), layout.turn[:, axes].T
-    at, shares = np.mean(places, axis=0), np.zeros(len(axes))
-    for beyond, sign, end in (
-        (places <= low + near, -1.0, low),
-        (places >= high - near, 1.0, high),
-    ):
-        rooms = np.array([_room(sign * move, mean, *layout.ranges) for move in turn])
-        goes_on = rooms > sign * (end - at) + MORE * (high - low)
-        shares = np.maximum(shares, np.mean(beyond, axis=0) * goes_on)
-    return shares
-
-
-def _size_wanted(posterior: Posterior, covariance: Floats, longer: Bools) -> Floats:
-    """The size of a better star (`arms_about`), by a covariance `[n_slots, n_slots]`.
-
-    Of an arm that must be `longer` at least twice the length.
-    """
-    axes = _axes(posterior)
-    back, half = _turned_back(posterior), 0.5 * np.ptp(posterior.layout.arm_ends[:, axes], axis=0)
-    on_arms = back @ covariance[np.ix_(axes, axes)] @ back.T
-    sd = np.sqrt(np.diag(on_arms))
-    wanted = np.clip(REACH * sd, half / MOST_TIMES, MOST_TIMES * half)
-    times = np.where(longer, np.maximum(wanted, 2.0 * half), wanted) / sd
-    turn = posterior.layout.turn[np.ix_(axes, axes)]
-    return np.asarray(turn @ (np.outer(times, times) * on_arms) @ turn.T)
-
-
-def _turned_back(posterior: Posterior) -> Floats:
-    axes = _axes(posterior)
-    return np.asarray(np.linalg.inv(posterior.layout.turn[np.ix_(axes, axes)]))
-
-
 def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) -> Peak:
     """The peak that is reached from u `[n_slots]`, by steps that gain `least` nats or more.
 
@@ -224,14 +130,14 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
     deviation is one over its rate.
     """
     layout = posterior.layout
-    others = np.setdiff1d(np.arange(len(u)), _axes(posterior))
+    others = np.setdiff1d(np.arange(len(u)), axes_of(posterior))
     u, cost = ascent(posterior.pinned(u), u, others, ITERATIONS, CLOSELY)
     moves, surveyed = np.diag(APART * units(posterior)), None
     damping, stretch, apart, both_ways = DAMPING, 1.0, SHARE_APART, False
     for _ in range(STEPS):
         scores = scores_at(posterior, u, moves, both_ways=both_ways)
         slope, free, inner, covariance = _information(posterior, u, scores)
-        turn, along = _directions(posterior, u, covariance)
+        turn, along = directions(posterior, u, covariance)
         moves = apart * turn * along
         at, best = u, cost
         while True:
@@ -258,7 +164,7 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
         elif surveyed is None:
             surveyed = surveyed_peak(posterior, Peak(u, covariance, -cost), scores)
             u, cost = surveyed.u, -surveyed.log_density
-            turn, along = _directions(posterior, u, surveyed.covariance)
+            turn, along = directions(posterior, u, surveyed.covariance)
             damping, stretch, apart, both_ways = DAMPING, 1.0, WIDELY_APART, True
             moves = apart * turn * along
         else:
@@ -297,9 +203,9 @@ def surveyed_peak(posterior: Posterior, peak: Peak, scores: Floats) -> Peak:
     layout, best, best_at = posterior.layout, peak.log_density, peak.u
     given, covariance = posterior.pinned(peak.u).mode_offsets(peak.u), peak.covariance
     for _ in range(SURVEYS):
-        turn, along = _directions(posterior, peak.u, covariance)
+        turn, along = directions(posterior, peak.u, covariance)
         by_direction = scores @ turn
-        for j in _axes(posterior):
+        for j in axes_of(posterior):
             away, spread = REACH, along[j]
             for _ in range(FALLS):
                 sides = peak.u + np.outer([-away, away], along[j] * turn[:, j])
@@ -335,7 +241,7 @@ def _errors(posterior: Posterior, mode: Mode, centre: Floats) -> Floats:
     Where the mode has moved from the `centre`, its own error counts along all that have moved by
     much.
     """
-    axes, back, moves = _axes(posterior), _turned_back(posterior), _moves(posterior, mode)
+    axes, back, moves = axes_of(posterior), turned_back(posterior), _moves(posterior, mode)
     away = np.abs(back @ (mode.u - centre)[axes]) / np.diag(back @ moves[:, axes].T)
     errors = np.where(away >= 0.5 * np.max(away), _error(posterior, mode.u), 0.0)
     for j, move in enumerate(moves):
@@ -346,7 +252,7 @@ def _errors(posterior: Posterior, mode: Mode, centre: Floats) -> Floats:
 
 def _moves(posterior: Posterior, mode: Mode) -> Floats:
     """`CHECKED` standard deviations along each arm, `[n_axes, n_slots]`, with what goes with it."""
-    axes, back = _axes(posterior), _turned_back(posterior)
+    axes, back = axes_of(posterior), turned_back(posterior)
     together = mode.covariance[:, axes] @ back.T
     return np.asarray(CHECKED * (together / np.sqrt(np.diag(back @ together[axes]))).T)
 
@@ -360,22 +266,27 @@ def improved(fine: Posterior, draws: Floats) -> Posterior | None:
 
     It reaches on where draws gather at an end that their range does not have: the curvature at the
     mode of a posterior that is skewed or bent says too little of how far it reaches. It gets more
-    points where some of the draws disagree with tables made on the spot.
+    points, and some beside its arms, where some of the draws disagree with tables made on the spot.
     """
     flat = draws.reshape(-1, draws.shape[-1])
-    wrong = np.max(np.abs(errors_at(fine, flat))) > TOLERANCE
-    gathers = _held(fine, flat, EDGE) > EDGE_SHARE
-    slots, axes = fine.layout.slots, _axes(fine)
+    checked = checked_draws(flat)
+    wrong = checked[np.abs(errors_at(fine, checked)) > TOLERANCE]
+    gathers = shares_held(fine, flat, EDGE) > EDGE_SHARE
+    slots, axes = fine.layout.slots, axes_of(fine)
     points = np.array([len(slots[k].arm) - 1 for k in axes])
-    more = np.where(gathers | wrong, np.minimum(2 * points, MOST_POINTS), points)
+    more = np.where(gathers | (len(wrong) > 0), np.minimum(2 * points, MOST_POINTS), points)
     if gathers.any():
-        size = _size_wanted(fine, np.cov(flat.T), gathers)
+        size = size_wanted(fine, np.cov(flat.T), gathers)
         return fine.on_star(arms_about(fine, np.median(flat, axis=0), size, more))
-    if np.array_equal(more, points):
+    beside = np.array([slots[k].beside for k in axes]).T
+    if not len(wrong) or len(beside) >= MOST_BESIDE:
         return None
+    on_arms = fine.layout.on_arms
+    beside = np.concatenate([beside, on_arms(wrong)[:, axes]])
+    beside = far_apart(on_arms(flat)[:, axes], beside, BESIDE - len(wrong))
     ends = zip(axes, *fine.layout.arm_ends[:, axes].tolist(), more.tolist(), strict=True)
     arms = {slots[k].name: arm_between(slots[k].arm[0], low, high, n) for k, low, high, n in ends}
-    return fine.on_star(Arms(arms))
+    return fine.on_star(beside_arms(fine, fine.layout.arms._replace(points=arms), beside))
 
 
 FIRST_POINTS, OTHER_POINTS = 5, 3
@@ -425,7 +336,7 @@ def mode_on_star(posterior: Posterior, u: Floats) -> Mode | None:
     """
     modes = [find_mode(posterior, at) for at in starts_of_kinds(posterior, u)]
     mode = max(modes, key=lambda mode: mode.log_density)
-    ends = _held(posterior, mode.u[None], EDGE_NEAR) > 0.0
+    ends = shares_held(posterior, mode.u[None], EDGE_NEAR) > 0.0
     return None if ends.any() or _error(posterior, mode.u) > TOLERANCE else mode
 
 

@@ -92,7 +92,7 @@ class Chart:
             parts += [] if in_sight else [at.seen_weight[used], at.seen_floor]
             mixed.append(np.concatenate(parts))
         self.star, self._nodes, self._used = star, centre, used
-        self._smooth, self._mixed = np.array(smooth), np.array(mixed)
+        self._smooth, self._mixed = star.relative(np.array(smooth)), np.array(mixed)
         self._places = _mixed(np.array([at.weight[used] for at in nodes]), np.array(places))
         self._seen = None
         if not in_sight:
@@ -216,7 +216,9 @@ class NodeCharts:
         place = tuple(u[list(self._axes)].tolist())
         if place not in self._between:
             if self._axes and self._chart is None:
-                star = Star([self.layout.slots[axis].arm for axis in self._axes])
+                slots = [self.layout.slots[axis] for axis in self._axes]
+                beside = [slot.beside for slot in slots]
+                star = Star([slot.arm for slot in slots], np.array(beside).T)
                 turn = self.layout.turn[np.ix_(self._axes, self._axes)]
                 at = [self._exact(tuple(point)) for point in (star.points @ turn.T).tolist()]
                 self._chart = Chart(star, at, self._in_sight)

@@ -1,7 +1,9 @@
 """Values at any place on a few axes, from those at the points of a star.
 
 A star has a centre, more points along each axis (its arms), and two for each pair of axes: cost and
-memory grow with the number of axes, not with a product of grids. Along an arm values are cubics
+memory grow with the number of axes, not with a product of grids. Where that is not enough, points
+`beside` the arms say by how much it is off there; about them this is kriged (a Gaussian process of
+exponential covariance, none on the arms), which does not overshoot. Along an arm values are cubics
 that do not overshoot: at a point from which no friction reaches a record its log mass is lower by
 nats or hundreds, and a plain cubic through it rises far above the points between which it is asked.
 So of the two bends (second differences) that make a cubic of a line, neither counts as more than
@@ -21,6 +23,8 @@ import numpy as np
 from avahazard.arrays import Floats, Ints
 from avahazard.kernels import kernel
 
+ALIKE = 0.5
+"""Reach of what a point beside the arms says, in half lengths of them."""
 MOST_BENT = 4.0
 """How many times one bend of a cubic may be the other; those of a cubic on even points from its
 middle on are 1 to 3 times."""
@@ -98,17 +102,21 @@ class StarPlace(NamedTuple):
     """A place on a star: its distance from the centre `[n_axes]`, and of each axis its line.
 
     With the points of the star that the line goes through. Beyond the reach of an arm its end
-    counts.
+    counts. `shares` `[n_beside]` are those of what the points beside the arms say.
     """
 
     moved: Floats
     lines: list[tuple[Line, Ints]]
+    shares: Floats
 
 
 class Star:
-    """`arms`: points along each axis, the centre first; `points` `[n_points, n_axes]` are all."""
+    """`arms`: points along each axis, the centre first; `points` `[n_points, n_axes]` are all.
 
-    def __init__(self, arms: Sequence[tuple[float, ...]]) -> None:
+    The last are those `beside` the arms `[n_beside, n_axes]`.
+    """
+
+    def __init__(self, arms: Sequence[tuple[float, ...]], beside: Floats | None = None) -> None:
         self.arms = [np.array(points) for points in arms]
         self._rising = [sorted(points) for points in arms]
         first = list(accumulate((len(points) - 1 for points in arms), initial=1))
@@ -128,32 +136,64 @@ class Star:
             self.points[first[axis] : first[axis + 1], axis] = points[1:]
         for at, (a, b, i, j) in zip(self.points[first[-1] :], self._pairs, strict=True):
             at[a], at[b] = self.arms[a][i], self.arms[b][j]
+        self._n_own = len(self.points)
+        self._scale = np.array([0.5 * np.ptp(points) for points in self.arms])
+        self._kriged: Floats = np.empty((self._n_own, 0))
+        if beside is not None and len(beside):
+            self.points = np.concatenate([self.points, beside])
+            covariance = self._alike(self.points) + 1e-9 * np.eye(len(self.points))
+            self._kriged = np.linalg.inv(covariance)[:, self._n_own :].astype(np.float64)
+        own = [self._own_mixing(self.place(at).lines) for at in self.points[self._n_own :]]
+        self._own_of_beside = np.array(own).reshape(-1, self._n_own)
+
+    def _alike(self, places: Floats) -> Floats:
+        """How alike a star is off at places `[n, n_axes]` and its points, `[n, n_points]`."""
+        apart = (places[:, None] - self.points) / self._scale
+        return np.asarray(np.exp(-np.sqrt(np.sum(apart**2, axis=-1)) / ALIKE))
 
     def place(self, values: Sequence[float] | Floats) -> StarPlace:
         """The place with these values `[n_axes]`."""
-        moved, lines = np.empty(len(self.arms)), []
+        at, lines = np.empty(len(self.arms)), []
         for axis, (rising, of_star) in enumerate(zip(self._rising, self._of_arm, strict=True)):
-            value = min(max(float(values[axis]), rising[0]), rising[-1])
-            moved[axis] = value - self.arms[axis][0]
+            at[axis] = value = min(max(float(values[axis]), rising[0]), rising[-1])
             line = line_weights(rising, value)
             lines.append((line, of_star[line.first : line.first + len(line.linear)]))
-        return StarPlace(moved, lines)
+        beside = self._kriged.shape[1] > 0
+        shares = self._alike(at[None])[0] @ self._kriged if beside else np.empty(0)
+        return StarPlace(at - self.points[0], lines, shares)
 
     def mixing(self, place: StarPlace) -> Floats:
         """Weights of the points `[n_points]` that mix their values linearly along each arm."""
-        weights = np.zeros(len(self.points))
+        own = self._own_mixing(place.lines) - place.shares @ self._own_of_beside
+        return np.concatenate([own, place.shares])
+
+    def _own_mixing(self, lines: list[tuple[Line, Ints]]) -> Floats:
+        weights = np.zeros(self._n_own)
         weights[0] = 1.0 - len(self.arms)
-        for line, points in place.lines:
+        for line, points in lines:
             weights[points] += line.linear
         return weights
 
+    def relative(self, values: Floats) -> Floats:
+        """Values at the points `[n_points, n]` as `between` has them.
+
+        Those beside the arms, less what the arms say of them.
+        """
+        result = values.copy()
+        for k in range(self._n_own, len(values)):
+            by_arms = self.place(self.points[k])._replace(
+                shares=np.zeros(len(values) - self._n_own)
+            )
+            result[k] -= self.between(by_arms, values)
+        return result
+
     def between(self, place: StarPlace, values: Floats) -> Floats:
-        """Values at the points `[n_points, n]`, interpolated at a place: `[n]`.
+        """Values at the points `[n_points, n]`, `relative`, interpolated at a place: `[n]`.
 
         By limited cubics along each arm, and products of two axes: what a pair's points have
         beyond the sum of both arms.
         """
-        result: Floats = values[0].copy()
+        result: Floats = values[0] + place.shares @ values[self._n_own :]
         for line, points in place.lines:
             result += along(line, values[points]) - values[0]
         for pair, (a, b, i, j) in enumerate(self._pairs, start=self._first[-1]):

@@ -20,11 +20,13 @@ class Arms(NamedTuple):
     """Arms of a star of exact tables, by slot name.
 
     `points` along each, the centre first. `along` has by what the slots of others move where that
-    one moves by 1: stars turn with the posterior, whose coordinates go together.
+    one moves by 1: stars turn with the posterior, whose coordinates go together. `beside` are
+    places on each of points beside the arms.
     """
 
     points: Mapping[str, Sequence[float]]
     along: Mapping[str, Mapping[str, float]] = MappingProxyType({})
+    beside: Mapping[str, Sequence[float]] = MappingProxyType({})
 
 
 SCATTER_CENTRE = 0.15
@@ -79,6 +81,7 @@ class Slot:
     neutral_value: float = np.nan
     lognormal: bool = False
     along: Mapping[str, float] = field(default_factory=dict)
+    beside: tuple[float, ...] = ()
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -131,7 +134,9 @@ class Layout:
     def arms(self) -> Arms:
         """The arms of its star."""
         armed = [slot for slot in self.slots if slot.arm]
-        return Arms({s.name: s.arm for s in armed}, {s.name: s.along for s in armed if s.along})
+        along = {s.name: s.along for s in armed if s.along}
+        beside = {s.name: s.beside for s in armed if s.beside}
+        return Arms({s.name: s.arm for s in armed}, along, beside)
 
     @cached_property
     def arm_ends(self) -> Floats:
@@ -303,14 +308,23 @@ def arm_between(centre: float, low: float, high: float, n: int) -> tuple[float, 
 
 
 def with_arms(layout: Layout, arms: Arms) -> Layout:
-    """The layout with the arms of some slots replaced by name; what it lacks moves along none."""
+    """The layout with the arms of some slots replaced by name; what it lacks moves along none.
+
+    Points beside the arms are those of a star of the same axes alone.
+    """
     known = {slot.name for slot in layout.slots}
+    same = {slot.name for slot in layout.slots if slot.arm} == set(arms.points)
     along = {
         name: {other: by for other, by in moved.items() if other in known}
         for name, moved in arms.along.items()
     }
     slots = [
-        replace(s, arm=tuple(arms.points[s.name]), along=along.get(s.name, s.along))
+        replace(
+            s,
+            arm=tuple(arms.points[s.name]),
+            along=along.get(s.name, s.along),
+            beside=tuple(arms.beside.get(s.name, ())) if same else (),
+        )
         if s.name in arms.points
         else s
         for s in layout.slots

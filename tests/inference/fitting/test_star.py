@@ -11,9 +11,9 @@ import pytest
 from scipy.stats import chi2
 
 from avahazard.inference.fitting import star
+from avahazard.inference.fitting.arms import REACH, arms_about
 from avahazard.inference.fitting.mode import errors_at, find_mode, log_evidence, scores_at
 from avahazard.inference.fitting.star import (
-    REACH,
     gauss_newton,
     held_ascent,
     improved,
@@ -173,7 +173,28 @@ def test_a_star_gets_points_where_draws_disagree_with_it() -> None:
     draws[..., k] = np.linspace(0.05, 0.3, 100) * whole.high
     better = improved(coarse, draws)
     assert better is not None
+    points = np.array(better.layout.slots[k].beside)
+    assert len(points) == star.BESIDE
+    assert np.all((points >= 0.05 * whole.high) & (points <= 0.3 * whole.high))
     assert len(better.layout.slots[k].arm) == 5
+    before, after = (np.max(np.abs(errors_at(on, draws[0]))) for on in (coarse, better))
+    assert after < 0.3 * before
+
+
+def test_where_an_effect_may_be_none_its_other_parameters_can_be_anything() -> None:
+    """The snow line, where little snow is taken up; a rate, where the line is high."""
+    model = _model("entrainment")
+    rate, above = model.layout.tables
+    u = near(model)
+    u[rate] = 0.2
+    axes = [model.layout.slots[k].name for k in (rate, above)]
+    ends = model.layout.ranges[:, [rate, above]]
+    wide = arms_about(model, u, np.diag([0.25, 0.01]), np.array([4, 4]))
+    narrow = arms_about(model, u, np.diag([0.01, 0.01]), np.array([4, 4]))
+    assert [(min(wide.points[a]), max(wide.points[a])) for a in axes] == [*map(tuple, ends.T)]
+    assert [len(wide.beside[a]) for a in axes] == [25, 25]
+    assert [max(narrow.points[a]) for a in axes] == pytest.approx(u[[rate, above]] + 0.1)
+    assert not any(narrow.beside.values())
 
 
 def test_a_star_keeps_the_part_of_the_events() -> None:

@@ -114,6 +114,42 @@ def test_a_point_of_an_arm_stands_for_itself() -> None:
         np.testing.assert_allclose(star.mixing(place), np.eye(len(star.points))[k], atol=1e-12)
 
 
+def test_points_beside_the_arms_mend_what_these_say() -> None:
+    """Values along a ridge that no arm follows; the twin solves for each place anew."""
+    arms, rng = [(2.0, 0.0, 1.0, 3.0, 4.0), (5.0, 2.0, 3.5, 7.0, 9.0)], np.random.default_rng(4)
+
+    def value(x: np.ndarray) -> np.ndarray:
+        return -np.abs(x[..., 0] * x[..., 1] - 9.0)[..., None]
+
+    beside = np.column_stack([rng.uniform(0.0, 4.0, 30), rng.uniform(2.0, 9.0, 30)])
+    plain, star = Star(arms), Star(arms, beside)
+    own = len(plain.points)
+    values = star.relative(value(star.points))
+    scale = np.array([2.0, 3.5])
+
+    def alike(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        apart = np.linalg.norm((a[:, None] - b) / scale, axis=-1)
+        return np.asarray(np.exp(-apart / 0.5))
+
+    off = np.zeros(len(star.points))
+    for k, at in enumerate(beside, start=own):
+        off[k] = (value(at) - plain.between(plain.place(at), value(plain.points)))[0]
+    errors = []
+    for at in np.column_stack([rng.uniform(0.0, 4.0, 50), rng.uniform(2.0, 9.0, 50)]):
+        found = star.between(star.place(at), values)
+        by_arms = plain.between(plain.place(at), value(plain.points))
+        kriged = alike(at[None], star.points) @ np.linalg.solve(
+            alike(star.points, star.points), off
+        )
+        assert found == pytest.approx(by_arms + kriged, abs=1e-6)
+        assert star.mixing(star.place(at)).sum() == pytest.approx(1.0)
+        errors.append((float((found - value(at))[0]), float((by_arms - value(at))[0])))
+    kept, before = np.sqrt(np.mean(np.square(errors), axis=0))
+    assert kept < 0.6 * before
+    for at in (*plain.points[:9], *beside):
+        assert star.between(star.place(at), values) == pytest.approx(value(at), abs=1e-6)
+
+
 def test_beyond_a_star_its_ends_count() -> None:
     star = Star(ARMS)
     at = np.random.default_rng(2).normal(size=(len(star.points), 3))
