@@ -42,6 +42,12 @@ CASES = {
     "speed-weakening": Case(("speed-weakening",), a=0.6, n_worlds=30),
     "tracks": Case(speeds=PLACES, a=0.5, n_worlds=30),
     "tracks with drag": Case(("turbulent-drag",), speeds=PLACES, a=0.3, n_worlds=30),
+    "drag and weakening": Case(
+        ("turbulent-drag", "speed-weakening"), speeds=PLACES, a=0.5, n_worlds=30
+    ),
+    "drag and entrainment": Case(
+        ("turbulent-drag", "entrainment"), a=0.3, dropped=300.0, n_worlds=30
+    ),
 }
 
 

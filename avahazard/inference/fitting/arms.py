@@ -7,8 +7,9 @@ from itertools import product
 import numpy as np
 
 from avahazard.arrays import Bools, Floats, Ints
+from avahazard.inference.fitting.mode import held_ascent
 from avahazard.inference.likelihood.posterior import Posterior
-from avahazard.inference.model.layout import Arms, Slot, arm_between
+from avahazard.inference.model.layout import Arms, arm_between
 
 REACH = 4.0
 """Standard deviations about the mode to which a star reaches."""
@@ -20,6 +21,9 @@ MORE = 0.1
 """Share of an arm by which a range must go on beyond the end of it."""
 EACH = 5
 """Values of each parameter of those that can be anything, at whose products there are points."""
+SHARES, FAR = 2.0 ** np.arange(-6, 1), 10.0
+"""Shares of its range to which an amount can go, and a fall of the log density (nats) that ends
+it."""
 CANDIDATES = 500
 """Most draws out of which points are chosen."""
 
@@ -30,8 +34,8 @@ def arms_about(posterior: Posterior, u: Floats, size: Floats, points: Ints) -> A
     They are as long as `size` `[n_axes, n_axes]`, the square of the reach times a covariance, and
     turn with it: coordinates that go together move the tables little where they move together.
     Those that lean against an end of their range are moved by their own arms alone, and so are
-    those that can be anything (`_free_together`): they have all of their range, with points beside
-    the arms.
+    those that can be anything (`_free_together`): these have all that they can be, with points
+    beside the arms (`_all_over`).
     """
     axes, slots = axes_of(posterior), posterior.layout.slots
     low, high = posterior.layout.ranges[:, axes]
@@ -46,8 +50,11 @@ def arms_about(posterior: Posterior, u: Floats, size: Floats, points: Ints) -> A
         size, rank[k] = size.copy(), 2
         size[k, apart & leans[k]] = size[apart & leans[k], k] = 0.0
     turn, half = _turned(size, rank)
-    half = np.where(anywhere, np.inf, half)
     at: Floats = np.linalg.solve(turn, u[axes]).astype(np.float64)
+    beside = [np.empty((0, len(axes)))]
+    for together in free:
+        beside.append(_all_over(posterior, u, turn, together, reach[together[0]]))
+        half[together] = np.max(np.abs(beside[-1] - at), axis=0)[together]
     arms, along = {}, {}
     for j, axis in enumerate(axes):
         down, up = (min(half[j], _room(s * turn[:, j], u[axes], low, high)) for s in (-1, 1))
@@ -55,27 +62,13 @@ def arms_about(posterior: Posterior, u: Floats, size: Floats, points: Ints) -> A
         arms[slots[axis].name] = arm_between(float(at[j]), *ends, int(points[j]))
         moved = [i for i in np.flatnonzero(turn[:, j]) if i != j]
         along[slots[axis].name] = {slots[axes[i]].name: float(turn[i, j]) for i in moved}
-    beside: list[Floats] = []
-    for together in free:
-        amount, *others = (slots[axes[j]] for j in together)
-        for values in product(
-            _amounts(amount), *(np.linspace(s.low, s.high, EACH) for s in others)
-        ):
-            beside.append(at.copy())
-            beside[-1][together] = values
-    return beside_arms(posterior, Arms(arms, along), np.array(beside).reshape(-1, len(axes)))
+    return beside_arms(posterior, Arms(arms, along), np.concatenate(beside))
 
 
 def beside_arms(posterior: Posterior, arms: Arms, points: Floats) -> Arms:
     """The arms with these `points` `[n_points, n_axes]` beside them, by their places on each."""
     names = [posterior.layout.slots[k].name for k in axes_of(posterior)]
     return arms._replace(beside=dict(zip(names, points.T.tolist(), strict=True)))
-
-
-def _amounts(slot: Slot) -> Floats:
-    """Amounts within the range of a slot, the closer the nearer to none."""
-    end = max((slot.low, slot.high), key=lambda value: abs(value - slot.neutral))
-    return slot.neutral + np.linspace(0.0, 1.0, EACH + 1)[1:] ** 2 * (end - slot.neutral)
 
 
 def _free_together(posterior: Posterior, at: Floats, reach: Floats) -> list[list[int]]:
@@ -92,6 +85,40 @@ def _free_together(posterior: Posterior, at: Floats, reach: Floats) -> list[list
         if any(neutral[1:]) and abs(at[together[0]] - neutral[0]) < reach[together[0]]:
             found.append(together)
     return found
+
+
+def _all_over(
+    posterior: Posterior, u: Floats, turn: Floats, together: list[int], reach: float
+) -> Floats:
+    """Places on the arms `[n, n_axes]` all over what parameters can be that can be anything.
+
+    The first of these `together` (axes) is an amount: it goes beyond its `reach` about u until the
+    density there has fallen by `FAR`, whatever the others are. Its places are closer near none.
+    """
+    (first, *others), axes = together, axes_of(posterior)
+    low, high = posterior.layout.ranges[:, axes]
+    at, none = np.linalg.solve(turn, u[axes]), posterior.layout.slots[axes[first]].neutral
+    most = max(low[first] - none, high[first] - none, key=abs)
+    shapes = np.array([*product(*(np.linspace(low[j], high[j], EACH) for j in others))])
+
+    def places(amount: float) -> Floats:
+        found = np.tile(at, (len(shapes), 1))
+        found[:, first], found[:, others] = none + amount, shapes
+        return found
+
+    least = posterior.pinned(u).log_density(u) - FAR
+    going_on = np.full(len(shapes), True)
+    for share in SHARES:
+        amount = share * most
+        if abs(amount) < reach + abs(at[first] - none):
+            continue
+        there = np.clip(places(amount) @ turn.T, low, high)
+        for k in np.flatnonzero(going_on):
+            going_on[k] = held_ascent(posterior, u, axes, there[k])[0] > least
+        if not going_on.any():
+            break
+    closer = np.linspace(0.0, 1.0, EACH + 1)[1:] ** 2
+    return np.concatenate([places(amount * share) for share in closer])
 
 
 def _turned(covariance: Floats, rank: Ints) -> tuple[Floats, Floats]:

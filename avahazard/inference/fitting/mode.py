@@ -9,6 +9,7 @@ next ones follow the weighted draws, and every draw counts with the mixture of a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -52,6 +53,8 @@ STEP, GRADIENT_STEP = 1e-3, 1e-6
 """Steps of the differences for curvature and gradient, in coordinates of order one."""
 APART = 0.01
 """Differences for scores, in coordinates of order one."""
+HELD_ITERATIONS, HELD_GAIN = 20, 0.01
+"""Most iterations of a short ascent, and the least gain (nats) of one."""
 FALL = 0.5
 """Fall of the log density (nats) over which curvature is taken along the arms of a star."""
 MOST_BENT = 4.0
@@ -176,6 +179,23 @@ def ascent(
         options={"maxiter": iterations},
     )
     return coordinates(found.x), float(found.fun)
+
+
+def held_ascent(
+    posterior: Posterior, u: Floats, held: Sequence[int] | Ints, values: Sequence[float] | Floats
+) -> tuple[float, Floats]:
+    """Log density and coordinates of a short ascent from u with slots `held` kept at `values`.
+
+    All that shapes the tables is held as well, where it is.
+    """
+    start = u.copy()
+    start[list(held)] = values
+    slots = posterior.layout.slots
+    free = [k for k, slot in enumerate(slots) if not slot.arm and k not in held]
+    reached, cost = ascent(
+        posterior.pinned(start), start, np.array(free, np.int64), HELD_ITERATIONS, HELD_GAIN
+    )
+    return -cost, reached
 
 
 def costs(posterior: Posterior, u: Floats) -> Floats:

@@ -37,6 +37,7 @@ from avahazard.inference.fitting.mode import (
     checked_draws,
     errors_at,
     find_mode,
+    held_ascent,
     scores_at,
     start_coordinates,
     units,
@@ -268,6 +269,8 @@ def improved(fine: Posterior, draws: Floats) -> Posterior | None:
     mode of a posterior that is skewed or bent says too little of how far it reaches. It gets more
     points, and some beside its arms, where some of the draws disagree with tables made on the spot.
     """
+    if not fine.nodes.varies:
+        return None
     flat = draws.reshape(-1, draws.shape[-1])
     checked = checked_draws(flat)
     wrong = checked[np.abs(errors_at(fine, checked)) > TOLERANCE]
@@ -293,7 +296,6 @@ FIRST_POINTS, OTHER_POINTS = 5, 3
 """Values tried of the first parameter of an effect, and of each other one."""
 TRACK_SCATTERS = (-1.2, 0.0, 1.2)
 """Logs of the scatters along tracks that are tried, from the most plausible one."""
-HELD_ITERATIONS = 20
 SHARES, SHIFTS, CLIMBED, MOST_EXPLAINED = (0.15, 0.3, 0.5, 0.7, 0.85), (1.5, 2.5, 4.0, 6.0), 2, 0.85
 """Shares of a second kind of avalanche that are tried, its shifts in scatters, from how many of
 these the mode is sought, and the part of the variance of friction that kinds may explain."""
@@ -403,20 +405,3 @@ def _tried(effect: Effect) -> list[Floats]:
     tried = [np.array(corner) for corner in product(amounts, *between)]
     shapes = effect.shapes if isinstance(effect, MotionEffect) else ()
     return tried + [by * np.array(shape) for shape in shapes for by in amounts]
-
-
-def held_ascent(
-    posterior: Posterior, u: Floats, held: Sequence[int], values: Sequence[float] | Floats
-) -> tuple[float, Floats]:
-    """Log density and coordinates of a short ascent from u with slots `held` kept at `values`.
-
-    All that shapes the tables is held as well, where it is.
-    """
-    start = u.copy()
-    start[list(held)] = values
-    slots = posterior.layout.slots
-    free = [k for k, slot in enumerate(slots) if not slot.arm and k not in held]
-    reached, cost = ascent(
-        posterior.pinned(start), start, np.array(free, np.int64), HELD_ITERATIONS, CLOSELY
-    )
-    return -cost, reached

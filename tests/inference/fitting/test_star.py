@@ -12,10 +12,15 @@ from scipy.stats import chi2
 
 from avahazard.inference.fitting import star
 from avahazard.inference.fitting.arms import REACH, arms_about
-from avahazard.inference.fitting.mode import errors_at, find_mode, log_evidence, scores_at
+from avahazard.inference.fitting.mode import (
+    errors_at,
+    find_mode,
+    held_ascent,
+    log_evidence,
+    scores_at,
+)
 from avahazard.inference.fitting.star import (
     gauss_newton,
-    held_ascent,
     improved,
     search_mode,
     surveyed_peak,
@@ -140,7 +145,7 @@ def test_a_star_reaches_some_standard_deviations() -> None:
 def test_a_star_goes_on_where_draws_gather_at_an_end_of_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(star, "errors_at", lambda *_: np.zeros(1))
+    monkeypatch.setattr(star, "errors_at", lambda _, draws: np.zeros(len(draws)))
     model = _model("turbulent-drag")
     k = model.layout.tables[0]
     whole = model.layout.slots[k]
@@ -195,6 +200,18 @@ def test_where_an_effect_may_be_none_its_other_parameters_can_be_anything() -> N
     assert [len(wide.beside[a]) for a in axes] == [25, 25]
     assert [max(narrow.points[a]) for a in axes] == pytest.approx(u[[rate, above]] + 0.1)
     assert not any(narrow.beside.values())
+
+
+def test_an_amount_goes_no_farther_than_the_records_let_it() -> None:
+    """Speeds say that there is little weakening, at whatever speed it would begin."""
+    model = _with_speeds("turbulent-drag", "speed-weakening")
+    mode = search_mode(model)[1]
+    _, ratio, _ = model.layout.tables
+    name = model.layout.slots[ratio].name
+    (ends,) = model.layout.ranges.T[[ratio]]
+    about = arms_about(model, mode.u, 1e-4 * np.eye(4), np.full(4, 4))
+    assert max(about.points[name]) == ends[1]
+    assert np.mean(ends) < min(about.points[name]) < ends[1] - 0.02
 
 
 def test_a_star_keeps_the_part_of_the_events() -> None:
