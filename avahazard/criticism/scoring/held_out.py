@@ -15,8 +15,14 @@ from scipy.special import logsumexp
 from scipy.stats import multivariate_t
 
 from avahazard.arrays import Bools, Floats, Ints
-from avahazard.criticism.scoring.scores import ExpectedRecords, crps, expected_records
-from avahazard.criticism.scoring.speed_misfit import MatchedSpeeds, matched_speeds
+from avahazard.criticism.scoring.scores import (
+    ExpectedRecords,
+    crps,
+    error_sign,
+    expected_records,
+    observed_records,
+)
+from avahazard.criticism.scoring.speed_misfit import MatchedSpeeds, matched_speeds, track_places
 from avahazard.effects.effect import Effect, GroupEffect
 from avahazard.engine import spread_map
 from avahazard.inference.fitted_model import FittedModel, fitted_model
@@ -232,7 +238,7 @@ class HeldOut(NamedTuple):
 
 
 class HeldOutPredictions(NamedTuple):
-    """Each event by the fit to the other groups: `[n_events]` log densities, records, speeds."""
+    """Each event by the fit to the other groups: log densities `[n_events]`, records, speeds."""
 
     log_density: Floats
     records: ExpectedRecords
@@ -311,40 +317,45 @@ def held_out_predictions(
     """What the fits without each group say of it; their draws are near those of the model."""
     posterior, around = model.posterior, model.draws
     start = find_mode(posterior, np.median(around, axis=0))
-    n = len(groups)
-    log_density = np.empty(n)
+    n, observations = len(groups), posterior.observations
+    log_density, sigma = np.empty((2, n))
     draws, x = (np.empty((n, RECORD_DRAWS)) for _ in range(2))
     left = np.empty((n, RECORD_DRAWS), dtype=np.bool_)
-    speeds = None
+    tracks = track_places(observations) if observations.speeds else None
+    places, speeds = [], []
     names = np.unique(groups)
     # The fits share the tables of one posterior, which fill up as they go.
     fits = spread_map(_predict_left_out, (posterior, around, start, groups), names, threads=False)
     for done, (group, found) in enumerate(zip(names, fits, strict=True)):
-        out = groups == group
-        records, tracks = found.records, found.speeds
-        draws[out], left[out], x[out] = records.draws[out], records.left[out], records.x[out]
-        log_density[out] = found.log_density[out]
-        if tracks is not None:
-            speeds = tracks if speeds is None else speeds
-            selected = out[speeds.event]
-            speeds.draws[selected] = tracks.draws[selected]
+        out, records = groups == group, found.records
+        draws[out], left[out], x[out] = records.draws, records.left, records.x
+        sigma[out], log_density[out] = records.sigma, found.log_density
+        if tracks is not None and found.speeds is not None:
+            places.append(np.flatnonzero(out[tracks.event]))
+            speeds.append(found.speeds.draws)
         progress((done + 1) / len(names))
-    merged = ExpectedRecords(records.observed, records.sigma, draws, left, x, records.sign)
-    return HeldOutPredictions(log_density, merged, speeds)
+    of_tracks = None
+    if tracks is not None:
+        order = np.argsort(np.concatenate(places))
+        of_tracks = MatchedSpeeds(*tracks, np.concatenate(speeds)[order])
+    observed, sign = observed_records(observations), error_sign(observations)
+    merged = ExpectedRecords(observed, sigma, draws, left, x, sign)
+    return HeldOutPredictions(log_density, merged, of_tracks)
 
 
 def _predict_left_out(
     shared: tuple[Posterior, Floats, Mode, Ints], group: int
 ) -> HeldOutPredictions:
-    """What the fit without a group says of all events."""
+    """What the fit without a group says of the group."""
     posterior, around, start, groups = shared
     out = groups == group
     rest = posterior.restricted(~out)
     fit = resampled(fit_draws(rest, start, RECORD_DRAWS, key_of(out), around), RECORD_DRAWS)
     rng = generator(0, "held out records", key_of(out))
-    fitted = fitted_model(rest, fit.coordinates, offsets_by_group(rest, fit.offsets))
+    part, offsets = posterior.of_part(np.flatnonzero(out)), offsets_by_group(rest, fit.offsets)
+    fitted = fitted_model(part, fit.coordinates, offsets)
     records = expected_records(fitted, RECORD_DRAWS, rng)
-    log_density = mean_log_density(rest, fit, out)
+    log_density = mean_log_density(rest, fit, out)[out]
     return HeldOutPredictions(log_density, records, matched_speeds(fitted, rng))
 
 

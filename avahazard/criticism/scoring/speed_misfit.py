@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +50,22 @@ class MatchedSpeeds:
     draws: Floats
 
 
+class TrackPlaces(NamedTuple):
+    """The measured places of all tracks, `[n_places]`, as `MatchedSpeeds` has them."""
+
+    event: NDArray[np.int64]
+    x: Floats
+    observed: Floats
+    sigma: Floats
+
+
+def track_places(observations: Observations) -> TrackPlaces:
+    """The measured places of the tracks, one after the other."""
+    tracks = observations.speeds
+    rows = [(np.full(len(t.x), t.event), t.x, t.speed, t.sigma) for t in tracks]
+    return TrackPlaces(*map(np.concatenate, zip(*rows, strict=True)))
+
+
 def matched_speeds(model: FittedModel, rng: np.random.Generator) -> MatchedSpeeds | None:
     """Draw speeds of each track with the friction that its own stop asks for; None without tracks.
 
@@ -78,13 +95,7 @@ def matched_speeds(model: FittedModel, rng: np.random.Generator) -> MatchedSpeed
             arrives = observations.kind[i] != LEFT
             tracks.append(drawn_speeds(square, track, sigma, rng, arrives))
         columns.append(np.concatenate(tracks, axis=0))
-    return MatchedSpeeds(
-        event=np.concatenate([np.full(len(t.x), t.event) for t in observations.speeds]),
-        x=np.concatenate([t.x for t in observations.speeds]),
-        observed=np.concatenate([t.speed for t in observations.speeds]),
-        sigma=np.concatenate([t.sigma for t in observations.speeds]),
-        draws=np.concatenate(columns, axis=1),
-    )
+    return MatchedSpeeds(*track_places(observations), np.concatenate(columns, axis=1))
 
 
 def stop_nodes(posterior: Posterior, table: Predicted) -> Nodes:

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.arrays import Bools, Floats
+from avahazard.arrays import Bools, Floats, Ints
 from avahazard.effects.effect import (
     Effect,
     KindsEffect,
@@ -27,7 +27,7 @@ from avahazard.inference.likelihood.predicted import Values, keep, record_sigma,
 from avahazard.inference.likelihood.terms import EventTerms, event_terms, event_terms_kernel
 from avahazard.inference.model.friction_model import EventFriction, OffsetPlan, friction_model
 from avahazard.inference.model.layout import Arms, Layout, with_arms
-from avahazard.inference.model.observations import Observations
+from avahazard.inference.model.observations import Observations, part_of
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.model.volumes import VolumeNodes, rescaled
 from avahazard.physics.cells import Resistance
@@ -97,6 +97,18 @@ class Posterior:
         part = copy(self)
         part._keep = keep
         return part
+
+    def of_part(self, events: Ints) -> Posterior:
+        """The posterior of the same model on these `events` `[n]` alone."""
+        other = copy(self)
+        other.observations = part_of(self.observations, events)
+        other._keep, other._volumes = np.ones(len(events), dtype=np.bool_), {}
+        for name in ("of_events", "_covariate"):
+            other.__dict__.pop(name, None)
+        curvature = float(self.specification.centrifugal)
+        of_block = self.effects, self.layout, curvature, self._in_log
+        other.nodes = NodeCharts(other.observations, *of_block)
+        return other
 
     def pinned(self, u: Floats) -> Posterior:
         """The posterior where the parameters that shape the tables are held at those of u."""

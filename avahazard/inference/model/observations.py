@@ -579,12 +579,12 @@ def _observation(event: Event) -> tuple[int, float | None]:
 
 
 def part_of(observations: Observations, events: Ints) -> Observations:
-    """These `events` `[n]`, in this order, of observations without speeds.
+    """These `events` `[n]`, in this order, of observations, with their tracks.
 
     Volumes are read in the light of all, as they were.
     """
-    assert not observations.speeds
     columns, volumes = observations.columns, observations.volumes
+    place = {event: k for k, event in enumerate(events.tolist())}
     path = columns.path_index[events]
     known = np.unique(path[path >= 0])
 
@@ -603,6 +603,11 @@ def part_of(observations: Observations, events: Ints) -> Observations:
             path_index=np.where(path >= 0, np.searchsorted(known, path), -1),
         ),
         volumes=of(volumes, records=of(volumes.records)),
+        speeds=tuple(
+            replace(track, event=place[track.event])
+            for track in observations.speeds
+            if track.event in place
+        ),
     )
     return part
 

@@ -168,6 +168,26 @@ def test_a_restricted_posterior_knows_a_part_of_the_events() -> None:
     assert again.layout.high[-1] == -1.0
 
 
+@pytest.mark.parametrize("effects", [("turbulent-drag", "snow-type"), ("path-effect",)])
+def test_a_model_of_a_part_of_the_events_is_that_of_all(effects: tuple[str, ...]) -> None:
+    """With their tracks; in another order, of some paths alone."""
+    model = posterior(observations(), *effects)
+    path = model.observations.columns.path_index
+    events = np.flatnonzero(np.isin(path, (1, 3)))[::-1]
+    part, u = model.of_part(events), _place(model, 0)
+    tracks = [track.event for track in model.observations.speeds]
+    assert len(part.observations.speeds) == len(np.intersect1d(tracks, events)) > 0
+    assert len(part.observations.sites) == 2
+    offsets = there = None
+    if model.plan:
+        of = dict(zip(model.plan.names, 0.1 * np.arange(len(model.plan.names)), strict=True))
+        offsets = np.array([*of.values()])
+        there = np.array([of[name] for name in part.plan.names])
+    expected = model.pinned(u).event_log_likelihood(u, offsets)[events]
+    found = part.pinned(u).event_log_likelihood(u, there)
+    assert found == pytest.approx(expected, abs=1e-9)
+
+
 def test_paths_without_events_left_keep_a_prior_offset() -> None:
     model = posterior(observations(), "path-effect")
     u = _place(model, 0)
