@@ -5,7 +5,8 @@ from __future__ import annotations
 from math import isfinite
 
 from avahazard.effects.catalogue import catalogue
-from avahazard.effects.covariate import change, covariate, interaction, scatter_by
+from avahazard.effects.change import change
+from avahazard.effects.covariate import covariate, interaction, scatter_by
 from avahazard.effects.effect import Definition, Parameter
 from avahazard.effects.groups import one_path
 

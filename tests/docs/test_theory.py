@@ -59,7 +59,7 @@ CONSTANTS = [
     ("criticism", "At most 4 forms", "criticism.diagnosis.laws", "FITTED", 4),
     ("criticism", "at 10 places", "criticism.diagnosis.laws", "PLACES", 10),
     ("criticism", "So are three", "criticism.diagnosis.full_fits", "BY_PATH", 3),
-    ("criticism", "up to 40 dates", "effects.covariate", "MOST_DATES", 40),
+    ("criticism", "up to 40 dates", "effects.change", "MOST_DATES", 40),
     ("criticism", "nearby within 3 days", "effects.columns", "NEARBY_DAYS", 3),
     ("criticism", "more than 0.5 nats", "criticism.diagnosis.nuisances", "ASKED_FOR", 0.5),
     ("likelihood", "within 3 days", "effects.groups", "DAYS", 3),

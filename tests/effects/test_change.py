@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from avahazard.effects.catalogue import definition
+from avahazard.effects.change import MOST_DATES
 from avahazard.effects.columns import EventColumns, build_columns
-from avahazard.effects.covariate import MOST_DATES
 from avahazard.effects.effect import MIN_LEVEL, FrictionEffect
 from avahazard.records.collection import Event, Path
 

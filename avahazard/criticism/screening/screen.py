@@ -22,7 +22,8 @@ from scipy.special import gammaincc
 from avahazard.arrays import Floats, Ints
 from avahazard.criticism.screening.linear_model import NOTHING, LinearModel, linear_model
 from avahazard.effects.catalogue import catalogue
-from avahazard.effects.covariate import ALL, VOLUME, change, covariate, interaction, scatter_by
+from avahazard.effects.change import ALL, change
+from avahazard.effects.covariate import VOLUME, covariate, interaction, scatter_by
 from avahazard.effects.effect import Definition, Effect, FrictionEffect
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.friction_model import volume_share
