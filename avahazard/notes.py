@@ -229,6 +229,8 @@ TERMINAL = {
     "no_drag": "{model} has no drag: nothing but friction limits its speeds, so that they and the "
     "pressures are too high where the path is steep and long. Measured speeds, and the effect "
     "{effects}, would correct it.",
+    "speeds_fail": "the speeds of {model} differ from the measured ones beyond chance, by "
+    "{bias:+.0f} m/s somewhere: pressures and zones err with them. See avahazard compare {model}.",
     "no_terrain": "no terrain is stored for {paths}: import their lines with --dem.",
     "not_on_map": "not on the map, for want of terrain or runs: {paths}.",
     "friction_of_block": "the friction of {model} was calibrated for the block; for the runs of a "

@@ -38,6 +38,7 @@ from avahazard.store.records import load_records
 from avahazard.store.results import AVERAGE, BOUNDS, ZONES, read_run
 from avahazard.store.session import reading
 from avahazard.workflow.by_path import PathTask, PathWork, run_paths
+from avahazard.workflow.next_step import latest_comparison
 from avahazard.workflow.requests import HazardRequest, VolumesRequest, ZonesRequest
 from avahazard.workflow.stored import (
     limits_speed,
@@ -322,6 +323,10 @@ def _maxima(frequencies: Frequencies, path_id: str) -> Rows[results.YearlyMaximu
     )
 
 
+CHANCE = 0.05
+"""Level of the p-value, corrected for all levels, at which measured speeds fail a model."""
+
+
 class NoDragError(AvahazardError):
     """Zones by a model whose speeds nothing but friction limits."""
 
@@ -372,7 +377,8 @@ def zones_work(
         )
     periods = tuple(sorted({*request.return_periods, *wanted.return_periods}))
     no_drag = () if limits_speed(model) else (Note("no_drag", model=name, effects=_remedies()),)
-    notes = (*map(Note.ready, wanted.notes), *no_drag, *notes_of_fit(model))
+    fails = _speeds_that_fail(database, name)
+    notes = (*map(Note.ready, wanted.notes), *no_drag, *fails, *notes_of_fit(model))
     frequencies = volume_frequencies(survey.volumes, request.seed, request.source)
     answer = partial(zones_of_path, model, frequencies, wanted, periods, request, notes)
     settings = {
@@ -386,6 +392,15 @@ def zones_work(
     path_ids = survey.paths_to_run(request.paths)
     work = PathWork(ZONES, "Zones", answer, model.calibration, survey, path_ids, settings)
     return work, notes
+
+
+def _speeds_that_fail(database: str, name: str) -> list[Note]:
+    """A note where the last comparison found speeds that fail the measured ones; or none."""
+    with reading(database) as session:
+        compared = latest_comparison(session, name)
+    rows = (compared.speed_misfit if compared else None) or ()
+    off = [row.bias_m_s for row in rows if row.p_value is not None and row.p_value < CHANCE]
+    return [Note("speeds_fail", model=name, bias=max(off, key=abs))] if off else []
 
 
 def zones_of_path(

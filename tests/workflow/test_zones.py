@@ -18,6 +18,7 @@ from avahazard.store.results import ZONES, latest_documents
 from avahazard.store.session import reading
 from avahazard.store.upkeep import create
 from avahazard.workflow.calibrate import calibrate
+from avahazard.workflow.compare import compare
 from avahazard.workflow.database import import_files
 from avahazard.workflow.hazard import NoDragError, hazard, load_limits, zones
 from avahazard.workflow.requests import (
@@ -235,6 +236,21 @@ def test_drag_or_measured_speeds_limit_speeds(effects: tuple[str, ...], tmp_path
     calibrate(file, "m", CalibrateRequest(with_=effects, draws=50, chains=2))
     found = zones(file, "m", ZonesRequest(paths=["P01"]))
     assert ("no_drag" in [note.key for note in found.notes]) == (not effects)
+
+
+def test_speeds_that_fail_the_measured_ones_are_noted(tmp_path: Path) -> None:
+    file = str(tmp_path / "d.db")
+    create(file)
+    hidden = SynthRequest(effects=("turbulent-drag",), events=40, paths=3, seed=1, speeds=0.4)
+    synthesise(tmp_path / "world", hidden)
+    import_files(file, [tmp_path / "world"])
+    calibrate(file, "base", CalibrateRequest(draws=50, chains=2))
+    keys = [note.key for note in zones(file, "base", ZonesRequest(paths=["P01"])).notes]
+    assert "speeds_fail" not in keys
+    compare(file, "base")
+    found = zones(file, "base", ZonesRequest(paths=["P01"]))
+    (note,) = (note for note in found.notes if note.key == "speeds_fail")
+    assert note.startswith("the speeds of base differ from the measured ones beyond chance, by +")
 
 
 def test_a_bad_file_of_limits_is_named(tmp_path: Path) -> None:
