@@ -19,7 +19,8 @@ from babel.messages.pofile import read_po, write_po
 
 from avahazard.criticism.scoring.where_it_fails import MONTHS
 from avahazard.effects.catalogue import MADE, catalogue
-from avahazard.effects.covariate import change, interaction
+from avahazard.effects.change import change
+from avahazard.effects.covariate import interaction
 from avahazard.hazard.alpha_beta import REGRESSIONS
 from avahazard.hazard.volume_records import WINDOWS
 from avahazard.hazard.zones import PRESETS
