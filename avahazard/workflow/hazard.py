@@ -31,6 +31,7 @@ from avahazard.notes import Note, placed
 from avahazard.records.collection import find_path
 from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
+from avahazard.report.words import SIGNIFICANT
 from avahazard.request import many
 from avahazard.results import hazard as results
 from avahazard.results.base import Report, Rows, plain, silent
@@ -323,10 +324,6 @@ def _maxima(frequencies: Frequencies, path_id: str) -> Rows[results.YearlyMaximu
     )
 
 
-CHANCE = 0.05
-"""Level of the p-value, corrected for all levels, at which measured speeds fail a model."""
-
-
 class NoDragError(AvahazardError):
     """Zones by a model whose speeds nothing but friction limits."""
 
@@ -399,7 +396,7 @@ def _speeds_that_fail(database: str, name: str) -> list[Note]:
     with reading(database) as session:
         compared = latest_comparison(session, name)
     rows = (compared.speed_misfit if compared else None) or ()
-    off = [row.bias_m_s for row in rows if row.p_value is not None and row.p_value < CHANCE]
+    off = [row.bias_m_s for row in rows if row.p_value is not None and row.p_value < SIGNIFICANT]
     return [Note("speeds_fail", model=name, bias=max(off, key=abs))] if off else []
 
 
