@@ -17,8 +17,8 @@ from avahazard.effects.site import Site
 from avahazard.inference.model.observations import (
     release_elevations,
     released_site,
-    stated_release_sigma,
 )
+from avahazard.inference.model.release_errors import stated_release_sigma
 from avahazard.inference.seeds import generator
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Event, Records, of_path

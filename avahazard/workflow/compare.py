@@ -35,8 +35,8 @@ from avahazard.inference.model.observations import (
     LENGTH,
     PLACE,
     Observations,
-    stated_release_sigma,
 )
+from avahazard.inference.model.release_errors import stated_release_sigma
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
 from avahazard.records.collection import Event, Records

@@ -17,9 +17,9 @@ from avahazard.inference.model.observations import (
     Observations,
     SpeedRecord,
     build_observations,
-    half_difference,
     track_spread,
 )
+from avahazard.inference.model.release_errors import half_difference
 from avahazard.physics.cells import GRAVITY
 from avahazard.records.collection import Event, Path, Profile, Records, Speed
 from avahazard.records.errors import AvahazardError
