@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from avahazard.arrays import Bools, Floats
+from avahazard.arrays import Bools, Floats, Ints
 from avahazard.effects.columns import RELEASE_SIGMA
 from avahazard.effects.site import Site, release_place
 from avahazard.physics.block import STOPPED
@@ -54,8 +53,8 @@ def stated_release_sigma(events: Sequence[Event], paths: Mapping[str, Path]) -> 
 def carried_error(
     stated: Floats,
     sites: Sequence[Site],
-    path_index: NDArray[np.int64],
-    release: NDArray[np.int64],
+    path_index: Ints,
+    release: Ints,
     on_line: Bools,
     in_x: Bools,
     observed: Floats,
