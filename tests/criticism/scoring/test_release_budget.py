@@ -18,7 +18,7 @@ from avahazard.inference.model.observations import build_observations
 from avahazard.records.collection import Event, Path, Records
 from avahazard.synth.dataset import run_track
 from tests.criticism.scoring.test_error_budget import rms
-from tests.inference.model.test_observations import GROUND, TRACK, Z0
+from tests.inference.model.test_release_errors import GROUND, TRACK, Z0
 from tests.inference.studies import near, posterior
 
 N, SIGMA_Z, SIGMA_M, SCATTER, VOLUME_SD = 700, 20.0, 8.0, 0.05, 0.3
