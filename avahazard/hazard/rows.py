@@ -184,11 +184,6 @@ def row_interval(path: PathHazard, return_period: bool) -> Note:
     return Note("interval_period" if return_period else "interval_volume", parts=parts)
 
 
-def natural_interval(path: PathHazard) -> Note:
-    """What varies in `natural`."""
-    return Note("interval_nature", parts=natural_parts(path))
-
-
 def parameters_interval(path: PathHazard, *, return_period: bool) -> Note:
     """What varies in `parameters`."""
     parts = _parameter_parts(path)
@@ -221,8 +216,7 @@ def natural_parts(path: PathHazard) -> list[Note]:
 
 
 def _parameter_parts(path: PathHazard) -> list[Note]:
-    unknown = [Note("of_unknown_path")] if path.offset_unknown else []
-    return [Note("of_parameters"), *unknown]
+    return [Note("of_parameters"), *([Note("of_unknown_path")] if path.offset_unknown else [])]
 
 
 @dataclass(frozen=True, slots=True)
@@ -321,7 +315,8 @@ def uncertainties(path: PathHazard, scenario: Scenario) -> tuple[RunoutInterval,
     if scenario.frequency is not None and period is not None:
         uncertain = at_volume(avalanches, scenario.frequency.draws.log_volume(1.0 / period))
     of_parameters = parameters_interval(path, return_period=period is not None)
-    natural = runout_interval(avalanches, natural_runouts(fixed), natural_interval(path))
+    of_nature = Note("interval_nature", parts=natural_parts(path))
+    natural = runout_interval(avalanches, natural_runouts(fixed), of_nature)
     return natural, runout_interval(avalanches, middle_runout(uncertain), of_parameters)
 
 
@@ -496,8 +491,8 @@ def _row(models: Sequence[Weighted], scenario: Scenario, n_draws: int, seed: int
             of = (ModelRunout(m.model, m.weight, place_quantiles(v)) for m, v in told if len(v))
             row = replace(row, by_model=tuple(of), interval=_of_model(row.interval))
             if row.design is not None:
-                told_of = _of_model(row.design.interval)
-                row = replace(row, design=replace(row.design, interval=told_of))
+                design = replace(row.design, interval=_of_model(row.design.interval))
+                row = replace(row, design=design)
     return replace(row, notes=row_notes(path, row))
 
 

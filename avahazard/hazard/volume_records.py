@@ -243,16 +243,13 @@ def without_record_error(records: Sequence[VolumeRecord]) -> list[VolumeRecord]:
     def drawn(values: Floats, sigma: Floats, centre: float) -> Floats:
         return np.asarray(centre + np.sqrt(spread2 / (spread2 + sigma**2)) * (values - centre))
 
-    return [
-        replace(
-            r,
-            log_maxima=drawn(r.log_maxima, r.maxima_sigma, float(r.log_volumes.mean())),
-            log_volumes=drawn(r.log_volumes, r.volumes_sigma, float(r.log_volumes.mean())),
-        )
-        if len(r.log_volumes)
-        else r
-        for r in records
-    ]
+    freed = []
+    for r in records:
+        centre = float(r.log_volumes.mean()) if len(r.log_volumes) else 0.0
+        maxima = drawn(r.log_maxima, r.maxima_sigma, centre)
+        volumes = drawn(r.log_volumes, r.volumes_sigma, centre)
+        freed.append(replace(r, log_maxima=maxima, log_volumes=volumes))
+    return freed
 
 
 FEWEST_TELLING = 3

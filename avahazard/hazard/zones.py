@@ -29,16 +29,8 @@ from avahazard.notes import Note
 from avahazard.physics.runout_curve import MU
 from avahazard.records.errors import AvahazardError
 from avahazard.records.toml_document import Strict, read_toml
+from avahazard.results import hazard as results
 from avahazard.results.base import Rows
-from avahazard.results.hazard import (
-    Density,
-    ExceededHere,
-    PeriodDesign,
-    Place,
-    Quantiles,
-    Zone,
-    ZonedPath,
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +115,6 @@ EXAMPLE = (
     'A zone is written: [[zone]], name = "red", color = "#c8102e", and for each rule '
     "[[zone.rule]], return_period_years = 300, pressure_kpa_min = 30."
 )
-Name = Annotated[str, Field(min_length=1)]
 
 
 class _Rule(Strict):
@@ -132,7 +123,7 @@ class _Rule(Strict):
 
 
 class _Zone(Strict):
-    name: Name
+    name: Annotated[str, Field(min_length=1)]
     color: Annotated[str, Field(pattern="^#[0-9a-fA-F]{6}$")]
     rule: Annotated[list[_Rule], Field(min_length=1)]
 
@@ -153,17 +144,11 @@ def read_limits(name: str, text: str) -> ZoneSystem:
     for twice in names:
         if names.count(twice) > 1:
             raise AvahazardError(f"{name} has two zones '{twice}'.", "Give each its own name.")
-    return ZoneSystem(
-        name,
-        tuple(
-            ZoneLimits(
-                zone.name,
-                zone.color.lower(),
-                tuple(Rule(r.return_period_years, r.pressure_kpa_min) for r in zone.rule),
-            )
-            for zone in found.zone
-        ),
+    zones = (
+        ZoneLimits(zone.name, zone.color.lower(), tuple(Rule(**dict(rule)) for rule in zone.rule))
+        for zone in found.zone
     )
+    return ZoneSystem(name, tuple(zones))
 
 
 LEAST_RATE = 1e-30
@@ -310,7 +295,9 @@ class Exceeded:
     extrapolated: bool = False
 
 
-def zone_pieces(limits: ZoneSystem, x: Floats, exceeded: Mapping[float, Exceeded]) -> Rows[Zone]:
+def zone_pieces(
+    limits: ZoneSystem, x: Floats, exceeded: Mapping[float, Exceeded]
+) -> Rows[results.Zone]:
     """Every zone of the limits, the worst first, from its upper to its lower end.
 
     `x` (m) `[n_places]` run from the release to the end of the profile; `exceeded` is by return
@@ -328,7 +315,7 @@ def zone_pieces(limits: ZoneSystem, x: Floats, exceeded: Mapping[float, Exceeded
         found = spread(ends)
         end = float(x[-1]) if found.q50 is None else found.q50
         zones.append(
-            Zone(
+            results.Zone(
                 zone=zone.name,
                 color=zone.color,
                 from_x_m=start,
@@ -374,10 +361,10 @@ def path_zones(
     path: PathHazard,
     limits: ZoneSystem,
     periods: Sequence[float],
-    density: Density,
+    density: results.Density,
     extrapolated: Collection[float],
     seed: int,
-) -> ZonedPath:
+) -> results.ZonedPath:
     """Speeds, pressures, chances and zones of one path.
 
     `periods` (years) rise and hold those of the limits; `density` is that of the flow;
@@ -400,7 +387,7 @@ def path_zones(
     # By the first place below the release.
     started = -np.log1p(-chance[1, 1])
     held = float(np.clip(1.0 - started / np.median(avalanches.volumes.rate), 0.0, 1.0))
-    return ZonedPath(
+    return results.ZonedPath(
         path_id=path.path_id,
         limits=limits.name,
         density_kg_m3=density,
@@ -408,20 +395,20 @@ def path_zones(
         end_x_m=float(x[-1]),
         interval=Note("interval_zones"),
         designs=Rows(
-            PeriodDesign(period, found.extrapolated, design_of(path, found.runout_x))
+            results.PeriodDesign(period, found.extrapolated, design_of(path, found.runout_x))
             for period, found in exceeded.items()
         ),
         places=Rows(
-            Place(
+            results.Place(
                 x_m=float(x[i]),
                 elevation_m=float(elevation[i]),
                 p_reach_per_year=float(chance[1, i]),
                 by_return_period=Rows(
-                    ExceededHere(
+                    results.ExceededHere(
                         return_period_years=period,
                         extrapolated=period in extrapolated,
-                        speed_m_s=Quantiles(*speed[k, :, i].tolist()),
-                        pressure_kpa=Quantiles(*pressure[k, :, i].tolist()),
+                        speed_m_s=results.Quantiles(*speed[k, :, i].tolist()),
+                        pressure_kpa=results.Quantiles(*pressure[k, :, i].tolist()),
                     )
                     for k, period in enumerate(periods)
                 ),

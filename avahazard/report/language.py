@@ -18,7 +18,6 @@ from io import BytesIO
 from typing import Any, Literal, get_args
 
 from avahazard.notes import Writer
-from avahazard.records.errors import AvahazardError
 
 LanguageName = Literal["en", "de", "fr", "it"]
 LANGUAGES: tuple[str, ...] = get_args(LanguageName)
@@ -124,17 +123,9 @@ def plural(one: str, many: str, n: int, /, **values: object) -> str:
 
 @cache
 def language_of(code: str) -> Language:
-    """The language of that code.
-
-    Raises:
-        AvahazardError: there is none.
-    """
+    """The language of that code, one of `LANGUAGES`."""
     if code == "en":
         return ENGLISH
-    if code not in LANGUAGES:
-        raise AvahazardError(
-            f"There is no report in the language '{code}'.", f"There are {', '.join(LANGUAGES)}."
-        )
     # Read as they are written: no step that compiles them can be forgotten.
     from babel.messages.mofile import write_mo  # noqa: PLC0415 (slow)
     from babel.numbers import get_decimal_symbol, get_group_symbol  # noqa: PLC0415

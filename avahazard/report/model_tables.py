@@ -245,8 +245,7 @@ def ladder_table(rows: Sequence[LadderEntry]) -> Table:
                 floor=low if low == high else say("{low} to {high}", low=low, high=high),
             )
         )
-    title = say("Every model and its error, oldest first")
-    return made("models", title, columns, rows, legend)
+    return made("models", say("Every model and its error, oldest first"), columns, rows, legend)
 
 
 def candidates_table(diagnosis: Diagnosis) -> Table:
@@ -343,13 +342,12 @@ def laws_table(diagnosis: Diagnosis) -> Table | None:
         (">" + say("evidence, nats"), lambda law: digits(law.evidence, ".1f")),
         (say("parameters: median (90 % credible interval)"), values),
     )
-    formulas = "; ".join(f"{law.form}: {law.formula}" for law in found.laws)
     legend = [
         say(
             "Laws whose evidence differs by less than 3 nats cannot be distinguished. s: {of}. "
             "{formulas}.",
             of=found.shape.of if found.shape else "",
-            formulas=formulas,
+            formulas="; ".join(f"{law.form}: {law.formula}" for law in found.laws),
         )
     ]
     title = say("Laws of {effect}", effect=spoken().effect(found.effect))
@@ -379,8 +377,7 @@ def fits_table(fits: Fits) -> Table:
         (">r²", lambda r: f"{round(r[0].r2, 3) + 0.0:.3f}"),
         (">AIC", lambda r: f"{r[0].aic:.1f}"),
     )
-    title = "Least squares of apparent friction"
-    return made("fits", title, columns, rows)
+    return made("fits", "Least squares of apparent friction", columns, rows)
 
 
 def predicted_table(rows: Sequence[PredictedEvent]) -> Table:

@@ -186,8 +186,7 @@ def models_table(rows: HazardRows, names: Names = NO_NAMES) -> Table:
         (">x, m", lambda r: place(r[1].runout_x_m.q50)),
         (">5–95 %", lambda r: span(r[1].runout_x_m)),
     )
-    title = say("By model: what is averaged")
-    return made("models", title, columns, each, cards=True)
+    return made("models", say("By model: what is averaged"), columns, each, cards=True)
 
 
 def points_table(rows: HazardRows, names: Names = NO_NAMES) -> Table | None:
@@ -418,8 +417,8 @@ def alpha_beta_table(rows: Sequence[TerrainRunout], names: Names = NO_NAMES) -> 
         (">± 1 sd", known(lambda r: span((r.runout_x_low_m, r.runout_x_high_m)))),
     )
     sources = {row.coefficients: row.source for row in rows}
-    english = spoken().code == "en"  # names of papers and programs
-    legend = [f"{name}: {source}." for name, source in sources.items() if english]
+    # Names of papers and programs are English.
+    legend = [f"{name}: {text}." for name, text in sources.items() if spoken().code == "en"]
     title = say("α-β: extreme runout by regression on the terrain alone")
     return made("alpha-beta", title, columns, rows, legend) if rows else None
 

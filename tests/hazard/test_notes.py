@@ -12,7 +12,7 @@ from avahazard.hazard.path_hazard import PathHazard, Varying, path_hazard
 from avahazard.hazard.rows import (
     Scenario,
     design_interval,
-    natural_interval,
+    natural_parts,
     parameters_interval,
     row_interval,
     row_notes,
@@ -21,6 +21,7 @@ from avahazard.inference.fitted_model import fitted_model
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
+from avahazard.notes import Note
 from avahazard.records.collection import Event, Path, Profile, Records
 from avahazard.results.hazard import PlaceQuantiles
 from tests.gis.results import DESIGN_RUNOUT
@@ -97,6 +98,10 @@ def two() -> PathHazard:
     return path(draws(0.1, 2), None)
 
 
+def natural_of(given: PathHazard) -> Note:
+    return Note("interval_nature", parts=natural_parts(given))
+
+
 def test_what_varies_is_named_and_nothing_else(two: PathHazard) -> None:
     text = row_interval(two, return_period=False)
     assert "friction (lognormal)" in text
@@ -107,17 +112,17 @@ def test_what_varies_is_named_and_nothing_else(two: PathHazard) -> None:
     for part in ("the release", "columns of the event", "path without records"):
         assert part in text
     # What is not known of the path does not vary from avalanche to avalanche.
-    assert "without records" not in natural_interval(more)
+    assert "without records" not in natural_of(more)
     assert "without records" in parameters_interval(more, return_period=False)
 
 
 def test_the_family_of_the_scatter() -> None:
     student = path(draws(0.1, 2), None, specification=Specification(tails="student"))
-    assert "Student t" in natural_interval(student)
+    assert "Student t" in natural_of(student)
     normal = path(draws(0.1, 2), None, specification=Specification(distribution="normal"))
-    assert "(normal)" in natural_interval(normal)
+    assert "(normal)" in natural_of(normal)
     metres = path(draws(40.0, 2), None, metres=True)
-    assert "sigma metres of elevation" in natural_interval(metres)
+    assert "sigma metres of elevation" in natural_of(metres)
 
 
 def test_a_volume_that_does_not_matter_has_no_error(two: PathHazard) -> None:

@@ -12,6 +12,7 @@ from avahazard.records.errors import AvahazardError
 from avahazard.report import words
 from avahazard.report.language import ENGLISH, LANGUAGES, language_of, speaking
 from avahazard.report.language import NARROW as S
+from avahazard.workflow.requests import ReportRequest
 
 
 @pytest.mark.parametrize(
@@ -44,7 +45,7 @@ def test_english_is_as_results_say_it() -> None:
 
 def test_there_are_no_other_languages() -> None:
     with pytest.raises(AvahazardError, match="'es'") as refused:
-        language_of("es")
+        ReportRequest(language="es")  # type: ignore[arg-type]
     assert all(code in str(refused.value.hint) for code in LANGUAGES)
 
 

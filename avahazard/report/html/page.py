@@ -93,9 +93,8 @@ def notes_of(content: ReportContent) -> list[str]:
 
 def every_note(content: ReportContent) -> list[str]:
     """The same notes, each by itself."""
-    names = content.names
     notes = [
-        note.about(names.get(row.path_id, row.path_id))
+        note.about(content.names.get(row.path_id, row.path_id))
         for row in content.rows
         for note in row.notes
         if note not in content.of_model
@@ -113,9 +112,7 @@ def _environment() -> Environment:
         extensions=["jinja2.ext.i18n"],
         finalize=kept_together,
     )
-    # What the extension adds to an environment is not in its types.
-    translations: Any = environment
-    translations.install_gettext_callables(say, plural)
+    environment.install_gettext_callables(say, plural)  # type: ignore[attr-defined]
     environment.globals.update(
         brief=brief,
         every_note=every_note,
