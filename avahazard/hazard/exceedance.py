@@ -222,9 +222,7 @@ def friction_shares(avalanches: Avalanches, ends: tuple[float, float]) -> tuple[
 
 
 @lru_cache(maxsize=4)
-def stops(
-    curves: tuple[RunoutCurve, ...],
-) -> tuple[Floats, Bools, tuple[float, float]]:
+def stops(curves: tuple[RunoutCurve, ...]) -> tuple[Floats, Bools, tuple[float, float]]:
     """`falling` and `discontinuous` of `Descent`, and the ends of the frictions that are asked for.
 
     Of the last curves they are kept: every row of a path takes the same.

@@ -13,20 +13,7 @@ from pydantic import Field
 from scipy.interpolate import make_interp_spline
 
 from avahazard.arrays import Floats
-from avahazard.hazard.extremes import (
-    ANY_VOLUME_M3,
-    EventVolumes,
-    FrequencyDraws,
-    GevDraws,
-    ThresholdDraws,
-    annual_rate,
-    event_volumes,
-    gev_draws,
-    gpd_draws,
-    one_volume,
-    regional_prior,
-    shape_prior,
-)
+from avahazard.hazard import extremes
 from avahazard.hazard.trend import (
     FEWEST_RECORDS,
     LEAST_WINTERS,
@@ -73,7 +60,7 @@ class VolumeFrequency:
     """
 
     path_id: str
-    draws: FrequencyDraws
+    draws: extremes.FrequencyDraws
     method: str
     pooled: bool
     known_years: tuple[float, float]
@@ -84,9 +71,9 @@ class VolumeFrequency:
         """The records of events, or a table of the user's."""
         return "given" if self.record is None else "records"
 
-    def volumes(self) -> EventVolumes:
+    def volumes(self) -> extremes.EventVolumes:
         """Rates and volumes of all avalanches, for the runout exceeded once in T years."""
-        found = event_volumes(self.draws.rate, self.draws.rate_over, *self.draws.ends())
+        found = extremes.event_volumes(self.draws.rate, self.draws.rate_over, *self.draws.ends())
         return replace(found, seen_only=self.source == "records")
 
 
@@ -124,17 +111,17 @@ def fit_volume_frequency(
     if len(own) > 1 and np.ptp(own) == 0.0 and others is None:
         raise AvahazardError(f"All {what} of path {path_id} are equal.", USE_VOLUME)
     error = region.error(path_id)
-    prior = shape_prior(error)
+    prior = extremes.shape_prior(error)
     if others is not None:
-        prior = regional_prior(others.likelihood, region.common_error)
-    draws: FrequencyDraws
+        prior = extremes.regional_prior(others.likelihood, region.common_error)
+    draws: extremes.FrequencyDraws
     if region.family == "gev":
         middle = float(region.recorded[path_id].log_volumes.mean())
-        gev = gev_draws(own, prior, likelihood, n_draws, rng, error=error, middle=middle)
+        gev = extremes.gev_draws(own, prior, likelihood, n_draws, rng, error=error, middle=middle)
         empty = record.n_years - record.n_event_years
-        draws = GevDraws(rng.beta(record.n_event_years + 0.5, empty + 0.5, n_draws), gev)
+        draws = extremes.GevDraws(rng.beta(record.n_event_years + 0.5, empty + 0.5, n_draws), gev)
     else:
-        scale, shape = gpd_draws(prior, likelihood, n_draws, rng)
+        scale, shape = extremes.gpd_draws(prior, likelihood, n_draws, rng)
         draws = _threshold_draws(record, region.threshold(path_id), scale, shape, rng)
     return VolumeFrequency(
         path_id=path_id,
@@ -148,7 +135,7 @@ def fit_volume_frequency(
 
 def _threshold_draws(
     record: VolumeRecord, threshold: float, scale: Floats, shape: Floats, rng: np.random.Generator
-) -> ThresholdDraws:
+) -> extremes.ThresholdDraws:
     """Rates with a Jeffreys prior of the Poisson, shares with one of the binomial."""
     n = len(scale)
     below = np.sort(record.log_volumes[record.log_volumes <= threshold])
@@ -156,7 +143,7 @@ def _threshold_draws(
     weight = rng.dirichlet(np.ones(len(below)), n) if len(below) else np.zeros((n, 0))
     share = rng.beta(n_over + 0.5, len(below) + 0.5, n) if len(below) else np.ones(n)
     rate = rng.gamma(record.n_events + 0.5, 1.0 / record.n_years, n)
-    return ThresholdDraws(rate, share, threshold, scale, shape, below, weight)
+    return extremes.ThresholdDraws(rate, share, threshold, scale, shape, below, weight)
 
 
 def return_volume(frequency: VolumeFrequency, return_period_years: float) -> ReturnLevel:
@@ -314,7 +301,7 @@ def table_frequency(path_id: str, rows: Sequence[tuple[float, float]]) -> Volume
     """The frequency of rows of (return period in years, volume in m3), both rising."""
     years = np.array([row[0] for row in rows])
     draws = TableDraws(
-        np.log([annual_rate(period) for period in years]), np.log([row[1] for row in rows])
+        np.log([extremes.annual_rate(period) for period in years]), np.log([row[1] for row in rows])
     )
     return VolumeFrequency(
         path_id=path_id,
@@ -367,7 +354,7 @@ class Frequencies:
         draws = as_of(found.draws, self.trend, self.region.records[path_id], year, rng)
         return replace(found, draws=draws, method=f"{found.method}; as of {year}")
 
-    def volumes(self, path_id: str, *, by_volume: bool) -> EventVolumes:
+    def volumes(self, path_id: str, *, by_volume: bool) -> extremes.EventVolumes:
         """Rate and volumes of a path; where these matter not (`by_volume`), its rate alone.
 
         Raises `AvahazardError` where there is neither.
@@ -375,7 +362,7 @@ class Frequencies:
         rate = None if by_volume else self.rate_alone(path_id)
         return rate or self.of(path_id).volumes()
 
-    def rate_alone(self, path_id: str) -> EventVolumes | None:
+    def rate_alone(self, path_id: str) -> extremes.EventVolumes | None:
         """The rate of a path by its record, for models to which volume does not matter.
 
         None where the path has no record.
@@ -387,7 +374,8 @@ class Frequencies:
         rate = rng.gamma(record.n_events + 0.5, 1.0 / record.n_years, N_DRAWS)
         if (year := self.source.as_of) is not None:
             rate *= rate_factor(self.trend, record, year, N_DRAWS, rng)
-        return replace(one_volume(ANY_VOLUME_M3, N_DRAWS), rate=rate, seen_only=True)
+        alone = extremes.one_volume(extremes.ANY_VOLUME_M3, N_DRAWS)
+        return replace(alone, rate=rate, seen_only=True)
 
     def notes(self, path_id: str) -> list[Note]:
         """Where the years of a path's rate are those of the data set, and trends over the years."""

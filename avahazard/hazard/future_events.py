@@ -14,10 +14,7 @@ import numpy as np
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.columns import RELEASE_SIGMA, EventColumns, build_columns
 from avahazard.effects.site import Site
-from avahazard.inference.model.observations import (
-    release_elevations,
-    released_site,
-)
+from avahazard.inference.model.observations import release_elevations, released_site
 from avahazard.inference.model.release_errors import stated_release_sigma
 from avahazard.inference.seeds import generator
 from avahazard.physics.smooth_profile import smooth_profile

@@ -302,11 +302,7 @@ def limits_of_sight(model: FittedModel, future: FutureEvents, values: Sequence[V
 
 
 def _avalanches(
-    model: FittedModel,
-    future: FutureEvents,
-    groups: BlockGroups,
-    volumes: EventVolumes,
-    seed: int,
+    model: FittedModel, future: FutureEvents, groups: BlockGroups, volumes: EventVolumes, seed: int
 ) -> Avalanches:
     path_id, n = future.site.path.path_id, len(volumes.rate)
     draws = path_draws(model, groups, path_id, n)

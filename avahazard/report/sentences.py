@@ -168,7 +168,7 @@ def before_and_after_text(found: BeforeAndAfter) -> str:
 
 def verdict_text(diagnosis: Diagnosis, who: str | None = None) -> str:
     """What a diagnosis says of the model, and where the records have what is missing."""
-    whose = say("The model") if who is None else who
+    verdict = _verdict(diagnosis, say("The model") if who is None else who)
     where = [spoken().note(note) for note in diagnosis.where]
     kinds = [
         words
@@ -176,7 +176,6 @@ def verdict_text(diagnosis: Diagnosis, who: str | None = None) -> str:
         if c.kinds is not None and c.effect in diagnosis.missing
         for words in kinds_text(c.kinds)
     ]
-    verdict = _verdict(diagnosis, whose)
     return " ".join([verdict, *_together(diagnosis), *kinds, *where])
 
 

@@ -10,14 +10,7 @@ from typing import Any, TypeVar
 
 from avahazard.report.language import say, spoken
 from avahazard.report.words import cubic, digits, integer, number, place, share, some, span
-from avahazard.results.hazard import (
-    Design,
-    HazardRow,
-    PathVolumes,
-    Quantiles,
-    Zone,
-    ZonedPath,
-)
+from avahazard.results.hazard import Design, HazardRow, PathVolumes, Quantiles, Zone, ZonedPath
 from avahazard.results.terrain import PathSummary, TerrainRunout
 
 R = TypeVar("R")

@@ -124,8 +124,7 @@ def span(ends: Spread | PlaceQuantiles | tuple[float | None, float | None]) -> s
     low, high = ends if isinstance(ends, tuple) else (ends.q05, ends.q95)
     if low is None and high is None:
         return say("beyond")
-    ends_text = (OPEN if v is None and spoken().plain else place(v) for v in (low, high))
-    return "–".join(ends_text)
+    return "–".join(OPEN if v is None and spoken().plain else place(v) for v in (low, high))
 
 
 def interval(spread: Spread | PlaceQuantiles) -> str:

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.report.html.content import PathView, PlanView
+from avahazard.records.collection import TerrainCrop
+from avahazard.report.html.content import FlowView, PathView, PlanView
 from avahazard.report.html.figure import (
     BAR_PLACES,
     BLACK,
@@ -86,13 +87,11 @@ MOST_SHADED = 200
 TINT = 0.55
 
 
-def terrain_png(plan: PlanView) -> str:
+def terrain_png(ground: TerrainCrop, flow: FlowView | None) -> str:
     """The ground of a path with the areas that flow comes to, as the address of a picture."""
-    assert plan.ground is not None
-    step = -(-max(plan.ground.elevation_m.shape) // MOST_SHADED)
-    chance = None if plan.flow is None else plan.flow.chance[::step, ::step]
-    ground = plan.ground.elevation_m[::step, ::step]
-    shade = hillshade(ground, step * plan.ground.cell_m, chance)
+    step = -(-max(ground.elevation_m.shape) // MOST_SHADED)
+    chance = None if flow is None else flow.chance[::step, ::step]
+    shade = hillshade(ground.elevation_m[::step, ::step], step * ground.cell_m, chance)
     return f"data:image/png;base64,{base64.b64encode(shade).decode('ascii')}"
 
 
@@ -155,13 +154,8 @@ def map_figure(k: int, view: PathView) -> Figure | None:
     east, north, ratio = _ranges(plan)
     lowest = plan.east[np.argmin(plan.north)]
     data.append(scale_bar(east, north, degrees, right=bool(lowest < 0.5 * (east[0] + east[1]))))
-    return Figure(
-        f"map-{k}",
-        say("Seen from above"),
-        data,
-        _layout(plan, east, north, ratio),
-        digits=9,
-    )
+    whole = _layout(plan, east, north, ratio)
+    return Figure(f"map-{k}", say("Seen from above"), data, whole, digits=9)
 
 
 def period_text(period: float) -> str:
@@ -185,7 +179,7 @@ def _layout(plan: PlanView, east: Span, north: Span, ratio: float) -> dict[str, 
         ground = plan.ground
         n_rows, n_columns = ground.elevation_m.shape
         places["images"] = [
-            {"source": terrain_png(plan), "xref": "x", "yref": "y",
+            {"source": terrain_png(ground, plan.flow), "xref": "x", "yref": "y",
              "x": ground.west_m, "y": ground.north_m, "sizex": n_columns * ground.cell_m,
              "sizey": n_rows * ground.cell_m, "sizing": "stretch", "layer": "below",
              "opacity": 0.85}
@@ -212,6 +206,5 @@ def _runout(plan: PlanView, row: HazardRow, color: str, width: float) -> list[Tr
     if row.design:
         name = say("design runout, {case}", case=of)
     own = {"color": color, "width": max(width, 3.0), "legendgroup": f"row {of}", "opacity": 0.65}
-    white = {"color": "white", "width": 1}
-    look = {"symbol": "diamond", "size": 10, "color": color, "line": white}
+    look = {"symbol": "diamond", "size": 10, "color": color, "line": {"color": "white", "width": 1}}
     return runout_bar(plan.at, found, float(plan.x[-1]), name, own, look)

@@ -32,7 +32,7 @@ from avahazard.report.html.figure import (
 )
 from avahazard.report.language import say
 from avahazard.report.words import case, integer, volume_text, years
-from avahazard.results.hazard import HazardRow, PlaceQuantiles, ReachChance, Spread, Zone
+from avahazard.results.hazard import HazardRow, Place, PlaceQuantiles, ReachChance, Spread, Zone
 
 PLACES = 160
 HUMP = 0.05
@@ -100,11 +100,8 @@ def profile_range(smooth: SmoothProfile, n_rows: int) -> list[float]:
     return [float(y.min()) - FOOT * drop, float(y.max()) + top * drop]
 
 
-def profile_traces(view: PathView) -> list[Trace]:
+def profile_traces(view: PathView, smooth: SmoothProfile, release: float) -> list[Trace]:
     """Ground, release, recorded stops, and for every row its runout above the ground."""
-    smooth, release = view.smooth, view.release_x
-    assert smooth is not None
-    assert release is not None
     x = ground_places(smooth)
     y = smooth.height(x)
     drop = float(np.ptp(y))
@@ -168,8 +165,8 @@ def _zones(zones: Sequence[Zone], foot: float, drop: float) -> list[Trace]:
     for zone in zones:
         of = say(zone.zone)
         name, hover = label(say("zone: {zone}", zone=of)), label(of) + ": x %{x:.0f} m"
-        ends = [zone.from_x_m, zone.to_x_m]
-        traces.append(line(ends, y, zone.color, 10.0, hover, name=name))
+        x = [zone.from_x_m, zone.to_x_m]
+        traces.append(line(x, y, zone.color, 10.0, hover, name=name))
     return traces
 
 
@@ -194,7 +191,7 @@ def reach_traces(reach: ReachChance) -> list[Trace]:
 def speed_traces(view: PathView) -> list[Trace]:
     """Speed in m/s over x; empty where nothing is known of it."""
     if view.zones and view.zones.places:
-        return _quantiles(view)
+        return _quantiles(view.zones.places, view.rows)
     cases = [case(row) for row in view.rows]
     traces = []
     for found in view.speeds:
@@ -210,12 +207,10 @@ def _speed_of(of: str, *, legend: bool = False) -> dict[str, Any]:
     return {"name": name, "legendgroup": f"row {of}", "showlegend": legend}
 
 
-def _quantiles(view: PathView) -> list[Trace]:
+def _quantiles(places: Sequence[Place], rows: Sequence[HazardRow]) -> list[Trace]:
     """The 5, 50 and 95 % of the speed of each return period, with the pressure on hover."""
-    assert view.zones is not None
-    places = view.zones.places
     periods = [entry.return_period_years for entry in places[0].by_return_period]
-    known = [row.return_period_years for row in view.rows]
+    known = [row.return_period_years for row in rows]
     traces, x = [], [place.x_m for place in places]
     for k, period in enumerate(periods):
         color = ROW_COLORS[(known.index(period) if period in known else k) % len(ROW_COLORS)]
@@ -251,13 +246,9 @@ def stops_of(view: PathView, loop: LoopView, events: Sequence[EventView]) -> lis
     """Which of all events are shown: those of the path with a place, by volume, smallest first."""
     if not loop.models:
         return []
-    known = [
-        k
-        for k, e in enumerate(events)
-        if e.path_id == view.path.path_id
-        and e.stop_x_m is not None
-        and np.isfinite(loop.models[0].x[k]).all()
-    ]
+    predicted = np.all(np.isfinite(loop.models[0].x), axis=1)
+    own = [k for k, e in enumerate(events) if e.path_id == view.path.path_id and predicted[k]]
+    known = [k for k in own if events[k].stop_x_m is not None]
     return sorted(known, key=lambda k: events[k].volume_m3 or 0.0)
 
 
@@ -277,8 +268,7 @@ def stops_traces(
         by_parent = say("90 % by “{model}”", model=before.key)
         traces.append(_bands(before, shown, rows, by_parent, BEFORE, 5.0))
     band = len(traces)
-    now = say("90 % of the model shown")
-    traces.append(_bands(states[name], shown, rows, now, BLUE, 2.4))
+    traces.append(_bands(states[name], shown, rows, say("90 % of the model shown"), BLUE, 2.4))
     median = say("median of the model shown: x {x} m", x="%{x:.0f}")
     dot = {"color": BLUE, "size": 4}
     traces.append(marks(states[name].x[shown, 1], rows, dot, median, showlegend=False))
@@ -332,8 +322,8 @@ def path_figure(
     shown = [] if loop is None else stops_of(view, loop, all_events)
     models = () if loop is None else loop.models
     bands = [float(np.max(state.x[shown, 2])) for state in models if shown]
-    end = shown_end(view, bands)
-    ground = profile_traces(view)
+    end = shown_end(view, view.smooth, bands)
+    ground = profile_traces(view, view.smooth, view.release_x)
     heights = axis(say("elevation (m)"), range=profile_range(view.smooth, len(view.rows)))
     panels: list[tuple[list[Trace], dict[str, Any], int]] = [(ground, heights, PROFILE_PX)]
     states: States = {}
@@ -368,10 +358,8 @@ def path_figure(
     return Figure(f"path-{k}", say("Along the path"), data, whole, states=states)
 
 
-def shown_end(view: PathView, more: Sequence[float] = ()) -> float:
+def shown_end(view: PathView, smooth: SmoothProfile, more: Sequence[float] = ()) -> float:
     """x (m) to which the path is drawn: a little past all that is shown there, and `more`."""
-    smooth = view.smooth
-    assert smooth is not None
     found: list[PlaceQuantiles | Spread] = [row.runout_x_m for row in view.rows]
     found += [row.design.runout_x_m for row in view.rows if row.design]
     ends = [end for place in found for end in (place.q50, place.q95)]

@@ -102,8 +102,7 @@ def _against(
 
 
 def _equal(low: float, high: float) -> Trace:
-    name = say("predicted = recorded")
-    return line([low, high], [low, high], BLACK, 1.0, dash="dash", name=name)
+    return line([low, high], [low, high], BLACK, 1.0, dash="dash", name=say("predicted = recorded"))
 
 
 def _titles(coordinate: str) -> tuple[str, str, str]:
@@ -289,12 +288,7 @@ def force_shape_figure(events: Sequence[EventView], names: Names, loop: LoopView
         high = max(high, *np.asarray(shape.q95)[shown])
         places["xaxis"]["range"] = [min(shape.x), end]
         places["yaxis"]["range"] = [low - 0.05 * (high - low), high + 0.05 * (high - low)]
-    return Figure(
-        "force-shape",
-        say("Missing effect: {effects}", effects=name),
-        data,
-        places,
-    )
+    return Figure("force-shape", say("Missing effect: {effects}", effects=name), data, places)
 
 
 ROW_PX = 24

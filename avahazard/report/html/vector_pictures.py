@@ -33,7 +33,7 @@ def profile_picture(view: PathView, design: Design | None) -> Markup:
     """The profile, the recorded stops, the zones, and the design runout with its 90 %."""
     smooth = view.smooth
     assert smooth is not None
-    end = shown_end(view)
+    end = shown_end(view, smooth)
     x = np.linspace(smooth.x_min, end, PLACES)
     low, high = float(np.min(smooth.height(x))), float(np.max(smooth.height(x)))
 
@@ -86,8 +86,8 @@ def terrain_picture(view: PathView) -> Markup:
     length = round_length(0.3 * wide)
     under = high * scale + 8
     parts = [
-        f'<image href="{terrain_png(plan)}" x="{room:.1f}" y="0" width="{wide * scale:.1f}" '
-        f'height="{high * scale:.1f}" preserveAspectRatio="none"/>',
+        f'<image href="{terrain_png(ground, plan.flow)}" x="{room:.1f}" y="0" '
+        f'width="{wide * scale:.1f}" height="{high * scale:.1f}" preserveAspectRatio="none"/>',
         f'<polyline points="{_points(at, plan.x)}" fill="none" stroke="{INK}"/>',
         f'<path d="M{room:.1f} {under}v5h{length * scale:.1f}v-5" fill="none" stroke="{INK}"/>'
         f'<text x="{room + length * scale + 6:.1f}" y="{under + 5}">'
@@ -184,8 +184,7 @@ def overview_map(content: ReportContent, period: float | None) -> Markup | None:
     parts += _names(lines, right)
     room = MAP_ROOM
     box = f"-{room:.0f} -{room:.0f} {right + 5 * room:.0f} {high * scale + 3 * room:.0f}"
-    words = say("The paths from above, with their design runouts")
-    return _svg(box, words, parts)
+    return _svg(box, say("The paths from above, with their design runouts"), parts)
 
 
 LETTER, LINE = 8.5, 17.0
