@@ -33,10 +33,7 @@ def catalogue() -> Mapping[str, Definition]:
 
 
 def definition(key: str) -> Definition:
-    """The entry of that key; of a kind such as `covariate:COLUMN` one is made for any column.
-
-    Raises `AvahazardError` for an unknown key.
-    """
+    """The entry of a key, made for kinds such as `covariate:COLUMN`; unknown ones are refused."""
     for prefix, made in MADE.items():
         if key.startswith(prefix) and len(key) > len(prefix):
             return made(key.removeprefix(prefix))

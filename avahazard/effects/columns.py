@@ -164,10 +164,7 @@ MADE = ("order_in_winter", "days_since_last", "avalanches_nearby", "volume_in_wi
 def _covariates(
     events: Sequence[Event], paths: Mapping[str, Path]
 ) -> tuple[dict[str, Floats], dict[str, NDArray[np.str_]]]:
-    """Covariates by column; a column is of numbers where every value is a number.
-
-    Texts that differ in spelling alone are one (`one_spelling`).
-    """
+    """Covariates by column: numbers where every value is one, else texts in one spelling."""
     rows = [
         {**(paths[e.path_id].covariates if e.path_id else _of_line(e)), **e.covariates}
         for e in events

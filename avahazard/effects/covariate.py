@@ -213,10 +213,7 @@ def level_facts(name: str, columns: EventColumns, _sites: Sites = ()) -> Facts:
 
 
 def _prior_sd(columns: EventColumns) -> float:
-    """Prior standard deviation of a level's log friction, by how much H/L of all records spreads.
-
-    What spreads that (volume, path, scatter, levels) is more than a level can be expected to add.
-    """
+    """Prior sd of a level's log friction, by the spread of all H/L: more than one can add."""
     ratio = columns.height_over_length[columns.height_over_length > 0.0]
     if len(ratio) < 2 * MIN_LEVEL:
         return LEAST_SD
@@ -224,10 +221,7 @@ def _prior_sd(columns: EventColumns) -> float:
 
 
 def level_text(name: str, columns: EventColumns, _sites: Sites = ()) -> Note | None:
-    """How many events, or for what a path has which paths, have each level; None without a column.
-
-    The most common level stands first.
-    """
+    """How many events, or which paths, have each level, the most common first; None without."""
     values = text_column(columns, name)
     if values is None:
         return None

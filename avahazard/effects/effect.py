@@ -25,10 +25,7 @@ Facts = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """One parameter of an effect: a normal prior cut to its plausible range [low, high].
-
-    At `neutral` the effect is not there.
-    """
+    """A parameter with a normal prior cut to [low, high]; at `neutral` there is no effect."""
 
     name: str
     unit: str
@@ -131,10 +128,7 @@ class Groups:
 
 @dataclass(frozen=True, slots=True)
 class GroupEffect(Effect):
-    """`groups(columns)`: groups of events, each with a random offset of log friction.
-
-    The one parameter is the spread of these, normal about zero, with a half-normal prior.
-    """
+    """`groups(columns)`: groups of events with random normal offsets; the parameter is their sd."""
 
     groups: Callable[[EventColumns], Groups]
     acts_on: ClassVar[str] = "friction"

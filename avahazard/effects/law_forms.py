@@ -79,10 +79,7 @@ FORMULAS: Mapping[Callable[..., Floats], str] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LawForm:
-    """A form that a curve may have: its parameters, the change first, then its shape.
-
-    A model may have several of one form; they are numbered from 1.
-    """
+    """A form that a curve may have: its change, then its shape; more of one form have a number."""
 
     function: Callable[..., Floats]
     curve: Curve
@@ -195,10 +192,7 @@ MOST = 4.0
 
 
 def forms_of(curve: Curve, spread: float, taken: Container[str] = ()) -> list[LawForm]:
-    """The forms that a curve may have, with keys that are not `taken`.
-
-    `spread` is the prior standard deviation of the change.
-    """
+    """The forms that a curve may have, no key `taken`; `spread` is the prior sd of the change."""
     low, high = float(curve.x[0]), float(curve.x[-1])
     span, middle = high - low, 0.5 * (low + high)
     most = np.inf if curve.form == "friction" else MOST * spread

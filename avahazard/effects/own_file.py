@@ -165,7 +165,6 @@ def _needs(module: dict[str, Any], name: str) -> tuple[str, ...]:
 
 
 def _form(module: dict[str, Any], name: str) -> str:
-    """Which of the functions it has."""
     found = [form for form in FORMS if callable(module.get(form))]
     if len(found) != 1:
         have = f"has {' and '.join(found)}" if found else "has none of them"
@@ -192,7 +191,6 @@ def _parameters(module: dict[str, Any], form: str, name: str) -> tuple[Parameter
 
 
 def _checked(p: Parameter, form: str, name: str) -> Parameter:
-    """The parameter, if it is one that the form can have."""
     tabulated = form != "friction"
     wrong = ""
     if not p.name.isidentifier():
@@ -211,7 +209,6 @@ def _checked(p: Parameter, form: str, name: str) -> Parameter:
 
 
 def _lacking(needs: tuple[str, ...], columns: EventColumns, sites: Sites) -> str | None:
-    """What the data lack of the columns that a file needs."""
     for need in needs:
         if need == "profile":
             if lack := needs_profile(columns, sites):
@@ -270,10 +267,7 @@ def track_of(site: Site, terrain: Terrain) -> EffectTrack:
 
 @dataclass(frozen=True, slots=True)
 class _Call:
-    """A file's function, called with what it asks for; its faults become one message.
-
-    Where data lack a column that it needs, the effect is not there.
-    """
+    """A file's function and its faults in one message; no effect without a column that it needs."""
 
     key: str
     form: str

@@ -67,17 +67,15 @@ EPOCH_BIAS = Definition(
 )
 
 
-def _advance(columns: EventColumns, values: Floats) -> Floats:
-    return np.asarray(values[0] * np.nan_to_num(columns.deposit_length))
-
-
 SHARE = Parameter("share", "of the deposit length", 0.0, 0.5, 0.5, 0.0, 1.5)
 LEADING_EDGE = Definition(
     key="leading-edge",
     meaning="What is written down is where the front came to lie, while the block is the centre "
     "of mass. The front is ahead by a share of the deposit's length (about a half).",
     needs="deposit length",
-    build=lambda _: FrontEffect("leading-edge", (SHARE,), advance=_advance),
+    build=lambda _: FrontEffect(
+        "leading-edge", (SHARE,), lambda columns, v: v[0] * np.nan_to_num(columns.deposit_length)
+    ),
     lacking=unless(
         lambda columns: len(known(columns.deposit_length)) >= 10,
         "fewer than 10 events have a deposit length",
@@ -186,10 +184,7 @@ def variance_within(groups: Sequence[Floats]) -> float:
 
 
 def largest_factor(columns: EventColumns) -> float:
-    """The factor on the stated errors of volumes at which these explain all that volumes scatter.
-
-    inf where no error is stated.
-    """
+    """The factor on stated errors of volumes that explains all their scatter; inf without any."""
     stated = columns.volume_error[np.isfinite(columns.log_volume)]
     stated2 = float(np.mean(stated**2)) if len(stated) else 0.0
     if stated2 == 0.0:

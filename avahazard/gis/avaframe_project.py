@@ -149,10 +149,7 @@ def _write_shape(file: FilePath, geometry: shapely.Geometry, crs: str) -> None:
 
 
 def read_peak(folder: FilePath, crop: TerrainCrop) -> NDArray[np.float32] | None:
-    """The peak pressures (kPa) that com1DFA left in a folder, in the cells of the terrain.
-
-    None where it left none, or in other cells.
-    """
+    """Peak pressures (kPa) that com1DFA left, in the cells of the terrain; None without such."""
     files = sorted((folder / "Outputs" / "com1DFA" / "peakFiles").glob("*_ppr.*"))
     files = [f for f in files if f.suffix.lower() in (".asc", ".tif")]
     if len(files) != 1:

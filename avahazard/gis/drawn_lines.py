@@ -38,12 +38,7 @@ LEAST_STEP_M, STEEPEST = 150.0, 5.0
 
 
 class LineFault(Exception):  # noqa: N818
-    """What is wrong with a line, and what would be accepted in its place."""
-
-    def __init__(self, value: str, accepted: str) -> None:
-        super().__init__(value)
-        self.value = value
-        self.accepted = accepted
+    """What is wrong with a line, and what would be accepted in its place: its two arguments."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -265,10 +260,7 @@ def read_points(file: FilePath) -> FileTable:
 
 
 def avaframe_files(folder: FilePath) -> tuple[FilePath, FilePath, list[FilePath]]:
-    """The path, the terrain model and the release areas of a folder as AvaFrame has it.
-
-    Raises `AvahazardError` where it has not exactly one path and one terrain model.
-    """
+    """The path, the terrain model and the releases of a folder; refused unless one of each."""
     inputs = folder / "Inputs"
     models = sorted(f for f in inputs.iterdir() if f.suffix.lower() in (".asc", ".tif", ".tiff"))
     lines = sorted((inputs / "LINES").glob("*.shp"))
@@ -328,7 +320,7 @@ def _drawn(
         try:
             profile = line_profile(path_id, geometry, layer.crs, terrain, land_cover)
         except LineFault as fault:
-            problems.append(RowProblem(layer.file, number, "geometry", fault.value, fault.accepted))
+            problems.append(RowProblem(layer.file, number, "geometry", *fault.args))
             rows.append((number, row))
             continue
         release = _release_elevation(profile, releases)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -26,10 +26,7 @@ from avahazard.results.hazard import HazardRow, PlaceQuantiles, Spread, ZonedPat
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PathLine:
-    """Points `xy` `[n, 2]` (east before north) of `crs` at the places `x` (m) `[n]`.
-
-    `code` names the system.
-    """
+    """Points `xy` `[n, 2]` (east, north) of `crs`, named `code`, at the places `x` (m) `[n]`."""
 
     x: Floats
     y: Floats
@@ -101,10 +98,7 @@ class MapLayer:
 
 
 def layers_by_system(topic: str, kind: Kind, features: Sequence[Feature]) -> list[MapLayer]:
-    """One layer of the features, none where there are none.
-
-    One for each system where they are in several: `paths_31287`, `paths_32632`.
-    """
+    """A layer for each system that the features are in: `paths`, or `paths_31287` of several."""
     by_code: dict[str, list[Feature]] = {}
     for feature in features:
         by_code.setdefault(feature.line.code, []).append(feature)
@@ -168,10 +162,7 @@ def hazard_layers(
     ]
 
 
-OF_PATH = (
-    "path_id", "name", "location", "orientation", "section", "catchment_ha", "release_elevation_m",
-    "observed_from", "observed_to", "observed_below_m",
-)  # fmt: skip
+OF_PATH = [f.name for f in fields(Path) if f.name != "covariates"]
 
 
 def _path(one: MappedPath) -> Feature:
@@ -200,11 +191,10 @@ def _point(
 
 
 def _stops(one: MappedPath) -> list[Feature]:
+    names = ("event_id", "path_id", "date", "volume_m3")
     features = []
     for event, x in one.stops:
-        about = {
-            name: getattr(event, name) for name in ("event_id", "path_id", "date", "volume_m3")
-        }
+        about = {name: getattr(event, name) for name in names}
         features += _point(one.line, x, about, {"sigma_m": event.runout_sigma_m})
     return features
 

@@ -42,10 +42,7 @@ BY_PERIOD = {f"{period:g} years": color for period, color in PERIOD_COLORS.items
 
 @dataclass(frozen=True, slots=True)
 class LayerStyle:
-    """Colours by the values of an attribute, or one colour (`attribute` None, key "").
-
-    `size` in mm of a mark or a line; `opacity` from 0 to 1.
-    """
+    """Colours by the values of an attribute, or one by ""; `size` in mm, `opacity` up to 1."""
 
     colors: Mapping[str, str]
     attribute: str | None = None
@@ -124,10 +121,7 @@ STYLES = "layer_styles"
 
 
 def write_geopackage(file: FilePath, layers: Sequence[MapLayer], day: np.datetime64) -> None:
-    """Write `layers` to the new file, each with the style that QGIS takes when it opens it.
-
-    `day` stands with the styles.
-    """
+    """Write `layers` to the new file, each with its style for QGIS, which is of that `day`."""
     for layer in layers:
         _write_table(
             file,
@@ -208,10 +202,7 @@ MOST_CELLS = 200_000_000
 
 
 class MapGrid(NamedTuple):
-    """Cells of a map, squares, north up.
-
-    `transform` is from columns and rows to the map, `shape` the numbers of rows and columns.
-    """
+    """Square cells, north up: `transform` from columns, rows to the map; `shape` rows, columns."""
 
     crs: str
     transform: rasterio.Affine

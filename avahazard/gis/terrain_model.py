@@ -35,10 +35,7 @@ MARGIN_M, MARGIN_SHARE = 100.0, 0.1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TerrainModel:
-    """An open terrain model in metres above the sea; `crs` is its horizontal system.
-
-    `assumed`: the file does not name it.
-    """
+    """An open terrain model in metres; `crs` is horizontal, `assumed` where the file has none."""
 
     file: str
     source: Any
@@ -58,10 +55,7 @@ class TerrainModel:
         return inside
 
     def elevations(self, xy: Floats) -> Floats:
-        """Elevations (m) `[n]` at points `[n, 2]` that it holds, straight between cell centres.
-
-        NaN where one of the four cells is a gap.
-        """
+        """Elevations (m) `[n]` at points `[n, 2]`, linear between cell centres; NaN by a gap."""
         row, column = self.grid_places(xy)
         found = np.empty(len(xy))
         for start in range(0, len(xy), POINTS_A_READ):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import unicodedata
 import warnings
 from dataclasses import dataclass
 from pathlib import Path as FilePath
@@ -19,6 +18,7 @@ from pyproj import CRS
 from avahazard.arrays import Floats
 from avahazard.gis.systems import moved, read_system
 from avahazard.records.errors import AvahazardError
+from avahazard.records.sheet import cell_text
 
 Kind = Literal["line", "polygon", "point"]
 OF_THE_FORMAT = re.compile(
@@ -144,19 +144,10 @@ def _layer_name(file: FilePath, kind: Kind) -> str:
 
 def _text(value: object) -> str:
     """An attribute as a cell of a table; empty where there is none."""
-    if value is None or isinstance(value, bytes):
+    if isinstance(value, bytes) or (not isinstance(value, str) and str(value) in ("nan", "NaT")):
         return ""
-    if isinstance(value, bool | np.bool_):
-        return str(int(value))
-    if isinstance(value, float | np.floating):
-        number: float = float(value)
-        if np.isnan(number):
-            return ""
-        # A column of whole numbers with gaps is read as one of floats.
-        return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
-    if isinstance(value, np.datetime64):
-        return "" if np.isnat(value) else str(value)
-    return unicodedata.normalize("NFC", str(value)).strip()
+    # A column of whole numbers with gaps is read as one of floats.
+    return cell_text(value.item() if isinstance(value, np.bool_ | np.floating) else value)
 
 
 COLUMN = "land_cover"

@@ -191,8 +191,7 @@ def with_remedy(problem: RowProblem) -> RowProblem:
 
 
 def _of_range(ends: Sequence[str], kind: OfRange | None) -> float | None:
-    numbers = [canonical(end.strip(), "point") for end in ends]
-    low, high = (math.nan if text is None else float(text) for text in numbers)
+    low, high = (float(canonical(end.strip(), "point") or "nan") for end in ends)
     if kind is None or not low < high:
         return None
     middle = {"mean": 0.5 * (low + high), "geometric": math.sqrt(low * high)}

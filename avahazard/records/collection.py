@@ -285,10 +285,7 @@ def of_path(records: Records, path_id: str) -> Records:
 
 
 def only_paths(records: Records, paths: Sequence[str]) -> Records:
-    """The records of these paths; all where none are named.
-
-    Raises `AvahazardError` for an unknown path, and where the paths have no events.
-    """
+    """The records of these paths, or of all; refused where one is unknown, or none has events."""
     if not paths:
         return records
     wanted = {find_path(records, path_id).path_id for path_id in paths}
@@ -310,10 +307,7 @@ def only_paths(records: Records, paths: Sequence[str]) -> Records:
 def paths_to_run(
     path_ids: Sequence[str], with_profile: Collection[str], named: Sequence[str]
 ) -> list[str]:
-    """The paths that are named, or all with a profile, in the order of their names.
-
-    Raises `AvahazardError` where a path is unknown or has no profile, or none has one.
-    """
+    """The paths named, or all with a profile, by name; refused where unknown or without one."""
     known = set(path_ids)
     for path_id in named:
         if path_id not in known:

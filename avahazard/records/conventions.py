@@ -129,10 +129,7 @@ def _winters(
     pairs: Mapping[int, tuple[int, int]],
     faults: list[tuple[int, str]],
 ) -> Iterator[str]:
-    """Read a year and what follows it: the next year makes a winter, else it is a month.
-
-    2004-05 is what the others of the column are.
-    """
+    """Read a year and the next as a winter, else as a month; 2004-05 as the rest of the column."""
     winters = {k for k, (year, rest) in pairs.items() if rest in (year + 1, (year + 1) % 100)}
     months = {k for k, (_, rest) in pairs.items() if 1 <= rest <= 12}
     both = winters & months
@@ -186,7 +183,6 @@ def _pattern(decimal: str, group: str) -> re.Pattern[str]:
 
 
 PATTERNS = {"point": _pattern(r"\.", ","), "comma": _pattern(",", r"\.")}
-SIGNS = {"point": ".", "comma": ","}
 
 
 def canonical(text: str, decimal: Decimal) -> str | None:
@@ -197,8 +193,8 @@ def canonical(text: str, decimal: Decimal) -> str | None:
     if not PATTERNS[decimal].fullmatch(text):
         return None
     digits = re.sub(rf"[{BLANKS}{APOSTROPHES}]", "", text).replace("\u2212", "-")
-    sign = SIGNS[decimal]
-    return digits.replace("," if sign == "." else ".", "").replace(sign, ".")
+    group, sign = ",." if decimal == "point" else ".,"
+    return digits.replace(group, "").replace(sign, ".")
 
 
 def is_number(text: str) -> bool:
@@ -221,14 +217,12 @@ class Conventions:
 
     def is_unknown(self, text: str) -> bool:
         """Tell whether a cell holds a mark of unknown, numbers by their value."""
-        return any(
-            text.casefold() == mark.casefold() or _equal(text, mark) for mark in self.unknown
-        )
+        return _by_value(text) in map(_by_value, self.unknown)
 
 
-def _equal(text: str, mark: str) -> bool:
-    one, other = canonical(text, "point"), canonical(mark, "point")
-    return one is not None and other is not None and float(one) == float(other)
+def _by_value(text: str) -> str | float:
+    number = canonical(text, "point")
+    return text.casefold() if number is None else float(number)
 
 
 UNKNOWN = Conventions()

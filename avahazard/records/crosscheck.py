@@ -323,6 +323,9 @@ def check_one_scale(intake: Intake) -> None:
 A_DAY = len("1999-01-31")
 COLUMNS = attrgetter(*(f.name for f in fields(Event) if f.name not in ("event_id", "covariates")))
 """All that the forms say of an event but its id."""
+STOP = attrgetter(
+    "runout_elevation_m", "runout_x_m", "fall_height_m", "runout_length_m", "h_over_l"
+)
 
 
 def repeated(events: Iterable[Event], new: Collection[str] | None = None) -> list[Note]:
@@ -363,13 +366,7 @@ def spelled_variously(events: Iterable[Event]) -> list[Note]:
 
 def _told_by(event: Event) -> Hashable | None:
     """What distinguishes an event from others, None where too little is known."""
-    stop = (
-        event.runout_elevation_m,
-        event.runout_x_m,
-        event.fall_height_m,
-        event.runout_length_m,
-        event.h_over_l,
-    )
+    stop = STOP(event)
     if all(value is None for value in stop):
         return None
     if event.date is not None and len(event.date) == A_DAY and event.path_id is not None:

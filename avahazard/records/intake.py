@@ -43,10 +43,7 @@ class Guess:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn:
-    """The lines of a file as rows of `paths.csv` and `profiles.csv`, and the ground around them.
-
-    The number of a feature stands in the place of a line number.
-    """
+    """Lines of a file as rows of `paths.csv` and `profiles.csv`, by feature, and their ground."""
 
     file: str
     paths: FileTable

@@ -85,10 +85,7 @@ class Document(TableMapping):
 
 
 def read_mappings(file: FilePath) -> list[TableMapping]:
-    """The tables of a `columns.toml`.
-
-    Raises `AvahazardError` where it is none, or holds a unit that is not one of its column.
-    """
+    """The tables of a `columns.toml`; refused where it is none, or a unit does not fit."""
     if not file.is_file():
         raise AvahazardError(f"There is no file {file}.", HINT)
     try:

@@ -113,7 +113,6 @@ HINT = re.compile(r"sep=(.)\r?\n", re.IGNORECASE)  # what Excel writes for itsel
 def _split(
     file: str, text: str, encoding: str, problems: list[RowProblem], layout: SheetLayout
 ) -> FileTable | None:
-    """Return the table in `text`; None after adding to `problems`."""
     start = HINT.match(text)
     separator = start.group(1) if start else _separator(text)
     if separator not in SEPARATORS:
@@ -170,7 +169,6 @@ MOST_BYTES = 1_000_000_000  # unpacked; a small file can hold endless zeros
 def _read_sheets(
     file: str, raw: bytes, problems: list[RowProblem], layout: SheetLayout
 ) -> list[FileTable]:
-    """Return the tables of the sheets; add to `problems` the cells that cannot be read."""
     try:
         parts = zipfile.ZipFile(io.BytesIO(raw)) if raw.startswith(ZIP) else None
         if parts and sum(part.file_size for part in parts.infolist()) > MOST_BYTES:
@@ -335,7 +333,7 @@ def _sheet(
     for line, row in enumerate(grid.rows, 1):
         texts = []
         for column, (value, fault) in enumerate(row):
-            text = _text(value)
+            text = cell_text(value)
             if fault and line >= (layout.header or 0):
                 problems.append(RowProblem(label, line, get_column_letter(column + 1), text, fault))
             if isinstance(value, dt.date):
@@ -363,8 +361,8 @@ def _sheet(
     return table
 
 
-def _text(value: Any) -> str:
-    """A cell as text."""
+def cell_text(value: Any) -> str:
+    """A value of a spreadsheet or another program as the text of a cell, empty for none."""
     if value is None:
         return ""
     if isinstance(value, bool):

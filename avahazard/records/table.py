@@ -232,10 +232,7 @@ def filled(
 
 
 def _faults_of_names(names: Sequence[str], first: int, likely: int) -> list[tuple[str, str, str]]:
-    """Column, value and what would be accepted, where names of columns cannot be used.
-
-    They are those of row `first`; `likely` is the row that looks like the header.
-    """
+    """Column, value and remedy of names that cannot be used; row `likely` is like a header."""
     if likely != first and (len(names) < 2 or not all(names)):
         accepted = (
             f"the header: it seems to be in row {likely}, and row {first} a title; take the "

@@ -221,7 +221,6 @@ def _write(session: Session, table: type[Base], records: Sequence[Any], ids: Seq
 
 
 def _stored_ids(session: Session, kind: Kind, names: Sequence[str]) -> dict[str, int]:
-    """The ids of the rows with one of these names, by name."""
     column = getattr(kind.table, kind.key)
     query = sa.select(column, kind.table.id)
     # One look at few rows takes less time than to ask for many names.
@@ -327,10 +326,7 @@ def save_terrain(
 
 
 def load_terrain(session: Session, path_id: str) -> TerrainCrop | None:
-    """Return the ground around a path, None where no terrain model was given for it.
-
-    Raises `AvahazardError` where what is stored is damaged.
-    """
+    """Return the ground around a path, None without; refused where what is stored is damaged."""
     row = session.get(TerrainTable, path_id)
     if row is None:
         return None

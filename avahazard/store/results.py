@@ -117,10 +117,7 @@ def save_model(
 
 
 def refuse_taken_name(session: Session, name: str) -> None:
-    """Refuse a name that a model has already: what was calibrated is never overwritten.
-
-    Raises `AvahazardError` where the name is taken, or cannot be that of a file and an argument.
-    """
+    """Refuse the name of a stored model, which is kept, and one that no file can have."""
     if not re.fullmatch(r"(?!-)(?=.*\S)[^/\\]{1,200}", name) or not name.isprintable():
         raise AvahazardError(
             f"{name!r} cannot be the name of a model.",
@@ -173,10 +170,7 @@ Draws = dict[str, NDArray[np.float64]]
 
 
 def load_draws(session: Session, calibration: int) -> Draws:
-    """Return the draws of every parameter, `[n_chains, n_draws]` each.
-
-    Raises `AvahazardError` where they are missing or damaged.
-    """
+    """Return the draws `[n_chains, n_draws]` of every parameter; refused where damaged."""
     draws, faults = read_draws(session, calibration)
     if faults:
         raise AvahazardError(
@@ -232,10 +226,7 @@ READ_AHEAD = 50
 
 @dataclass(frozen=True, slots=True)
 class PathResult:
-    """The documents of one path, plain, the `position`-th of its run; or why it `failed`.
-
-    `hint`, the remedy, is not stored.
-    """
+    """The documents of the `position`-th path of a run, or why it `failed`; no `hint` is stored."""
 
     position: int
     path_id: str

@@ -30,10 +30,7 @@ BUSY_TIMEOUT_S = 600
 
 
 def database_url(database: str) -> URL:
-    """Return the URL of `database`, which is a URL already or the path of an SQLite file.
-
-    Raises `AvahazardError` where `database` looks like a URL but is none.
-    """
+    """Return the URL of `database`, one itself or the path of an SQLite file; refuse others."""
     if "://" not in database:
         return URL.create("sqlite", database=database)
     try:

@@ -311,11 +311,7 @@ _REVISION = re.compile(r"^(revision|down_revision) = (?:None|[\"'](.+)[\"'])$", 
 
 
 def state(connection: Connection) -> State:
-    """Return how the schema of a database stands to that of this program.
-
-    `foreign` holds tables but was not made by this program; `newer` has a revision that
-    this program does not know.
-    """
+    """Return how a schema stands to this program: `foreign` is another's, `newer` not known."""
     current = revision(connection)
     if current is None:
         return "foreign" if inspect(connection).get_table_names() else "empty"
@@ -353,10 +349,7 @@ def _revisions() -> dict[str, str | None]:
 
 
 def require_current(connection: Connection) -> None:
-    """Refuse a database whose schema is not that of this program.
-
-    Raises `AvahazardError` with the command that corrects it.
-    """
+    """Refuse a database whose schema is not that of this program, with the remedy."""
     found = state(connection)
     if found == "current":
         return

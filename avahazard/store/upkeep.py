@@ -76,10 +76,7 @@ TOOLS = {"postgresql": "pg_dump", "mysql": "mysqldump", "mariadb": "mariadb-dump
 
 
 def backup(database: str, target: str | FilePath) -> None:
-    """Copy `database` to the new file `target`.
-
-    Raises `AvahazardError` where it is no SQLite database or missing, or `target` is there already.
-    """
+    """Copy `database`, which must be one of SQLite, to the new file `target`; refuse others."""
     copy = FilePath(target)
     if copy.exists():
         raise AvahazardError(
@@ -132,7 +129,6 @@ def check_database(session: Session) -> list[str]:
 
 
 def _faults(session: Session, sealed: type[tables.Sealed]) -> Iterator[str]:
-    """Rows of a table that are not what was stored."""
     for key in session.execute(select(*sealed.__table__.primary_key)).all():
         where = f"Row {', '.join(map(str, key))} of {sealed.__tablename__}"
         try:

@@ -298,10 +298,7 @@ class Dataset:
 def draw_dataset(
     seed: int, sites: tuple[SitePlan, ...], settings: Settings, spare: float
 ) -> Dataset:
-    """The base dataset: events by path, their volumes, releases, dates and columns.
-
-    `spare` is how many times the events of each site are drawn.
-    """
+    """The base dataset: `spare` times the events of each site, with volumes, dates, columns."""
     path = np.repeat(np.arange(len(sites)), [int(np.ceil(spare * s.n_events)) + 6 for s in sites])
     n = len(path)
     tracks = [make_track(s.profile.x_m, s.profile.y_m, s.profile.land_cover) for s in sites]

@@ -181,10 +181,7 @@ NEED_SPEEDS = frozenset({"centrifugal", "speed-weakening", "cohesion"})
 
 
 def find_effect(key: str) -> SyntheticEffect:
-    """The effect of a key; `covariate:COLUMN` for any column.
-
-    Raises AvahazardError when there is none.
-    """
+    """The effect of a key, `covariate:COLUMN` for any column; refuses an unknown one."""
     if key.startswith("covariate:") and len(key) > len("covariate:"):
         return partial(covariate, column=key.partition(":")[2])
     if key not in CATALOGUE:

@@ -356,7 +356,6 @@ def _record(
     effects: Mapping[str, float],
     parameters: Mapping[str, Parameters],
 ) -> tuple[Records, dict[str, object]]:
-    """The records of the events `kept`, and the truth."""
     sites = dataset.sites
     ids = [f"{s.path.path_id}-{j + 1:03d}" for s in sites for j in range(s.n_events)]
     share = dataset.settings.speeds
@@ -377,17 +376,13 @@ def _record(
         events=events,
         speeds=recorded_speeds(dataset, runs, kept, ids, share),
     )
-    law = dataset.settings.law
+    settings = asdict(replace(dataset.settings, speeds=share))
     truth = {
         "seed": dataset.seed,
         "n_events": len(kept),
         "n_paths": len(sites),
-        "law": {"name": type(law).__name__.lower(), **asdict(law)},
-        "settings": {
-            key: value
-            for key, value in asdict(replace(dataset.settings, speeds=share)).items()
-            if key != "law"
-        },
+        "law": {"name": type(dataset.settings.law).__name__.lower(), **settings.pop("law")},
+        "settings": settings,
         "effects": {
             key: {"strength": float(strength), "parameters": parameters[key]}
             for key, strength in effects.items()

@@ -17,10 +17,7 @@ from avahazard.records.errors import AvahazardError
 def write_dataset(
     folder: FilePath, records: Records, truth: Mapping[str, object]
 ) -> tuple[FilePath, ...]:
-    """Write paths, profiles, events, velocities (when there are any) and `truth.json`.
-
-    Returns the files. Raises AvahazardError when the folder has something in it.
-    """
+    """Write the records and `truth.json` to an empty folder, else refuse; return the files."""
     refuse_full(folder)
     folder.mkdir(parents=True, exist_ok=True)
     target = folder / "truth.json"
