@@ -41,12 +41,8 @@ def law_figure(view: FrictionView, volume: Floats, friction: Floats) -> Figure:
     look = {"color": STOPS, "size": 6, "opacity": 0.8}
     points = marks(volume[known], friction[known], look, name=f"{int(known.sum())} events")
     upwards = axis("μ less effects on friction and of the path", rangemode="tozero")
-    return Figure(
-        "law",
-        "Friction against volume",
-        [*law_traces(view), points],
-        layout(axis("volume (m³)", type="log"), upwards),
-    )
+    places = layout(axis("volume (m³)", type="log"), upwards)
+    return Figure("law", "Friction against volume", [*law_traces(view), points], places)
 
 
 N_VOLUMES = 200

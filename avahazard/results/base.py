@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, get_args
 
@@ -78,17 +78,14 @@ def steps(report: Report, weights: Sequence[float]) -> list[Report]:
     The whole goes from 0 to 1 and never back, whatever a step reports of itself.
     """
     whole = float(sum(weights))
-    return [
-        _step(report, sum(weights[:k]) / whole, weight / whole) for k, weight in enumerate(weights)
-    ]
 
-
-def _step(report: Report, start: float, weight: float) -> Report:
-    def tell(what: str, done: float, total: float) -> None:
+    def step(start: float, weight: float, what: str, done: float, total: float) -> None:
         share = min(max(done / total, 0.0), 1.0) if total > 0.0 else 0.0
         report(what, start + weight * share, 1.0)
 
-    return tell
+    return [
+        partial(step, sum(weights[:k]) / whole, weight / whole) for k, weight in enumerate(weights)
+    ]
 
 
 @dataclass(frozen=True, slots=True)

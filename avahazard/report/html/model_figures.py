@@ -69,17 +69,9 @@ def friction_figure(
     counts = {"shown": len(shown), "lacking": len(events) - len(shown)}
     if view.scatter is not None:
         counts["inside"] = _inside(view.volume, view.scatter, shown)
-    return Figure(
-        "friction",
-        say("Friction against volume"),
-        data,
-        layout(
-            axis(say("volume (m³)"), type="log", exponentformat="power", dtick=1),
-            axis(say("friction μ")),
-            height=470,
-        ),
-        counts=counts,
-    )
+    volumes = axis(say("volume (m³)"), type="log", exponentformat="power", dtick=1)
+    places = layout(volumes, axis(say("friction μ")), height=470)
+    return Figure("friction", say("Friction against volume"), data, places, counts=counts)
 
 
 def _inside(volume: Floats, scatter: Floats, events: Sequence[EventView]) -> int:
@@ -124,16 +116,10 @@ def density_figure(densities: Sequence[FrictionDensity], names: Mapping[str, str
             color, width = (VERMILION, 1.6) if whole else (color, 0.7)
             look = {**common, **own, "opacity": 1.0 if whole else 0.6}
             data.append(line(mu[mu >= 0.0], pdf[mu >= 0.0], color, width, **look))
-    return Figure(
-        "density",
-        say("How apparent friction is spread"),
-        data,
-        layout(
-            axis(say("apparent friction μ"), range=[max(0.0, span[0]), span[-1]]),
-            axis(say("probability density"), rangemode="tozero"),
-            height=420 + 4 * len(densities),
-        ),
-    )
+    across = axis(say("apparent friction μ"), range=[max(0.0, span[0]), span[-1]])
+    upwards = axis(say("probability density"), rangemode="tozero")
+    places = layout(across, upwards, height=420 + 4 * len(densities))
+    return Figure("density", say("How apparent friction is spread"), data, places)
 
 
 REACH, NORMAL_POINTS = 4.0, 61
@@ -177,25 +163,13 @@ def offsets_figure(model: Calibration, names: Mapping[str, str]) -> Figure | Non
     low, middle, high = (
         100.0 * np.expm1([getattr(p, key) for _, p in rows]) for key in ("q05", "mean", "q95")
     )
+    paths = [label(names.get(path_id, path_id)) for path_id, _ in rows]
+    look, bar = {"color": BLUE, "size": 8}, error_bar(low, middle, high, BLUE)
     against = say("friction against that of all paths (%)")
-    return Figure(
-        "offsets",
-        say("What sets the paths apart"),
-        [
-            marks(
-                middle,
-                [label(names.get(path_id, path_id)) for path_id, _ in rows],
-                {"color": BLUE, "size": 8},
-                "%{y}: %{x:+.1f} %",
-                error_x=error_bar(low, middle, high, BLUE),
-            )
-        ],
-        layout(
-            axis(against, zeroline=True, zerolinecolor="#555"),
-            rows_axis(),
-            height=110 + 26 * len(rows),
-        ),
-    )
+    across = axis(against, zeroline=True, zerolinecolor="#555")
+    data = [marks(middle, paths, look, "%{y}: %{x:+.1f} %", error_x=bar)]
+    places = layout(across, rows_axis(), height=110 + 26 * len(rows))
+    return Figure("offsets", say("What sets the paths apart"), data, places)
 
 
 def _histogram(k: int, name: str, values: Floats, summary: ParameterSummary) -> Figure:
@@ -221,20 +195,10 @@ def _histogram(k: int, name: str, values: Floats, summary: ParameterSummary) -> 
     }
     normal = line(*normal_line(float(np.mean(values)), float(np.std(values))), VERMILION, 1.8)
     title = label(name) + (f"<br>({label(unit.strip())})" if unit else "")
-    return Figure(
-        f"posterior-{k + 1}",
-        name,
-        [histogram, normal],
-        layout(
-            _small_axis(title, range=[edges[0], edges[-1]]),
-            axis("", showticklabels=False, ticks="", rangemode="tozero"),
-            height=SMALL_PX,
-            margin=SMALL_MARGIN,
-            showlegend=False,
-            bargap=0,
-        ),
-        numbers,
-    )
+    across = _small_axis(title, range=[edges[0], edges[-1]])
+    upwards = axis("", showticklabels=False, ticks="", rangemode="tozero")
+    places = layout(across, upwards, SMALL_PX, margin=SMALL_MARGIN, showlegend=False, bargap=0)
+    return Figure(f"posterior-{k + 1}", name, [histogram, normal], places, numbers)
 
 
 def _small_axis(title: str, **more: Any) -> dict[str, Any]:
@@ -254,16 +218,8 @@ def _joint(one: tuple[str, Floats], other: tuple[str, Floats]) -> Figure:
         # χ² with two degrees of freedom is exponential.
         ring = root @ [np.cos(angle), np.sin(angle)] * np.sqrt(-2.0 * np.log1p(-share))
         data.append(line(x.mean() + ring[0], y.mean() + ring[1], BLACK, 1.2, dash=dash))
-    return Figure(
-        "posterior-joint",
-        say("{one} and {other} together", one=name, other=named),
-        data,
-        layout(
-            _small_axis(label(name)),
-            _small_axis(label(named)),
-            height=SMALL_PX,
-            margin={**SMALL_MARGIN, "l": 88},
-            showlegend=False,
-        ),
-        say("correlation {r}; the ellipses of a normal hold 50 and 90 %", r=r),
-    )
+    axes, margin = (_small_axis(label(name)), _small_axis(label(named))), {**SMALL_MARGIN, "l": 88}
+    places = layout(*axes, SMALL_PX, margin=margin, showlegend=False)
+    title = say("{one} and {other} together", one=name, other=named)
+    words = say("correlation {r}; the ellipses of a normal hold 50 and 90 %", r=r)
+    return Figure("posterior-joint", title, data, places, words)

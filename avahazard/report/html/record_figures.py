@@ -70,14 +70,9 @@ def _predicted(
         ends = np.concatenate([observed, middle])
         data.append(_equal(float(ends.min()), float(ends.max())))
     inside = int(np.sum((low <= observed) & (observed <= high)))
-    return Figure(
-        f"predicted-{coordinate}",
-        title,
-        data,
-        layout(axis(predicted, **_range(stopped, states)), axis(recorded), height=520),
-        counts={"stopped": len(stopped), "inside": inside, "left": len(rows) - len(stopped)},
-        states=changes,
-    )
+    counts = {"stopped": len(stopped), "inside": inside, "left": len(rows) - len(stopped)}
+    places = layout(axis(predicted, **_range(stopped, states)), axis(recorded), height=520)
+    return Figure(f"predicted-{coordinate}", title, data, places, counts=counts, states=changes)
 
 
 def _against(
@@ -160,13 +155,8 @@ def residuals_figure(events: Sequence[EventView], names: Names, loop: LoopView) 
     upwards = say("predicted minus recorded ({unit})", unit="H/L" if ratio else "m")
     volumes = axis(say("volume (m³)"), type="log", exponentformat="power", dtick=1)
     zero = {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": 0, "y1": 0, "line": DASHED}
-    return Figure(
-        "residuals",
-        say("What the model misses"),
-        data,
-        layout(volumes, axis(upwards, range=[-most, most]), height=420, shapes=[zero]),
-        states=changes,
-    )
+    places = layout(volumes, axis(upwards, range=[-most, most]), shapes=[zero])
+    return Figure("residuals", say("What the model misses"), data, places, states=changes)
 
 
 def failed_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> Figure | None:
@@ -189,12 +179,8 @@ def failed_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> 
     _, across, upwards = _titles("x")
     ends = [v for k in known for v in (events[k].stop_x_m, before.x[k, 1]) if v is not None]
     data.append(_equal(min(ends), max(ends)))
-    return Figure(
-        "failed",
-        say("Where “{model}” failed: recorded against predicted", model=before.key),
-        data,
-        layout(axis(across), axis(upwards), height=460),
-    )
+    title = say("Where “{model}” failed: recorded against predicted", model=before.key)
+    return Figure("failed", title, data, layout(axis(across), axis(upwards), height=460))
 
 
 def _kinds(
@@ -240,18 +226,10 @@ def suspect_figure(events: Sequence[EventView], names: Names, loop: LoopView) ->
     across = say("log friction added by the effect")
     if found.column is not None:
         across = label(axis_text(found.column))
-    return Figure(
-        "suspect",
-        say("Missing effect: {effects}", effects=effects),
-        data,
-        layout(
-            axis(across, type="category", categoryorder="category ascending")
-            if texts
-            else axis(across),
-            axis(say("log friction beyond the law"), zeroline=True),
-            height=420,
-        ),
-    )
+    order = {"type": "category", "categoryorder": "category ascending"} if texts else {}
+    upwards = axis(say("log friction beyond the law"), zeroline=True)
+    places = layout(axis(across, **order), upwards)
+    return Figure("suspect", say("Missing effect: {effects}", effects=effects), data, places)
 
 
 MOST_APART = 99.5
@@ -278,7 +256,7 @@ def force_shape_figure(events: Sequence[EventView], names: Names, loop: LoopView
     hover = "%{x:.4g}: %{y:+.3g}"
     fitted = say("{effect}, median", effect=name)
     data.append(line(shape.x, shape.q50, ORANGE, 3.0, hover, name=fitted))
-    places = layout(axis(across), axis(upwards, zeroline=True), height=420)
+    places = layout(axis(across), axis(upwards, zeroline=True))
     if len(of):
         # To where speeds were measured: farther the curve rests on the stops alone.
         end = min(max(shape.x), ROOM * float(np.max(force.x)))
@@ -318,16 +296,9 @@ def record_figure(events: Sequence[EventView], paths: Sequence[PathView]) -> Fig
         if selected:
             x, y = [e.year for e in selected], [_row(e, names) for e in selected]
             data.append(event_marks(x, y, marker, selected, names, name=name))
-    return Figure(
-        "record",
-        say("The record through the years"),
-        data,
-        layout(
-            axis(say("year")),
-            rows_axis(rows, tickfont={"size": 11}),
-            height=130 + ROW_PX * len(rows),
-        ),
-    )
+    upwards = rows_axis(rows, tickfont={"size": 11})
+    places = layout(axis(say("year")), upwards, height=130 + ROW_PX * len(rows))
+    return Figure("record", say("The record through the years"), data, places)
 
 
 def _row(event: EventView, names: Mapping[str, str]) -> str:

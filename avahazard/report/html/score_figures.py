@@ -91,22 +91,16 @@ def ladder_figure(ladder: Sequence[LadderEntry], name: str) -> Figure | None:
              "font": {"color": VERMILION, "size": 12}}
         ]  # fmt: skip
         places["margin"]["t"] = 28
-    return Figure(
-        "ladder",
-        say("Held-out error of each model"),
-        [
-            bars(
-                [row.held_out_crps_m for row in rows],
-                [label(row.model) for row in rows],
-                [BLUE if row.model == name else PALE for row in rows],
-                f"%{{y}}: %{{x:.4g}} {unit}",
-                text=[_changed(row, rows) for row in rows],
-                textposition="auto",
-                showlegend=False,
-            )
-        ],
-        places,
+    drawn = bars(
+        [row.held_out_crps_m for row in rows],
+        [label(row.model) for row in rows],
+        [BLUE if row.model == name else PALE for row in rows],
+        f"%{{y}}: %{{x:.4g}} {unit}",
+        text=[_changed(row, rows) for row in rows],
+        textposition="auto",
+        showlegend=False,
     )
+    return Figure("ladder", say("Held-out error of each model"), [drawn], places)
 
 
 def _changed(row: LadderEntry, rows: Sequence[LadderEntry]) -> str:
@@ -145,20 +139,10 @@ def budget_figure(
         hover = f"%{{y}}, %{{fullData.name}}: {size}"
         data.append(bars([v * v for v in metres], names, color, hover, **own))
     squares = say("square of the error") + ("" if ratio else " (m²)")
-    return Figure(
-        "budget",
-        say("Where the error comes from"),
-        data,
-        layout(
-            axis(
-                squares, rangemode="tozero", nticks=4, exponentformat="none", separatethousands=True
-            ),
-            rows_axis(),
-            height=190 + 40 * len(found),
-            barmode="stack",
-            bargap=0.35,
-        ),
-    )
+    form = {"nticks": 4, "exponentformat": "none", "separatethousands": True}
+    across, height = axis(squares, rangemode="tozero", **form), 190 + 40 * len(found)
+    places = layout(across, rows_axis(), height, barmode="stack", bargap=0.35)
+    return Figure("budget", say("Where the error comes from"), data, places)
 
 
 MOST_ROWS = 16
@@ -179,29 +163,21 @@ def effects_figure(diagnosis: Diagnosis) -> Figure | None:
         else BLUE
         for row in rows
     ]  # fmt: skip
-    return Figure(
-        "effects",
-        say("Candidate effects"),
-        [
-            bars([row.chance_gain for row in rows], names, "#CFCFCF", name=say("chance alone")),
-            marks(
-                [max(row.screened_gain, 0.0) for row in rows],
-                names,
-                {"color": colors, "size": 11, "symbol": "diamond"},
-                "%{y}: %{x:.1f} nats, %{text}",
-                mode="markers+text",
-                textposition="middle right",
-                cliponaxis=False,
-                name=say("with the effect"),
-                text=[label(f"p {chance(row.p_value, floor)}") for row in rows],
-            ),
-        ],
-        layout(
-            axis(say("gain, nats"), range=[0.0, 1.4 * most]),
-            rows_axis(),
-            height=120 + 28 * len(rows),
-        ),
+    gains = marks(
+        [max(row.screened_gain, 0.0) for row in rows],
+        names,
+        {"color": colors, "size": 11, "symbol": "diamond"},
+        "%{y}: %{x:.1f} nats, %{text}",
+        mode="markers+text",
+        textposition="middle right",
+        cliponaxis=False,
+        name=say("with the effect"),
+        text=[label(f"p {chance(row.p_value, floor)}") for row in rows],
     )
+    alone = bars([row.chance_gain for row in rows], names, "#CFCFCF", name=say("chance alone"))
+    across = axis(say("gain, nats"), range=[0.0, 1.4 * most])
+    places = layout(across, rows_axis(), height=120 + 28 * len(rows))
+    return Figure("effects", say("Candidate effects"), [alone, gains], places)
 
 
 def _short(effect: str) -> str:
@@ -251,11 +227,6 @@ def force_figure(force: Sequence[MeasuredForce]) -> Figure:
         sd = [row.sd_m_s2 for row in selected]
         bar = {"type": "data", "array": sd, "thickness": 0.7, "width": 0}
         data.append(marks(u, force_by, look, hover, error_y=bar, **own))
-    return Figure(
-        "force",
-        say("Force measured along the tracks"),
-        data,
-        layout(
-            axis(say("speed (m/s)")), axis(say("resisting force per mass (m/s²)"), zeroline=True)
-        ),
-    )
+    upwards = axis(say("resisting force per mass (m/s²)"), zeroline=True)
+    places = layout(axis(say("speed (m/s)")), upwards)
+    return Figure("force", say("Force measured along the tracks"), data, places)
