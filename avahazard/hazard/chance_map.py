@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 
 import numpy as np
 
@@ -65,9 +66,8 @@ def friction_field(
     exceeds the limit in a cell and one that does not even come there, the front goes straight from
     one stop to the other in friction, as along the line; beside it, the pressure.
     """
-    of_volume: dict[float, list[Simulation]] = {}
-    for one in sorted(simulations, key=lambda s: (s.volume_m3, s.friction)):
-        of_volume.setdefault(one.volume_m3, []).append(one)
+    ordered = sorted(simulations, key=lambda s: (s.volume_m3, s.friction))
+    of_volume = {v: list(runs) for v, runs in groupby(ordered, key=lambda s: s.volume_m3)}
     rows = [_of_volume(runs, place.ravel(), limit_kpa) for runs in of_volume.values()]
     ends = [(runs[0].friction, runs[-1].friction) for runs in of_volume.values()]
     return FrictionField(np.log(list(of_volume)), np.array(rows), *np.array(ends).T)

@@ -420,11 +420,5 @@ def volume_frequencies(
     if source.table is None:
         # Now, while every worker is free: each would look at all paths for itself.
         _ = region.together
-    return Frequencies(
-        region=region,
-        refused=refused,
-        seed=seed,
-        source=source,
-        table=None if source.table is None else read_return_volumes(source.table),
-        trend=trend,
-    )
+    table = None if source.table is None else read_return_volumes(source.table)
+    return Frequencies(region, refused, seed, source, table, trend)

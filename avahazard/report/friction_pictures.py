@@ -134,8 +134,7 @@ def draw_residuals(
         left.legend(fontsize="small")
         x, y = expected
         below = cumulative_trapezoid(y, x, initial=0)
-        share = (np.arange(n) + 0.5) / n
-        quantile = np.interp(share, below / below[-1], x)
+        quantile = np.interp((np.arange(n) + 0.5) / n, below / below[-1], x)
         right.plot(quantile, np.sort(standardised), "o", color=STOPS, ms=4)
         ends = [float(quantile[0]), float(quantile[-1])]
         right.plot(ends, ends, "--", color="black", label="as the model says")

@@ -39,7 +39,7 @@ from avahazard.results.comparison import (
     PredictedRecords,
     SpeedMisfit,
 )
-from avahazard.results.diagnosis import Candidate, Diagnosis, FittedLaw
+from avahazard.results.diagnosis import Candidate, Diagnosis, FittedLaw, LawParameter
 from avahazard.results.friction import Fits
 
 
@@ -324,18 +324,13 @@ def laws_table(diagnosis: Diagnosis) -> Table | None:
     if found is None or not found.laws:
         return None
 
+    def of(name: str, p: LawParameter) -> str:
+        values = {"low": p.q05, "median": p.q50, "high": p.q95}
+        told = {key: digits(value, ".3g") for key, value in values.items()}
+        return say("{name} {median} ({low} to {high})", name=name, **told)
+
     def values(law: FittedLaw) -> str:
-        said = (
-            say(
-                "{name} {median} ({low} to {high})",
-                name=name,
-                median=digits(p.q50, ".3g"),
-                low=digits(p.q05, ".3g"),
-                high=digits(p.q95, ".3g"),
-            )
-            for name, p in law.parameters.items()
-        )
-        return "; ".join(said)
+        return "; ".join(of(name, p) for name, p in law.parameters.items())
 
     columns: tuple[Column, ...] = (
         (say("law"), lambda law: law.form),

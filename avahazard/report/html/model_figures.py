@@ -176,15 +176,10 @@ def _histogram(k: int, name: str, values: Floats, summary: ParameterSummary) -> 
     counts, edges = np.histogram(values, bins=BINS, density=True)
     middle = 0.5 * (edges[1:] + edges[:-1])
     inside = (middle >= summary.q05) & (middle <= summary.q95)
-    low, high, mean = (number(getattr(summary, key)) for key in ("q05", "q95", "mean"))
     unit = f" {unit_text(summary.unit)}" if summary.unit else ""
-    numbers = say(
-        "mean {mean}{unit}; 90 % between {low} and {high}{unit}",
-        mean=mean,
-        low=low,
-        high=high,
-        unit=unit,
-    )
+    values_of = {"mean": summary.mean, "low": summary.q05, "high": summary.q95}
+    told = {key: number(value) for key, value in values_of.items()}
+    numbers = say("mean {mean}{unit}; 90 % between {low} and {high}{unit}", **told, unit=unit)
     histogram: Trace = {
         "type": "bar",
         "x": middle,

@@ -113,23 +113,11 @@ def _environment() -> Environment:
         finalize=kept_together,
     )
     environment.install_gettext_callables(say, plural)  # type: ignore[attr-defined]
-    environment.globals.update(
-        brief=brief,
-        every_note=every_note,
-        fall_text=fall_text,
-        map_figure=map_figure,
-        model_figures=model_figures,
-        model_tables=model_tables,
-        notes_of=notes_of,
-        path_figure=path_figure,
-        record_figures=record_figures,
-        score_figures=score_figures,
-        script_json=script_json,
-        sentences=sentences,
-        tables=tables,
-        vector_pictures=vector_pictures,
-        words=words,
-    )
+    pictures = (model_figures, record_figures, score_figures, vector_pictures)
+    texts = (brief, model_tables, sentences, tables, words)
+    functions = (every_note, fall_text, map_figure, notes_of, path_figure, script_json)
+    for used in (*pictures, *texts, *functions):
+        environment.globals[used.__name__.rpartition(".")[2]] = used
     environment.filters["integer"] = words.integer
     return environment
 

@@ -226,9 +226,9 @@ def suspect_figure(events: Sequence[EventView], names: Names, loop: LoopView) ->
     across = say("log friction added by the effect")
     if found.column is not None:
         across = label(axis_text(found.column))
-    order = {"type": "category", "categoryorder": "category ascending"} if texts else {}
+    kind = {"type": "category", "categoryorder": "category ascending"} if texts else {}
     upwards = axis(say("log friction beyond the law"), zeroline=True)
-    places = layout(axis(across, **order), upwards)
+    places = layout(axis(across, **kind), upwards)
     return Figure("suspect", say("Missing effect: {effects}", effects=effects), data, places)
 
 
