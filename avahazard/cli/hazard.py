@@ -12,16 +12,7 @@ from typing import Annotated, Any
 from rich.console import Console
 
 from avahazard.cli.options import CalibratedModel, answers, argument, flag, output_file
-from avahazard.cli.output import (
-    SafeConsole,
-    ask,
-    emit,
-    settings,
-    show,
-    show_next,
-    table,
-    warn,
-)
+from avahazard.cli.output import SafeConsole, ask, emit, settings, show, show_next, table, warn
 from avahazard.notes import Note, counted, grouped
 from avahazard.report import tables
 from avahazard.results.hazard import HazardRow, Zones

@@ -73,8 +73,9 @@ def _show_demo(console: Console, found: Demo) -> None:
     for place, words in ((database, f"model {found.model.model}"), (found.loop.database, "ladder")):
         console.print(f"  avahazard --db {place} {words}", soft_wrap=True)
     console.print(f"\nOne file to open, in a browser: {found.loop.report}", soft_wrap=True)
+    last = found.loop.child or found.loop.model
     console.print(
-        f"It is the report of the model “{last_model(found.loop)}” of the synthetic dataset: where "
+        f"It is the report of the model “{last.model}” of the synthetic dataset: where "
         "it fails, what was found, and the error that is left."
     )
 
@@ -107,11 +108,6 @@ def show_loop(console: Console, found: HiddenEffect) -> None:
         console.print(Padding(f"{k}. {line}", (0, 0, 0, 2), expand=False))
 
 
-def last_model(found: HiddenEffect) -> str:
-    """The model that the loop ends with."""
-    return (found.child or found.model).model
-
-
 def _story(found: HiddenEffect) -> Iterator[str]:
     model, by = found.model.model, "paths" if found.held_out.by == "path" else "folds"
     yield (
@@ -128,12 +124,10 @@ def _story(found: HiddenEffect) -> Iterator[str]:
         added = ", ".join(key for key in child.effects if key not in found.model.effects)
         words = before_and_after_text(child.comparison)
         yield f"“{child.model}” is “{model}” with {added}. {words}"
-    hidden = ", ".join(found.hidden)
-    named = set(found.diagnosis.missing)
-    right = found.diagnosis.verdict == "missing-effect" and named == set(found.hidden)
-    if right:
-        yield f"The dataset was made with {hidden}: the diagnosis is right."
-    elif named & set(found.hidden):
-        yield f"The dataset was made with {hidden}: it is among what was named, not alone."
-    else:
-        yield f"The dataset was made with {hidden}: the diagnosis did not find it."
+    named, hidden = set(found.diagnosis.missing), set(found.hidden)
+    answer = "the diagnosis did not find it"
+    if found.diagnosis.verdict == "missing-effect" and named == hidden:
+        answer = "the diagnosis is right"
+    elif named & hidden:
+        answer = "it is among what was named, not alone"
+    yield f"The dataset was made with {', '.join(found.hidden)}: {answer}."

@@ -34,13 +34,7 @@ from avahazard.records.collection import Records, only_paths
 from avahazard.records.errors import AvahazardError
 from avahazard.request import fields_of
 from avahazard.results.base import Report, Rows, plain, silent, steps
-from avahazard.results.calibration import (
-    Calibration,
-    Difference,
-    ModelSummary,
-    Provenance,
-    Rerun,
-)
+from avahazard.results.calibration import Calibration, Difference, ModelSummary, Provenance, Rerun
 from avahazard.store import results as store
 from avahazard.store.records import load_records
 from avahazard.store.session import reading, writing
@@ -340,13 +334,12 @@ def start_from(parent: FittedModel, child: Posterior) -> Floats | None:
 
 def show_models(database: str) -> Rows[ModelSummary]:
     """One entry a model, oldest first: what it is made of, whether it converged, and when."""
-    rows = []
     with reading(database) as session:
-        for model in store.list_models(session):
-            converged = model.result["diagnostics"]["converged"]
-            besides = {"converged": converged, "created": _utc(model.created)}
-            rows.append(ModelSummary.from_dict(model.result | besides))
-    return Rows(rows)
+        models = store.list_models(session)
+    return Rows(
+        ModelSummary.from_dict({**m.result, **m.result["diagnostics"], "created": _utc(m.created)})
+        for m in models
+    )
 
 
 def show_model(database: str, name: str) -> Calibration:
@@ -386,13 +379,11 @@ def rerun(
 
     Raises `AvahazardError` as `load_stored`, and where its records have changed.
     """
-    stored, records = load_stored(database, name, effect_files)
+    stored, _ = load_stored(database, name, effect_files)
     own = stored.definitions
     require_unchanged(stored)
     kept = load_parameter_draws(database, name)
-    training = only_paths(records, stored.paths)
-    observations = build_observations(training, forward=stored.specification.forward)
-    start, told = None, stored.calibration
+    observations, told, start = stored.observations, stored.calibration, None
     if told.parent is not None:
         child = assemble(observations, stored.specification, stored.facts, own)
         start = start_from(load_stored(database, told.parent, own=own)[0], child)

@@ -29,13 +29,7 @@ from avahazard.effects.covariate import unknown_values
 from avahazard.effects.effect import Effect
 from avahazard.inference import prediction
 from avahazard.inference.fitted_model import FittedModel
-from avahazard.inference.model.observations import (
-    ELEVATION,
-    LEFT,
-    LENGTH,
-    PLACE,
-    Observations,
-)
+from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLACE, Observations
 from avahazard.inference.model.release_errors import stated_release_sigma
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note

@@ -16,8 +16,8 @@ from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import LEFT
 from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
+from avahazard.report.model_tables import failing, failing_speeds
 from avahazard.report.picture import require_picture
-from avahazard.report.words import SIGNIFICANT
 from avahazard.results import diagnosis as results
 from avahazard.results.base import Report, Rows, plain, silent
 from avahazard.results.comparison import Comparison
@@ -167,15 +167,12 @@ def _where(
 
 def unexplained_failures(compared: Comparison) -> list[Note]:
     """A note where an adequate model fails beyond chance all the same; or none."""
-    rows = [*compared.where_it_fails, *(compared.speed_misfit or ())]
-    fails = any(row.p_value is not None and row.p_value < SIGNIFICANT for row in rows)
+    fails = failing(compared) or failing_speeds(compared)
     return [Note("fails_unexplained")] if fails else []
 
 
 def failing_paths(compared: Comparison) -> list[Note]:
     """A note on the paths on which a model fails beyond chance, and which way; or none."""
-    paths = [
-        row for row in compared.where_it_fails if row.axis == "path" and row.p_value < SIGNIFICANT
-    ]
+    paths = [row for row in failing(compared) if row.axis == "path"]
     shown = [Note("path_bias", path=row.level, bias=row.bias_m) for row in paths[:MOST_PATHS]]
     return [Note("fails_on", paths=shown)] if shown else []

@@ -30,8 +30,8 @@ from avahazard.inference.prediction import extrapolation
 from avahazard.notes import Note, placed
 from avahazard.records.collection import find_path
 from avahazard.records.errors import AvahazardError
+from avahazard.report.model_tables import failing_speeds
 from avahazard.report.picture import require_picture
-from avahazard.report.words import SIGNIFICANT
 from avahazard.request import many
 from avahazard.results import hazard as results
 from avahazard.results.base import Report, Rows, plain, silent
@@ -65,18 +65,15 @@ class HazardRun:
 
     def rows(self) -> Iterator[results.HazardRow]:
         """Its rows as the database has them, a few in memory at a time."""
-        with reading(self.database) as session:
-            for found in read_run(session, self.run):
-                yield from (results.HazardRow.from_dict(row) for row in found.documents)
+        return (row for row in self.documents() if isinstance(row, results.HazardRow))
 
-    def documents(self) -> Iterator[dict[str, Any]]:
+    def documents(self) -> Iterator[results.HazardRow | dict[str, Any]]:
         """What `--json` prints: its rows, and in their place why a path failed."""
         with reading(self.database) as session:
             for found in read_run(session, self.run):
                 if found.failed is not None:
                     yield results.failed_document(found.path_id, found.failed)
-                for row in found.documents:
-                    yield results.HazardRow.from_dict(row).to_dict()
+                yield from map(results.HazardRow.from_dict, found.documents)
 
 
 def hazard(
@@ -395,8 +392,7 @@ def _speeds_that_fail(database: str, name: str) -> list[Note]:
     """A note where the last comparison found speeds that fail the measured ones; or none."""
     with reading(database) as session:
         compared = latest_comparison(session, name)
-    rows = (compared.speed_misfit if compared else None) or ()
-    off = [row.bias_m_s for row in rows if row.p_value is not None and row.p_value < SIGNIFICANT]
+    off = [row.bias_m_s for row in failing_speeds(compared)] if compared else []
     return [Note("speeds_fail", model=name, bias=max(off, key=abs))] if off else []
 
 

@@ -82,10 +82,8 @@ class StoredModels:
         child, parent = self.found[name], self.found.get(self.found[name].parent or "")
         if parent is None or parent.data_fingerprint != child.data_fingerprint:
             return False
-        before, after = (
-            latest_comparison(self.session, parent.model),
-            latest_comparison(self.session, name),
-        )
+        before = latest_comparison(self.session, parent.model)
+        after = latest_comparison(self.session, name)
         return after is not None and before_and_after(before, after).worse
 
     def best(self) -> str:

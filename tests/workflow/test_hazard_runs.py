@@ -125,7 +125,7 @@ def test_a_path_that_fails_is_told_and_the_rest_goes_on(
     assert f"left out: {reason}" in found.notes
     kept = [row for row in alone[0] if row["path_id"] != "saugy"]
     assert plain(list(found.rows())) == kept
-    documents = list(found.documents())
+    documents = plain(list(found.documents()))
     assert [d["path_id"] for d in documents] == ["nants"] * 2 + ["saugy"] + ["scey"] * 2
     assert documents[2]["failed"] == reason
     assert documents[2]["runout_x_m"]["q50"] is None
