@@ -5,9 +5,8 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Bools, Floats
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import (
     MIN_LEVEL,
@@ -47,7 +46,7 @@ def _time(columns: EventColumns) -> Floats:
     return np.where(np.isfinite(columns.day), columns.day / 365.2425 + 1.0, columns.year)
 
 
-def _there(path: str, columns: EventColumns) -> NDArray[np.bool_]:
+def _there(path: str, columns: EventColumns) -> Bools:
     return np.ones(len(columns), np.bool_) if path == ALL else columns.on_path(path)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.arrays import Floats, Ints
+from avahazard.arrays import Bools, Floats, Ints
 from avahazard.records.collection import Event, Path
 from avahazard.records.meanings import one_spelling
 
@@ -49,7 +49,7 @@ class EventColumns:
 
     event_id: tuple[str, ...]
     paths: tuple[str, ...]
-    path_index: NDArray[np.int64]
+    path_index: Ints
     year: Floats
     day_of_winter: Floats
     day: Floats
@@ -70,7 +70,7 @@ class EventColumns:
     def __len__(self) -> int:
         return len(self.event_id)
 
-    def on_path(self, path: str) -> NDArray[np.bool_]:
+    def on_path(self, path: str) -> Bools:
         """Which events `[n_events]` are on a path, by its id."""
         index = self.paths.index(path) if path in self.paths else -2
         return np.asarray(self.path_index == index)

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Floats, Ints
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.site import Site
 from avahazard.physics.cells import Resistance
@@ -121,7 +120,7 @@ class Groups:
     """
 
     names: tuple[str, ...]
-    index: NDArray[np.int64]
+    index: Ints
     alone: bool = False
     told: str = ""
 

@@ -130,9 +130,7 @@ class MappedPath:
 
 
 def hazard_layers(
-    drawn: Sequence[MappedPath],
-    rows: Sequence[HazardRow],
-    zones: Sequence[ZonedPath],
+    drawn: Sequence[MappedPath], rows: Sequence[HazardRow], zones: Sequence[ZonedPath]
 ) -> list[MapLayer]:
     """The layers of the results on the paths `drawn`; layers without features are left out.
 

@@ -164,9 +164,7 @@ def is_own_geopackage(file: FilePath) -> bool:
     return bool(columns) and set(columns[0]) == {OWNER}
 
 
-def _write_table(
-    file: FilePath, layer: str, rows: Sequence[dict[str, Any]], **options: Any
-) -> None:
+def _write_table(file: FilePath, layer: str, rows: list[dict[str, Any]], **options: Any) -> None:
     names = list(rows[0])
     columns = [_column([row[name] for row in rows]) for name in names]
     try:

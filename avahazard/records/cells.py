@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from avahazard.records.conventions import (
@@ -15,11 +15,12 @@ from avahazard.records.conventions import (
     is_number,
     read_dates,
 )
-from avahazard.records.errors import RowProblem
+from avahazard.records.errors import Problems, RowProblem
 from avahazard.records.meanings import MEANINGS, factor, known_unit
 from avahazard.records.table import FileTable, OfRange
 
 Cell = tuple[int, str, str]  # index of the row, column, text
+Edits = dict[str, dict[int, str]]  # other texts, by column and row
 PLAIN_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 ODD = re.compile("[,\\s'’\u2212]")  # what a number of a file with commas does not hold, unquoted
 ODD_ELSEWHERE = re.compile("[.,\\s'’\u2212]")
@@ -31,7 +32,7 @@ AMBIGUOUS = "a number: is this sign a decimal one or of thousands? Use --decimal
 MADE_A_DATE = "the text that was meant: the spreadsheet holds a date here"
 
 
-def plain_cells(table: FileTable, given: Conventions, problems: list[RowProblem]) -> FileTable:
+def plain_cells(table: FileTable, given: Conventions, problems: Problems) -> FileTable:
     """Return `table` with numbers such as 1234.5 and dates such as 1950-02-13, and its notes.
 
     The decimal sign is one in the whole file. Where the file does not show it and `given` does
@@ -53,9 +54,7 @@ def plain_cells(table: FileTable, given: Conventions, problems: list[RowProblem]
     return table
 
 
-def _edited(
-    table: FileTable, edits: Mapping[str, Mapping[int, str]], words: Sequence[str]
-) -> FileTable:
+def _edited(table: FileTable, edits: Edits, words: Sequence[str]) -> FileTable:
     """The table with other texts in some rows of its columns, and more words of how it was read."""
     columns = dict(table.columns)
     for name, edited in edits.items():
@@ -66,9 +65,9 @@ def _edited(
     return replace(table, columns=columns, words=(*table.words, *words))
 
 
-def _without_marks(table: FileTable, given: Conventions, problems: list[RowProblem]) -> FileTable:
+def _without_marks(table: FileTable, given: Conventions, problems: Problems) -> FileTable:
     """Empty the cells that mean unknown; refuse likely marks that nobody has named."""
-    edits: dict[str, dict[int, str]] = {}
+    edits: Edits = {}
     accepted = "an empty cell where it is unknown; or import with --unknown {!r}"
     for name in table.columns:
         found = table.counts(name)
@@ -86,9 +85,7 @@ def _without_marks(table: FileTable, given: Conventions, problems: list[RowProbl
     return _edited(table, edits, [f"{emptied} cells unknown"] if emptied else [])
 
 
-def _with_plain_numbers(
-    table: FileTable, decimal: Decimal | None, problems: list[RowProblem]
-) -> FileTable:
+def _with_plain_numbers(table: FileTable, decimal: Decimal | None, problems: Problems) -> FileTable:
     columns = [name for name in table.header if _holds_numbers(name, table)]
     odd = ODD if table.separator == "," else ODD_ELSEWHERE
     if not any(odd.search("".join(block)) for c in columns for block in table.blocks(c)):
@@ -102,7 +99,7 @@ def _with_plain_numbers(
     chosen = decimal or _decided(table, cells, problems)
     if chosen is None or not cells:
         return table
-    edits: dict[str, dict[int, str]] = {}
+    edits: Edits = {}
     grouped = False
     for k, column, text in cells:
         found = canonical(text, chosen)
@@ -113,7 +110,7 @@ def _with_plain_numbers(
     return _edited(table, edits, [*words, *(["thousands in groups"] if grouped else [])])
 
 
-def _decided(table: FileTable, cells: Sequence[Cell], problems: list[RowProblem]) -> Decimal | None:
+def _decided(table: FileTable, cells: Sequence[Cell], problems: Problems) -> Decimal | None:
     """The decimal sign that the numbers show, None after adding to `problems`."""
     found: dict[str, list[Cell]] = {"point": [], "comma": [], "both": []}
     for cell in cells:
@@ -135,7 +132,7 @@ def _decided(table: FileTable, cells: Sequence[Cell], problems: list[RowProblem]
     return None if wrong else "point"
 
 
-def _with_iso_dates(table: FileTable, order: Order | None, problems: list[RowProblem]) -> FileTable:
+def _with_iso_dates(table: FileTable, order: Order | None, problems: Problems) -> FileTable:
     found = dict(table.values("date"))
     rows, texts = list(found), list(found.values())
     dates, faults, words = read_dates(texts, order, table.first_day)
@@ -153,7 +150,7 @@ USUAL_MARKS = frozenset((-99.0, -999.0, -9999.0, -99999.0, 999.0, 9999.0, 99999.
 
 def _in_their_units(table: FileTable) -> FileTable:
     """Replace classes, ranges and units of a mapping, by numbers of the column's unit."""
-    edits: dict[str, dict[int, str]] = {}
+    edits: Edits = {}
     for name, column in table.columns.items():
         classes = {word.casefold(): to for word, to in (column.classes or {}).items()}
         if not (column.unit or classes or column.range):

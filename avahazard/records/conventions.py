@@ -125,9 +125,7 @@ def _month_names() -> dict[str, int]:
 
 
 def _winters(
-    found: dict[int, YearMonthDay],
-    pairs: Mapping[int, tuple[int, int]],
-    faults: list[tuple[int, str]],
+    found: dict[int, YearMonthDay], pairs: dict[int, tuple[int, int]], faults: list[tuple[int, str]]
 ) -> Iterator[str]:
     """Read a year and the next as a winter, else as a month; 2004-05 as the rest of the column."""
     winters = {k for k, (year, rest) in pairs.items() if rest in (year + 1, (year + 1) % 100)}

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Hashable, Iterable
-from collections.abc import Set as AbstractSet
+from collections.abc import Collection, Hashable, Iterable, Set
 from dataclasses import fields
 from functools import lru_cache
 from operator import attrgetter
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Floats, Ints
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Event, Path, Profile, Speed
@@ -240,9 +239,7 @@ def _elevations(profile: Profile, first: float, last: float) -> tuple[float, flo
     return float(every.min()), float(every.max())
 
 
-def check_references(
-    intake: Intake, path_ids: AbstractSet[str], event_ids: AbstractSet[str]
-) -> None:
+def check_references(intake: Intake, path_ids: Set[str], event_ids: Set[str]) -> None:
     """Refuse events of a path, and speeds of an event, that neither files nor database have."""
     for event in intake.records.events:
         if event.path_id is not None and event.path_id not in path_ids:
@@ -385,7 +382,7 @@ MOST = 0.05
 FEWEST = 5
 
 
-def dwarfing(log_volume: NDArray[np.float64]) -> NDArray[np.int64]:
+def dwarfing(log_volume: Floats) -> Ints:
     """Indices of the few volumes `[n]` (log m3, nan if unknown) beyond a gap, largest first."""
     known = np.flatnonzero(np.isfinite(log_volume))
     if len(known) < FEWEST:

@@ -31,6 +31,9 @@ class RowProblem:
     accepted: str
 
 
+Problems = list[RowProblem]
+
+
 class RejectedRows(AvahazardError):  # noqa: N818
     """Files hold rows that cannot be taken; every one is listed."""
 

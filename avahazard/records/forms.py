@@ -17,14 +17,14 @@ from avahazard.records.cells import PLAIN_NUMBER as NUMBER
 from avahazard.records.cells import USUAL_MARKS, plain_cells
 from avahazard.records.collection import Covariate, Event, Path
 from avahazard.records.conventions import Conventions
-from avahazard.records.errors import RowProblem
+from avahazard.records.errors import Problems, RowProblem
 from avahazard.records.intake import Intake, UnderstoodColumn
 from avahazard.records.meanings import ABOVE_SEA, MEANINGS, known_name, near_name, squash
 from avahazard.records.rows import EventRow, PathRow, ProfileRow, Row, StraightRow, VelocityRow
 from avahazard.records.table import FileTable
 
 
-def spell(table: FileTable, stored: Collection[str], problems: list[RowProblem]) -> FileTable:
+def spell(table: FileTable, stored: Collection[str], problems: Problems) -> FileTable:
     """Return `table` with known columns and `stored` covariates under their names, and say so.
 
     Two columns that mean one are added to `problems`.
@@ -63,9 +63,7 @@ KNOWN_FORMS = (
 OTHER_NAMES = "; or a columns.toml with the names here (import FILE --guess-columns writes one)"
 
 
-def recognise(
-    table: FileTable, problems: list[RowProblem], *, need_runout: bool = True
-) -> Kind | None:
+def recognise(table: FileTable, problems: Problems, *, need_runout: bool = True) -> Kind | None:
     """Return the kind of `table`, or None after adding to `problems` what its header lacks."""
     columns = set(table.header)
     kind = _kind(columns, (table.name or PurePath(table.file).stem).lower())
@@ -137,7 +135,7 @@ def read_covariates(
     tables: Sequence[FileTable],
     own_columns: Collection[str],
     stored: Mapping[str, Content],
-    problems: list[RowProblem],
+    problems: Problems,
     notes: list[str],
 ) -> dict[tuple[str, int], dict[str, Covariate]]:
     """Return the covariates of every row of `tables`, keyed (file, line).
@@ -212,7 +210,7 @@ FIRST_YEAR = 1000
 
 
 def check_ranges(
-    table: FileTable, problems: list[RowProblem], notes: list[str], *, unusual: bool = False
+    table: FileTable, problems: Problems, notes: list[str], *, unusual: bool = False
 ) -> None:
     """Refuse what is physically impossible, and dates to come; note what is unusual, with rows.
 
@@ -354,12 +352,12 @@ def read_forms(
     """
     known = intake.known
     stored, ids = column_kinds((*known.paths, *known.events)), {e.event_id for e in known.events}
-    unknown: list[tuple[FileTable, list[RowProblem]]] = []
+    unknown: list[tuple[FileTable, Problems]] = []
     found: list[tuple[Kind, FileTable]] = []
-    wrong: list[RowProblem] = []
+    wrong: Problems = []
     for sheet in sheets:
         table = spell(sheet, stored, wrong)
-        of_header: list[RowProblem] = []
+        of_header: Problems = []
         # Of events that are all stored the runouts are.
         whole = bool(ids) and "event_id" in table.header
         adds = need_runout and not (whole and all(map(ids.issuperset, table.blocks("event_id"))))

@@ -16,7 +16,7 @@ from rapidfuzz import fuzz, process
 
 from avahazard.records.cells import LIKELY_MARKS, RANGE
 from avahazard.records.conventions import ISO, is_number, read_dates
-from avahazard.records.errors import RowProblem
+from avahazard.records.errors import Problems
 from avahazard.records.intake import Guess
 from avahazard.records.meanings import MEANINGS, known_unit, squash
 from avahazard.records.rows import PathRow
@@ -43,9 +43,9 @@ class GuessedTable(NamedTuple):
     unknown: tuple[str, ...]
 
 
-def guess_tables(file: FilePath) -> tuple[list[GuessedTable], list[RowProblem]]:
+def guess_tables(file: FilePath) -> tuple[list[GuessedTable], Problems]:
     """Guess every table of a file; what of it cannot be read is returned too."""
-    faults: list[RowProblem] = []
+    faults: Problems = []
     heads = read_tables(file, faults, SheetLayout(guess=True))
     found = []
     for head in heads:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from avahazard.records.collection import Event, Path, Profile, Records, Speed, TerrainCrop
-from avahazard.records.errors import RowProblem, told_once
+from avahazard.records.errors import Problems, RowProblem, told_once
 from avahazard.records.table import FileTable
 
 Key = tuple[Hashable, ...]  # the kind of a record, and what identifies it
@@ -64,7 +64,7 @@ class Intake:
     files: list[str] = field(default_factory=list)
     records: Records = field(default_factory=Records)
     origins: dict[Key, Origin] = field(default_factory=dict)
-    problems: list[RowProblem] = field(default_factory=list)
+    problems: Problems = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     read: list[str] = field(default_factory=list)
     understood: list[UnderstoodColumn] = field(default_factory=list)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from collections.abc import Set as AbstractSet
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import fields, replace
 from fnmatch import fnmatch
 from itertools import chain, pairwise
@@ -30,7 +29,7 @@ from avahazard.records.collection import (
 )
 from avahazard.records.conventions import UNKNOWN, Conventions
 from avahazard.records.crosscheck import check_one_scale, check_places, check_references
-from avahazard.records.errors import AvahazardError, RejectedRows, RowProblem, told_once
+from avahazard.records.errors import AvahazardError, Problems, RejectedRows, RowProblem, told_once
 from avahazard.records.forms import FORMS, PLACES, Kind, column_kinds, read_covariates, read_forms
 from avahazard.records.intake import Drawn, Intake, speed_key
 from avahazard.records.mapping import BESIDE, TableMapping, lacking, mapped, read_mappings
@@ -44,7 +43,7 @@ from avahazard.records.rows import (
     check_rows,
 )
 from avahazard.records.sheet import read_tables
-from avahazard.records.table import FileTable, SheetLayout
+from avahazard.records.table import Cells, FileTable, SheetLayout
 
 TABLES = (".csv", ".tsv", ".xlsx", ".xlsm", ".xls", ".xlsb", ".ods")
 OTHERS = (".numbers",)
@@ -124,7 +123,7 @@ def read_files(
     given: Conventions = UNKNOWN,
     columns: FilePath | None = None,
     convert: Convert | None = None,
-    profiles_of: Callable[[AbstractSet[str]], Sequence[Profile]] | None = None,
+    profiles_of: Callable[[Set[str]], Sequence[Profile]] | None = None,
 ) -> Intake:
     """Read `sources` as `read_records` does, but collect the problems instead of raising.
 
@@ -138,7 +137,7 @@ def read_files(
     tables: dict[Kind, list[FileTable]] = {kind: [] for kind in FORMS}
     for file in find_files(sources):
         intake.files.append(str(file))
-        faults: list[RowProblem] = []
+        faults: Problems = []
         sheets = mapped_tables(file, faults, columns, used)
         for kind, table in read_forms(sheets, intake, faults, need_runout, given):
             tables[kind].append(table)
@@ -184,7 +183,7 @@ def read_files(
 
 
 def mapped_tables(
-    file: FilePath, problems: list[RowProblem], columns: FilePath | None, used: list[TableMapping]
+    file: FilePath, problems: Problems, columns: FilePath | None, used: list[TableMapping]
 ) -> list[FileTable]:
     """The tables of a file, by a mapping where one is for it, which is added to `used`.
 
@@ -193,11 +192,11 @@ def mapped_tables(
     beside = file.parent / BESIDE
     where = columns or (beside if beside.is_file() else None)
     found: list[FileTable] = []
-    lacks: list[RowProblem] = []
+    lacks: Problems = []
     for mapping in read_mappings(where) if where is not None else ():
         if not fnmatch(file.name, mapping.file or "*"):
             continue
-        faults: list[RowProblem] = []
+        faults: Problems = []
         layout = SheetLayout(mapping.header, mapping.units, mapping.merged)
         named = mapping.file is not None
         for table in read_tables(file, faults, layout):
@@ -272,7 +271,7 @@ def _sigma_of(values: Mapping[str, Any]) -> float:
 
 
 def build_profile(
-    file: str, points: Sequence[tuple[int, ProfileRow]], problems: list[RowProblem]
+    file: str, points: Sequence[tuple[int, ProfileRow]], problems: Problems
 ) -> Profile | None:
     """Make a profile of its rows `(line, row)`; None after adding to `problems` what is wrong."""
     (line, first), (end, last) = points[0], points[-1]
@@ -464,9 +463,7 @@ def gather_speeds(tables: Sequence[FileTable], intake: Intake) -> list[Speed]:
     return speeds
 
 
-def _each_once(
-    kind: str, column: str, table: FileTable, intake: Intake
-) -> Iterator[tuple[int, dict[str, str]]]:
+def _each_once(kind: str, column: str, table: FileTable, intake: Intake) -> Iterator[Cells]:
     """Yield the rows of `table`, without those whose id another row has taken."""
     for line, cells in table.numbered():
         name = cells.get(column)

@@ -19,7 +19,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from avahazard.records.conventions import ISO
-from avahazard.records.errors import RowProblem
+from avahazard.records.errors import Problems, RowProblem
 from avahazard.records.meanings import RATIO
 
 
@@ -65,7 +65,7 @@ def check_rows(
     form: type[R],
     file: str,
     rows: Iterable[tuple[int, dict[str, str]]],
-    problems: list[RowProblem],
+    problems: Problems,
     context: dict[str, bool] | None = None,
 ) -> Iterator[tuple[int, R]]:
     """Yield the rows that keep to `form`; add the others' faults to `problems`."""

@@ -21,14 +21,12 @@ import numpy as np
 
 from avahazard.arrays import Ints
 from avahazard.records.conventions import FIRST_DAY, is_number
-from avahazard.records.errors import RowProblem
+from avahazard.records.errors import Problems, RowProblem
 from avahazard.records.meanings import known_name
 from avahazard.records.table import LOOKED_AT, PLAIN, FileTable, Line, SheetLayout, filled
 
 
-def read_tables(
-    path: FilePath, problems: list[RowProblem], layout: SheetLayout = PLAIN
-) -> list[FileTable]:
+def read_tables(path: FilePath, problems: Problems, layout: SheetLayout = PLAIN) -> list[FileTable]:
     """Read the table of a text file, or those of a workbook, cells as they were written.
 
     What is wrong is added to `problems`; a table without a usable header is left out.
@@ -59,7 +57,7 @@ FOREIGN = re.compile(
 )
 
 
-def decode(file: str, raw: bytes, problems: list[RowProblem]) -> tuple[str, str] | None:
+def decode(file: str, raw: bytes, problems: Problems) -> tuple[str, str] | None:
     """Return the text of `raw` and the name of its encoding; None after adding to `problems`.
 
     A byte order mark decides, else UTF-8 where valid, else Windows-1252 with words of a language.
@@ -111,7 +109,7 @@ HINT = re.compile(r"sep=(.)\r?\n", re.IGNORECASE)  # what Excel writes for itsel
 
 
 def _split(
-    file: str, text: str, encoding: str, problems: list[RowProblem], layout: SheetLayout
+    file: str, text: str, encoding: str, problems: Problems, layout: SheetLayout
 ) -> FileTable | None:
     start = HINT.match(text)
     separator = start.group(1) if start else _separator(text)
@@ -121,8 +119,8 @@ def _split(
         return None
     words = (encoding, SEPARATORS[separator])
     empty = FileTable(file, name=PurePath(file).stem, words=words, separator=separator)
-    discontinuous: list[RowProblem] = []
-    wrong: list[RowProblem] = []
+    discontinuous: Problems = []
+    wrong: Problems = []
     rows = islice(_filled(file, text, separator, discontinuous), 1 if start else 0, None)
     table = filled(empty, rows, wrong, layout)
     if table is None and not wrong:
@@ -131,7 +129,7 @@ def _split(
     return None if discontinuous else table
 
 
-def _filled(file: str, text: str, separator: str, problems: list[RowProblem]) -> Iterator[Line]:
+def _filled(file: str, text: str, separator: str, problems: Problems) -> Iterator[Line]:
     """The rows that hold anything, with the line where each begins, as far as they can be read."""
     # Lines one by one: a second text would be four times as large.
     lines = (found.group() for found in LINE.finditer(text))
@@ -166,9 +164,7 @@ SHEET_ACCEPTED = "a workbook (.xlsx, .xls, .ods) without a password, or a text f
 MOST_BYTES = 1_000_000_000  # unpacked; a small file can hold endless zeros
 
 
-def _read_sheets(
-    file: str, raw: bytes, problems: list[RowProblem], layout: SheetLayout
-) -> list[FileTable]:
+def _read_sheets(file: str, raw: bytes, problems: Problems, layout: SheetLayout) -> list[FileTable]:
     try:
         parts = zipfile.ZipFile(io.BytesIO(raw)) if raw.startswith(ZIP) else None
         if parts and sum(part.file_size for part in parts.infolist()) > MOST_BYTES:
@@ -319,7 +315,7 @@ def _load(raw: bytes, *, values: bool) -> Any:
 
 
 def _sheet(
-    file: str, grid: Grid, several: bool, layout: SheetLayout, problems: list[RowProblem]
+    file: str, grid: Grid, several: bool, layout: SheetLayout, problems: Problems
 ) -> FileTable | None:
     from openpyxl.utils import get_column_letter  # noqa: PLC0415 (slow to import)
 

@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.records.conventions import FIRST_DAY, UNKNOWN, Conventions, is_number
-from avahazard.records.errors import RowProblem
+from avahazard.records.errors import Problems, RowProblem
 
 Line = tuple[int, Sequence[str]]  # line number from 1, cells without the blanks around them
+Cells = tuple[int, dict[str, str]]  # line number, the texts by column
 Texts = NDArray[Any]
 """Texts of one column, of the type `TEXT`."""
 TEXT = np.dtypes.StringDType()
@@ -110,16 +111,12 @@ class FileTable:
         """The names of the columns."""
         return tuple(self.columns)
 
-    def numbered(
-        self, columns: Sequence[str] | None = None
-    ) -> Iterator[tuple[int, dict[str, str]]]:
+    def numbered(self, columns: Sequence[str] | None = None) -> Iterator[Cells]:
         """Yield every row with its line number, or `columns` of it; empty cells are left out."""
         for begin in range(0, len(self.lines), AT_ONCE):
             yield from self.at(range(begin, min(begin + AT_ONCE, len(self.lines))), columns)
 
-    def at(
-        self, rows: Sequence[int], columns: Sequence[str] | None = None
-    ) -> Iterator[tuple[int, dict[str, str]]]:
+    def at(self, rows: Sequence[int], columns: Sequence[str] | None = None) -> Iterator[Cells]:
         """Yield some rows, in their order, by their numbers from 0, as `numbered` does."""
         names = self.header if columns is None else columns
         numbers = np.asarray(rows, dtype=np.intp)
@@ -161,7 +158,7 @@ def table_of(
 def filled(
     empty: FileTable,
     lines: Iterable[Line],
-    problems: list[RowProblem],
+    problems: Problems,
     layout: SheetLayout = PLAIN,
     dated: Mapping[int, Collection[int]] = {},
     written: Mapping[int, Collection[int]] = {},

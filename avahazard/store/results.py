@@ -11,10 +11,10 @@ from itertools import chain, count
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
+from avahazard.arrays import Floats
 from avahazard.records.errors import AvahazardError, did_you_mean
 from avahazard.results.base import plain
 from avahazard.store.tables import (
@@ -75,7 +75,7 @@ def save_model(
     specification: dict[str, Any],
     settings: dict[str, Any],
     result: dict[str, Any],
-    draws: Mapping[str, NDArray[np.float64]],
+    draws: Mapping[str, Floats],
     *,
     parent: str | None = None,
     effect_file: str | None = None,
@@ -166,7 +166,7 @@ def _stored(session: Session, row: ModelTable) -> StoredModel:
     return StoredModel(**made, calibration=found.id, settings=found.settings, result=found.result)
 
 
-Draws = dict[str, NDArray[np.float64]]
+Draws = dict[str, Floats]
 
 
 def load_draws(session: Session, calibration: int) -> Draws:
@@ -182,7 +182,7 @@ def load_draws(session: Session, calibration: int) -> Draws:
 
 def read_draws(session: Session, calibration: int) -> tuple[Draws, list[str]]:
     """The draws of a calibration, and what is wrong with them; no draws where anything is."""
-    pieces: dict[str, list[NDArray[np.float64]]] = {}
+    pieces: dict[str, list[Floats]] = {}
     ends: dict[str, int] = {}
     sizes: dict[str, tuple[int, int]] = {}
     faults = []

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.special import ndtr, ndtri
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Bools, Floats, Ints
 from avahazard.kernels import kernel
 from avahazard.records.collection import Path, Profile
 
@@ -82,6 +82,9 @@ class Settings:
     decoys: int = 0
 
 
+Sites = tuple[SitePlan, ...]
+
+
 def generator(seed: int, key: str) -> np.random.Generator:
     """Generator of the stream `key` of the dataset `seed`."""
     return np.random.default_rng(np.random.SeedSequence([seed, zlib.crc32(key.encode())]))
@@ -98,7 +101,7 @@ class Track:
 
     knots_m: Floats
     coef: Floats
-    forest: NDArray[np.bool_]
+    forest: Bools
     constant: Floats = field(init=False)
     quadratic: Floats = field(init=False)
     centrifugal: float = 1.0
@@ -232,7 +235,7 @@ def _run(knots, coef, cells, x0, motion, step, w_knots):  # type: ignore[no-unty
 
 def run_track(
     track: Track, release_x_m: Floats, mu: Floats, step_m: float = STEP_M
-) -> tuple[NDArray[np.int64], Floats, Floats]:
+) -> tuple[Ints, Floats, Floats]:
     """Run events `[n_events]` down a track.
 
     Returns the status (STOPPED, LEFT_PROFILE, NOT_RELEASED), x of the stop in metres
@@ -269,12 +272,12 @@ class Dataset:
 
     seed: int
     settings: Settings
-    sites: tuple[SitePlan, ...]
+    sites: Sites
     tracks: list[Track]
-    path: NDArray[np.int64]
+    path: Ints
     volume_m3: Floats
     release_elevation_m: Floats
-    day: NDArray[np.int64]
+    day: Ints
     dates: list[date]
     deposit_length_m: Floats
     log_mu: Floats
@@ -283,10 +286,10 @@ class Dataset:
     raised_m: Floats
     unseen_share: float
     limit_known: bool = True
-    columns: dict[str, NDArray[np.float64] | NDArray[np.str_]] = field(default_factory=dict)
+    columns: dict[str, Floats | NDArray[np.str_]] = field(default_factory=dict)
 
     @property
-    def years(self) -> NDArray[np.int64]:
+    def years(self) -> Ints:
         """Calendar year of each event."""
         return np.array([d.year for d in self.dates])
 
@@ -295,9 +298,7 @@ class Dataset:
         return generator(self.seed, key)
 
 
-def draw_dataset(
-    seed: int, sites: tuple[SitePlan, ...], settings: Settings, spare: float
-) -> Dataset:
+def draw_dataset(seed: int, sites: Sites, settings: Settings, spare: float) -> Dataset:
     """The base dataset: `spare` times the events of each site, with volumes, dates, columns."""
     path = np.repeat(np.arange(len(sites)), [int(np.ceil(spare * s.n_events)) + 6 for s in sites])
     n = len(path)
@@ -333,9 +334,7 @@ def draw_dataset(
     return dataset
 
 
-def _draw_volumes(
-    rng: np.random.Generator, sites: tuple[SitePlan, ...], path: NDArray[np.int64]
-) -> Floats:
+def _draw_volumes(rng: np.random.Generator, sites: Sites, path: Ints) -> Floats:
     uniform = rng.uniform(size=len(path))
     volume = np.empty(len(path))
     for k, s in enumerate(sites):
@@ -351,9 +350,9 @@ def _draw_volumes(
 
 def _draw_releases(
     rng: np.random.Generator,
-    sites: tuple[SitePlan, ...],
+    sites: Sites,
     tracks: list[Track],
-    path: NDArray[np.int64],
+    path: Ints,
 ) -> Floats:
     """Elevations of steep places near the top; the steepest of the upper half without such."""
     uniform = rng.uniform(size=len(path))

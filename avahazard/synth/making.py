@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Bools, Floats, Ints
 from avahazard.records.collection import Event, Path, Profile, Records, Speed
 from avahazard.records.errors import AvahazardError
 from avahazard.synth.dataset import (
@@ -18,6 +17,7 @@ from avahazard.synth.dataset import (
     Dataset,
     Settings,
     SitePlan,
+    Sites,
     Track,
     draw_dataset,
     generator,
@@ -64,7 +64,7 @@ def concave_profile(
     return np.round(x, 1), np.round(top_m - fall, 3)
 
 
-def make_sites(seed: int, n_paths: int, n_events: int) -> tuple[SitePlan, ...]:
+def make_sites(seed: int, n_paths: int, n_events: int) -> Sites:
     """`n_paths` paths with drops of 600 to 2000 m and about `n_events` / `n_paths` events each."""
     rng = generator(seed, "sites")
     weights = rng.lognormal(0.0, 0.4, n_paths)
@@ -144,12 +144,12 @@ class Runs:
     """
 
     mu: Floats
-    status: NDArray[np.int64]
+    status: Ints
     stop_x_m: Floats
     front_x_m: Floats
     front_elevation_m: Floats
     speeds: list[Floats]
-    seen: NDArray[np.bool_]
+    seen: Bools
     limit_m: Floats
 
 
@@ -203,8 +203,8 @@ N_PLACES = 9
 
 
 def recorded_events(
-    dataset: Dataset, runs: Runs, kept: NDArray[np.int64], ids: list[str]
-) -> tuple[tuple[Event, ...], NDArray[np.bool_]]:
+    dataset: Dataset, runs: Runs, kept: Ints, ids: list[str]
+) -> tuple[tuple[Event, ...], Bools]:
     """The records of the events `kept`, and which of them are grossly wrong.
 
     On a path that rises anywhere an elevation is not one place: there x is recorded.
@@ -244,9 +244,7 @@ def recorded_events(
     return tuple(events), wrong[kept]
 
 
-def _recorded_places(
-    dataset: Dataset, runs: Runs, sigma: Floats
-) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bool_]]:
+def _recorded_places(dataset: Dataset, runs: Runs, sigma: Floats) -> tuple[Floats, Bools, Bools]:
     """Recorded coordinate of every event, whether it is x, and whether it is grossly wrong."""
     n = len(dataset.path)
     place, in_x = np.empty(n), np.zeros(n, bool)
@@ -273,7 +271,7 @@ def _recorded_places(
 
 
 def recorded_speeds(
-    dataset: Dataset, runs: Runs, kept: NDArray[np.int64], ids: list[str], share: float
+    dataset: Dataset, runs: Runs, kept: Ints, ids: list[str], share: float
 ) -> tuple[Speed, ...]:
     """Speeds of a share of the events at up to nine places each, with errors of 1 to 2 m/s."""
     rng = dataset.generator("speeds")
@@ -306,7 +304,7 @@ def make_dataset(
     n_paths: int = 9,
     effects: Mapping[str, float] | None = None,
     settings: Settings | None = None,
-    sites: tuple[SitePlan, ...] | None = None,
+    sites: Sites | None = None,
 ) -> tuple[Records, dict[str, object]]:
     """Records of a dataset with known effects, and its truth (what `truth.json` holds).
 
@@ -338,7 +336,7 @@ def make_dataset(
     )
 
 
-def _first_seen(dataset: Dataset, runs: Runs) -> NDArray[np.int64] | None:
+def _first_seen(dataset: Dataset, runs: Runs) -> Ints | None:
     """As many seen events of each site as it should have, by date; None when too few."""
     kept = []
     for k, site in enumerate(dataset.sites):
@@ -352,7 +350,7 @@ def _first_seen(dataset: Dataset, runs: Runs) -> NDArray[np.int64] | None:
 def _record(
     dataset: Dataset,
     runs: Runs,
-    kept: NDArray[np.int64],
+    kept: Ints,
     effects: Mapping[str, float],
     parameters: Mapping[str, Parameters],
 ) -> tuple[Records, dict[str, object]]:
