@@ -177,11 +177,8 @@ def _form(module: dict[str, Any], name: str) -> str:
 
 def _parameters(module: dict[str, Any], form: str, name: str) -> tuple[Parameter, ...]:
     given = module.get("PARAMETERS")
-    if (
-        not isinstance(given, list | tuple)
-        or not given
-        or not all(isinstance(p, Parameter) for p in given)
-    ):
+    right = isinstance(given, list | tuple) and all(isinstance(p, Parameter) for p in given)
+    if not (right and given):
         raise AvahazardError(
             f"{name}: PARAMETERS is missing or no list of Parameter(...).",
             'Write PARAMETERS = [Parameter("north", "log friction", neutral=0.0, prior_mean=0.0, '

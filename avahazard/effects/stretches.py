@@ -83,14 +83,8 @@ def all_parts(columns: EventColumns, sites: Sites) -> Facts | None:
 def build_stretches(key: str, facts: Facts) -> MotionEffect:
     """The effect: of each stretch its amount."""
     stretches = _stretches(facts)
-    amount = KINDS[facts["kind"]]
-    parameters = tuple(
-        Parameter(
-            f"{s.path}:{s.start_m:.0f}-{s.end_m:.0f}m",
-            amount.unit, 0.0, 0.0, amount.prior_sd, amount.low, amount.high,
-        )
-        for s in stretches
-    )  # fmt: skip
+    names = (f"{s.path}:{s.start_m:.0f}-{s.end_m:.0f}m" for s in stretches)
+    parameters = tuple(replace(KINDS[facts["kind"]], name=name) for name in names)
     acts = partial(_resistance, facts["kind"], stretches)
     return MotionEffect(key, parameters, acts, paths=tuple(s.path for s in stretches))
 

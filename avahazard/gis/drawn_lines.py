@@ -84,14 +84,8 @@ def line_profile(
         )
     name = system_code(system)
     assert name is not None
-    return LineProfile(
-        x,
-        y,
-        xy,
-        name,
-        None if land_cover is None else cover_at(land_cover, xy, system),
-        terrain.around(path_id, xy, system, name),
-    )
+    cover = None if land_cover is None else cover_at(land_cover, xy, system)
+    return LineProfile(x, y, xy, name, cover, terrain.around(path_id, xy, system, name))
 
 
 def _corners(geometry: shapely.Geometry | None) -> Floats:
@@ -336,14 +330,9 @@ def _drawn(
                 f"{path_id}: its profile is in {profile.crs}: lengths in {terrain.crs.name} are "
                 "not those on the ground."
             )
-    return Drawn(
-        layer.file,
-        table_of(layer.file, columns, rows),
-        table_of(layer.file, POINT_COLUMNS, points),
-        tuple(crops),
-        tuple(problems),
-        tuple(notes),
-    )
+    paths = table_of(layer.file, columns, rows)
+    profiles = table_of(layer.file, POINT_COLUMNS, points)
+    return Drawn(layer.file, paths, profiles, tuple(crops), tuple(problems), tuple(notes))
 
 
 def _path_columns(layer: VectorLayer) -> tuple[tuple[str, ...], list[dict[str, str]]]:

@@ -165,16 +165,10 @@ OF_PATH = [f.name for f in fields(Path) if f.name != "covariates"]
 
 def _path(one: MappedPath) -> Feature:
     path, line = one.path, one.line
-    return Feature(
-        line,
-        shapely.LineString(line.xy),
-        {
-            **{name: getattr(path, name) for name in OF_PATH},
-            WIDTH: one.width_m,
-            "length_m": float(line.x[-1] - line.x[0]),
-            "drop_m": float(line.y[0] - line.y[-1]),
-        },
-    )
+    recorded = {name: getattr(path, name) for name in OF_PATH}
+    length, drop = float(line.x[-1] - line.x[0]), float(line.y[0] - line.y[-1])
+    further = {WIDTH: one.width_m, "length_m": length, "drop_m": drop}
+    return Feature(line, shapely.LineString(line.xy), {**recorded, **further})
 
 
 def _point(
@@ -242,15 +236,12 @@ OF_ZONE = ("extrapolated", "zone", "color", "from_x_m", "to_x_m", "to_x_q05_m", 
 
 
 def _zones(one: MappedPath, entry: ZonedPath) -> list[Feature]:
+    about = {"path_id": entry.path_id, "limits": entry.limits}
     features = []
     for zone in entry.zones:
         piece = one.line.between(zone.from_x_m, zone.to_x_m)
         if piece is not None:
-            attributes = {
-                "path_id": entry.path_id,
-                "limits": entry.limits,
-                **{name: getattr(zone, name) for name in OF_ZONE},
-                "beyond_profile": zone.beyond,
-            }
+            of_zone = {name: getattr(zone, name) for name in OF_ZONE}
+            attributes = {**about, **of_zone, "beyond_profile": zone.beyond}
             features.append(Feature(one.line, piece, attributes))
     return features

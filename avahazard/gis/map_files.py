@@ -85,13 +85,8 @@ DIGITS = 7
 
 def write_geojson(file: FilePath, layers: Sequence[MapLayer]) -> None:
     """Write `layers` to the new file as one collection; `kind` says of which layer a feature is."""
-    collection = {
-        "type": "FeatureCollection",
-        "generator": OWNER,
-        "features": [
-            _feature(layer.topic, feature) for layer in layers for feature in layer.features
-        ],
-    }
+    features = [_feature(layer.topic, feature) for layer in layers for feature in layer.features]
+    collection = {"type": "FeatureCollection", "generator": OWNER, "features": features}
     text = json.dumps(collection, ensure_ascii=False, allow_nan=False)
     file.write_text(text + "\n", encoding="utf-8")
 

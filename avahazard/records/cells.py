@@ -25,9 +25,7 @@ PLAIN_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)
 ODD = re.compile("[,\\s'’\u2212]")  # what a number of a file with commas does not hold, unquoted
 ODD_ELSEWHERE = re.compile("[.,\\s'’\u2212]")
 DECIMAL = {"point": "decimal points", "comma": "decimal commas"}
-LIKELY_MARKS = frozenset(
-    ("?", "??", "-", "--", "–", "—", "na", "n/a", "n.a.", "nan", "null", "none")
-)
+LIKELY_MARKS = {"?", "??", "-", "--", "–", "—", "na", "n/a", "n.a.", "nan", "null", "none"}
 AMBIGUOUS = "a number: is this sign a decimal one or of thousands? Use --decimal point or comma"
 MADE_A_DATE = "the text that was meant: the spreadsheet holds a date here"
 

@@ -196,16 +196,13 @@ def unseen_elevation(event: Event, path: Path, profile: Profile | None) -> float
 
 
 def _stopped_before_the_end(event: Event, profile: Profile, slack: float) -> Fault | None:
-    end = float(profile.x_m[-1])
-    if event.runout_x_m is not None:
-        before = event.runout_x_m < end - slack
-        return ("runout_x_m", event.runout_x_m, Note("not_beyond")) if before else None
-    elevation = event.runout_elevation_m
-    if elevation is None or on_counter_slope(elevation, profile):
+    x, elevation = event.runout_x_m, event.runout_elevation_m
+    if x is not None:
+        return ("runout_x_m", x, Note("not_beyond")) if x < profile.x_m[-1] - slack else None
+    highest = profile.y_m[-1] + slack + MAP_TOLERANCE_M
+    if elevation is None or elevation <= highest or on_counter_slope(elevation, profile):
         return None
-    if elevation > float(profile.y_m[-1]) + slack + MAP_TOLERANCE_M:
-        return "runout_elevation_m", elevation, Note("not_beyond")
-    return None
+    return "runout_elevation_m", elevation, Note("not_beyond")
 
 
 def _above_the_release(

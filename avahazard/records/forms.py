@@ -327,13 +327,9 @@ FORMS: dict[Kind, tuple[type[Row], ...]] = {
     "events": (EventRow, StraightRow),
     "velocities": (VelocityRow,),
 }
-COLUMNS: dict[Kind, frozenset[str]] = {
-    kind: frozenset(
-        {
-            *(column for form in forms for column in form.model_fields),
-            *(column for column, meaning in MEANINGS.items() if kind in meaning.further),
-        }
-    )
+COLUMNS = {
+    kind: {column for form in forms for column in form.model_fields}
+    | {column for column, meaning in MEANINGS.items() if kind in meaning.further}
     for kind, forms in FORMS.items()
 }
 

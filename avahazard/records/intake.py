@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -114,9 +114,8 @@ def profile_difference(one: Profile, other: Profile) -> tuple[int, Difference] |
         # What a profile lacks, or has once, is the same at all points.
         given = (np.atleast_1d(np.asarray(getattr(profile, name))) for profile in (one, other))
         left, right = np.broadcast_arrays(*(values[:n] for values in given))
-        found += [
-            (k, (name, left[k], right[k])) for k in np.flatnonzero(left != right)[:1].tolist()
-        ]
+        first = np.flatnonzero(left != right)[:1].tolist()
+        found += [(k, (name, left[k], right[k])) for k in first]
     if not found and len(one.x_m) != len(other.x_m):
         found = [(n - 1, ("path_id", f"{len(one.x_m)} points", f"{len(other.x_m)} points"))]
     return min(found, key=lambda difference: difference[0], default=None)
@@ -154,7 +153,7 @@ def merge_records(intake: Intake, *, update: bool = False) -> tuple[Records, dic
         for record in getattr(intake.records, kind):
             key = KEYS[kind](record)
             old = held.get(key)
-            changes = [] if old is None else _contradictions(record, old)
+            changes = [] if old is None else list(_contradictions(record, old))
             if old is None:
                 count.new += 1
             elif not changes:
@@ -171,7 +170,7 @@ def merge_records(intake: Intake, *, update: bool = False) -> tuple[Records, dic
     return Records(*map(tuple, write.values())), counts
 
 
-def _contradictions(record: Any, old: Any) -> list[tuple[str, str, str]]:
+def _contradictions(record: Any, old: Any) -> Iterator[tuple[str, str, str]]:
     """Each column with the value read, and what is stored instead."""
     where = ""
     if isinstance(record, Profile):
@@ -180,12 +179,6 @@ def _contradictions(record: Any, old: Any) -> list[tuple[str, str, str]]:
         found = [change[1]] if change else []
     else:
         found = differences(record, old)
-    stored = "{}, as stored before, or --update{}"
-    return [
-        (
-            column,
-            "" if value is None else str(value),
-            stored.format("empty" if held is None else held, where),
-        )
-        for column, value, held in found
-    ]
+    for column, value, held in found:
+        accepted = f"{'empty' if held is None else held}, as stored before, or --update{where}"
+        yield column, "" if value is None else str(value), accepted

@@ -149,13 +149,8 @@ def mapped(table: FileTable, mapping: TableMapping) -> FileTable:
         words.append(f"{len(lines) - len(kept)} rows left out")
         lines = array("q", [lines[k] for k in kept])
         columns = {n: c._replace(texts=c.texts[kept]) for n, c in columns.items()}
-    return replace(
-        table,
-        lines=lines,
-        columns=columns,
-        words=(*table.words, *words),
-        given=Conventions(mapping.decimal, mapping.dates, unknown=tuple(map(str, mapping.unknown))),
-    )
+    given = Conventions(mapping.decimal, mapping.dates, unknown=tuple(map(str, mapping.unknown)))
+    return replace(table, lines=lines, columns=columns, words=(*table.words, *words), given=given)
 
 
 def _dates(parts: Sequence[Sequence[str]]) -> list[str]:

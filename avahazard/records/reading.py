@@ -209,9 +209,8 @@ def mapped_tables(
                 problems += [fault for fault in faults if fault.file == table.file]
             elif named or mapping.sheet or len(absent) < len(mapping.needed()):
                 accepted = f"the columns that {where} names, or that file corrected"
-                lacks += [
-                    RowProblem(table.file, table.first, "", name, accepted) for name in absent
-                ]
+                at = table.file, table.first, ""
+                lacks += [RowProblem(*at, name, accepted) for name in absent]
         if named and not found:
             lacks += faults
     if found or lacks:

@@ -339,13 +339,9 @@ def _sheet(
             texts.append(text)
         if any(texts):
             lines.append((line, tuple(texts)))
+    name, words = grid.title if several else PurePath(file).stem, ("workbook", *grid.words)
     empty = FileTable(
-        label,
-        name=grid.title if several else PurePath(file).stem,
-        words=("workbook", *grid.words),
-        separator="",
-        title=grid.title,
-        first_day=grid.first_day,
+        label, name=name, words=words, separator="", title=grid.title, first_day=grid.first_day
     )
     table = filled(empty, lines, problems, layout, dated, written)
     first = table.first if table else layout.header or 1

@@ -215,16 +215,11 @@ def filled(
         accepted += " (a number with a decimal comma stands in quotes)"
     problems += [RowProblem(empty.file, line, "", f"{n} values", accepted) for line, n in uneven]
     unit = dict(enumerate(units))
-    columns = {
-        header[k]: Column(
-            np.concatenate([texts(()), *parts]),
-            header[k],
-            unit.get(k, ""),
-            dated.get(k, ()),
-            written.get(k, ()),
-        )
-        for k, *parts in zip(named, *blocks, strict=True)
-    }
+    columns: dict[str, Column] = {}
+    for k, *parts in zip(named, *blocks, strict=True):
+        name, cells = header[k], np.concatenate([texts(()), *parts])
+        known = dated.get(k, ()), written.get(k, ())
+        columns[name] = Column(cells, name, unit.get(k, ""), *known)
     return replace(empty, lines=numbers, columns=columns, first=first)
 
 

@@ -347,16 +347,11 @@ PLAIN = [f.name for f in fields(Simulation) if f.name not in ("stop_x_m", "peak_
 def save_simulation(session: Session, run: Simulation) -> None:
     """Store a run, with its peak pressures, in the place of one made before on other ground."""
     assert run.peak_kpa is not None
-    n_rows, n_columns = run.peak_kpa.shape
-    session.merge(
-        SimulationTable(
-            **{name: getattr(run, name) for name in PLAIN},
-            stop_x_m=None if np.isnan(run.stop_x_m) else float(run.stop_x_m),
-            n_rows=n_rows,
-            n_columns=n_columns,
-            data=zlib.compress(run.peak_kpa.astype(LITTLE_ENDIAN).tobytes()),
-        )
-    )
+    row = SimulationTable(**{name: getattr(run, name) for name in PLAIN})
+    row.stop_x_m = None if np.isnan(run.stop_x_m) else float(run.stop_x_m)
+    row.n_rows, row.n_columns = run.peak_kpa.shape
+    row.data = zlib.compress(run.peak_kpa.astype(LITTLE_ENDIAN).tobytes())
+    session.merge(row)
 
 
 def load_simulations(

@@ -168,10 +168,7 @@ def _wait_to_migrate(connection: Connection) -> None:
 
 
 def reading(database: str) -> AbstractContextManager[Session]:
-    """Open `database` for reading: a consistent view, nothing is written.
-
-    Raises `AvahazardError` where it is missing, of another schema, or cannot be read.
-    """
+    """Open `database` for a consistent view; refused where missing, or of another schema."""
     return _session(database, writes=False)
 
 

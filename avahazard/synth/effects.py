@@ -83,12 +83,8 @@ def covariate(dataset: Dataset, strength: float, column: str) -> dict[str, objec
     middle, sd = float(values.mean()), float(values.std())
     z = (values.astype(float) - middle) / sd
     dataset.log_mu += 0.13 * strength * (np.tanh(2.0 * z) + 0.4 * np.cos(2.0 * z))
-    return {
-        "log_mu": "amplitude (tanh 2z + 0.4 cos 2z), z = (column - middle) / sd",
-        "amplitude": 0.13 * strength,
-        "middle": middle,
-        "sd": sd,
-    }
+    formula = "amplitude (tanh 2z + 0.4 cos 2z), z = (column - middle) / sd"
+    return {"log_mu": formula, "amplitude": 0.13 * strength, "middle": middle, "sd": sd}
 
 
 def centrifugal(dataset: Dataset, strength: float) -> dict[str, object]:

@@ -368,12 +368,8 @@ def _record(
     paths = tuple(s.path for s in sites)
     if dataset.limit_known:
         paths = tuple(replace(p, observed_below_m=limits.get(p.path_id)) for p in paths)
-    records = Records(
-        paths=paths,
-        profiles=tuple(s.profile for s in sites),
-        events=events,
-        speeds=recorded_speeds(dataset, runs, kept, ids, share),
-    )
+    speeds = recorded_speeds(dataset, runs, kept, ids, share)
+    records = Records(paths, tuple(s.profile for s in sites), events, speeds)
     settings = asdict(replace(dataset.settings, speeds=share))
     truth = {
         "seed": dataset.seed,
