@@ -10,8 +10,9 @@ some sources alone (Song, Nelson & Staum 2016).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import permutations
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,12 +32,10 @@ N_DRAWS = 600
 N_TABLES = 12
 CHANCE = 1.64
 """Standard errors that chance exceeds in one of twenty cases."""
-SOURCES = ("record", "volume", "release", "scatter", "parameters")
 UNEXPLAINED = "unexplained"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ErrorBudget:
+class ErrorBudget(NamedTuple):
     """Variances (m2) `[n_events]` in the coordinate of each record, by source.
 
     `record`: its own measurement error; `volume`: that of its volume, through the law and F';
@@ -59,6 +58,9 @@ class ErrorBudget:
     def floor(self) -> Floats:
         """What a model that is exact would leave `[n_events]` (m): record, volume, release."""
         return np.sqrt(self.record + self.volume + self.release)
+
+
+SOURCES = ErrorBudget._fields
 
 
 def error_budget(model: FittedModel, rng: np.random.Generator) -> ErrorBudget:
@@ -151,9 +153,9 @@ def _runouts(model: FittedModel, rng: np.random.Generator) -> Floats:
 def budget_parts(error: Floats, budget: ErrorBudget) -> Rows[BudgetPart]:
     """Root mean squares (m) of every source, the release if it has errors, and what is left."""
     parts = [
-        BudgetPart(source, float(np.sqrt(np.mean(getattr(budget, source)))))
-        for source in SOURCES
-        if source != "release" or np.any(budget.release > 0.0)
+        BudgetPart(source, float(np.sqrt(np.mean(variance))))
+        for source, variance in budget._asdict().items()
+        if source != "release" or np.any(variance > 0.0)
     ]
     return Rows([*parts, BudgetPart(UNEXPLAINED, unexplained(error, budget))])
 
@@ -162,7 +164,7 @@ def budget_by_event(
     observations: Observations, error: Floats, budget: ErrorBudget, profile: Floats
 ) -> Rows[EventBudget]:
     """Of each event the sd by source, its error, and what errors of the `profile` do (m)."""
-    sd = {f"{source}_m": np.sqrt(getattr(budget, source)) for source in SOURCES}
+    sd = {f"{source}_m": np.sqrt(variance) for source, variance in budget._asdict().items()}
     sd["profile_m"] = profile
     return Rows(
         EventBudget(name, error_m=float(error[i]), **{key: float(v[i]) for key, v in sd.items()})

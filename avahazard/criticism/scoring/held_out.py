@@ -7,7 +7,7 @@ where draws of the whole posterior are known nearby, its second derivatives.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -20,7 +20,6 @@ from avahazard.criticism.scoring.scores import (
     crps,
     error_sign,
     expected_records,
-    observed_records,
 )
 from avahazard.criticism.scoring.speed_misfit import MatchedSpeeds, matched_speeds, track_places
 from avahazard.effects.effect import Effect, GroupEffect
@@ -317,30 +316,29 @@ def held_out_predictions(
     """What the fits without each group say of it; their draws are near those of the model."""
     posterior, around = model.posterior, model.draws
     start = find_mode(posterior, np.median(around, axis=0))
-    n, observations = len(groups), posterior.observations
-    log_density, sigma = np.empty((2, n))
-    draws, x = (np.empty((n, RECORD_DRAWS)) for _ in range(2))
-    left = np.empty((n, RECORD_DRAWS), dtype=np.bool_)
-    tracks = track_places(observations) if observations.speeds else None
-    places, speeds = [], []
-    names = np.unique(groups)
+    observations = posterior.observations
+    names, found = np.unique(groups), list[HeldOutPredictions]()
     # The fits share the tables of one posterior, which fill up as they go.
     fits = spread_map(_predict_left_out, (posterior, around, start, groups), names, threads=False)
-    for done, (group, found) in enumerate(zip(names, fits, strict=True)):
-        out, records = groups == group, found.records
-        draws[out], left[out], x[out] = records.draws, records.left, records.x
-        sigma[out], log_density[out] = records.sigma, found.log_density
-        if tracks is not None and found.speeds is not None:
-            places.append(np.flatnonzero(out[tracks.event]))
-            speeds.append(found.speeds.draws)
-        progress((done + 1) / len(names))
-    of_tracks = None
-    if tracks is not None:
-        order = np.argsort(np.concatenate(places))
-        of_tracks = MatchedSpeeds(*tracks, np.concatenate(speeds)[order])
-    observed, sign = observed_records(observations), error_sign(observations)
-    merged = ExpectedRecords(observed, sigma, draws, left, x, sign)
-    return HeldOutPredictions(log_density, merged, of_tracks)
+    for one in fits:
+        found.append(one)
+        progress(len(found) / len(names))
+
+    def merged(parts: Iterable[Floats], of: Ints) -> Floats:
+        """One after the other, in the order of the groups `of` whose parts they are."""
+        return np.asarray(np.concatenate([*parts])[np.argsort(np.argsort(of, kind="stable"))])
+
+    log_density = merged((one.log_density for one in found), groups)
+    each = zip(*(one.records for one in found), strict=True)
+    records = ExpectedRecords._make(merged(parts, groups) for parts in each)
+    # In a part the sign may be another: there elevations may stand alone.
+    records = records._replace(sign=error_sign(observations))
+    speeds = None
+    if observations.speeds:
+        speeds = track_places(observations)
+        draws = merged((one.speeds.draws for one in found if one.speeds), groups[speeds.event])
+        speeds = speeds._replace(draws=draws)
+    return HeldOutPredictions(log_density, records, speeds)
 
 
 def _predict_left_out(

@@ -89,7 +89,7 @@ def smoothed_loo(log_likelihood: Floats) -> tuple[Floats, Floats]:
     """
     n_parts = -(-log_likelihood.shape[1] // EVENTS_AT_ONCE)
     parts = [_pareto_loo_each(some) for some in np.array_split(log_likelihood, n_parts, axis=1)]
-    by_event, pareto_k = _joined(parts)
+    by_event, pareto_k = np.concatenate(parts, axis=1)
     equal = np.ptp(log_likelihood, axis=0) <= ALIKE
     pareto_k[equal] = 0.0
     plain = equal | ~np.isfinite(by_event)
@@ -99,19 +99,15 @@ def smoothed_loo(log_likelihood: Floats) -> tuple[Floats, Floats]:
     return by_event, pareto_k
 
 
-def _joined(parts: list[tuple[Floats, Floats]]) -> tuple[Floats, Floats]:
-    by_event, pareto_k = zip(*parts, strict=True)
-    return np.concatenate(by_event), np.concatenate(pareto_k)
-
-
-def _pareto_loo_each(log_likelihood: Floats) -> tuple[Floats, Floats]:
-    """The smoothed log density and Pareto k `[n_events]`, nan for events without a tail."""
+def _pareto_loo_each(log_likelihood: Floats) -> Floats:
+    """The smoothed log density and Pareto k `[2, n_events]`, nan for events without a tail."""
     array_stats = import_module("arviz_stats.base").array_stats  # slow to import, so only here
     try:
         with np.errstate(divide="ignore", invalid="ignore"):
             found, k, _ = array_stats.loo(log_likelihood.T, chain_axis=None, draw_axis=-1)
     except ValueError:  # one event without a tail is enough
         if log_likelihood.shape[1] == 1:
-            return np.full(1, np.nan), np.full(1, np.nan)
-        return _joined([_pareto_loo_each(column[:, None]) for column in log_likelihood.T])
-    return np.array(found, dtype=np.float64), np.array(k, dtype=np.float64)
+            return np.full((2, 1), np.nan)
+        columns = log_likelihood.T[..., None]
+        return np.concatenate([_pareto_loo_each(column) for column in columns], axis=1)
+    return np.array([found, k], dtype=np.float64)

@@ -5,7 +5,7 @@ They are stops drawn with the error of the record; scores are in its coordinate,
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,8 +27,7 @@ SPARE = 4
 FEWEST_SEEN = 20
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ExpectedRecords:
+class ExpectedRecords(NamedTuple):
     """Records `observed` `[n_events]` (m) and `draws` `[n_events, n_draws]` of what they might be.
 
     Both are in the coordinate of each record (elevation, x, runout length, H/L); `sigma`
@@ -237,27 +236,18 @@ def in_x(expected: ExpectedRecords, observations: Observations) -> ExpectedRecor
     events = with_profile(observations)
     if not len(events):
         return None
-    observed, sigma = expected.observed.copy(), expected.sigma.copy()
-    draws = expected.draws.copy()
-    for i in events:
+    found = ExpectedRecords._make(of_all[events] for of_all in expected)
+    for k, i in enumerate(events):
         if observations.kind[i] == PLACE:
             continue
         smooth = observations.sites[observations.columns.path_index[i]].smooth
-        y, s = expected.observed[i], expected.sigma[i]
+        y, s = found.observed[k], found.sigma[k]
         higher, record, lower = _places(smooth, np.array([y + s, y, y - s]))
         # A runout beyond the profile counts as its end, on a counter-slope too.
-        observed[i] = smooth.x_max if observations.kind[i] == LEFT else record
-        sigma[i] = 0.5 * (lower - higher)
-        draws[i] = np.where(expected.left[i], smooth.x_max, _places(smooth, expected.draws[i]))
-    return replace(
-        expected,
-        observed=observed[events],
-        sigma=sigma[events],
-        draws=draws[events],
-        left=expected.left[events],
-        x=expected.x[events],
-        sign=np.ones(len(events)),
-    )
+        found.observed[k] = smooth.x_max if observations.kind[i] == LEFT else record
+        found.sigma[k] = 0.5 * (lower - higher)
+        found.draws[k] = np.where(found.left[k], smooth.x_max, _places(smooth, found.draws[k]))
+    return found._replace(sign=np.ones(len(events)))
 
 
 def x_scores(

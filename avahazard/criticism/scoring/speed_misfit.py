@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -35,8 +35,7 @@ MIN_PIECE_M = 20.0
 TINY = 1e-290
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class MatchedSpeeds:
+class MatchedSpeeds(NamedTuple):
     """Speeds at every measured place of all tracks, m/s.
 
     `draws` `[n_places, n_draws]` hold the model's and the measurement's error; `event`, `x` (m),
@@ -50,20 +49,12 @@ class MatchedSpeeds:
     draws: Floats
 
 
-class TrackPlaces(NamedTuple):
-    """The measured places of all tracks, `[n_places]`, as `MatchedSpeeds` has them."""
-
-    event: NDArray[np.int64]
-    x: Floats
-    observed: Floats
-    sigma: Floats
-
-
-def track_places(observations: Observations) -> TrackPlaces:
-    """The measured places of the tracks, one after the other."""
+def track_places(observations: Observations) -> MatchedSpeeds:
+    """The measured places of the tracks, one after the other, without draws."""
     tracks = observations.speeds
     rows = [(np.full(len(t.x), t.event), t.x, t.speed, t.sigma) for t in tracks]
-    return TrackPlaces(*map(np.concatenate, zip(*rows, strict=True)))
+    event, x, observed, sigma = map(np.concatenate, zip(*rows, strict=True))
+    return MatchedSpeeds(event, x, observed, sigma, np.empty((0, 0)))
 
 
 def matched_speeds(model: FittedModel, rng: np.random.Generator) -> MatchedSpeeds | None:
@@ -95,7 +86,7 @@ def matched_speeds(model: FittedModel, rng: np.random.Generator) -> MatchedSpeed
             arrives = observations.kind[i] != LEFT
             tracks.append(drawn_speeds(square, track, sigma, rng, arrives))
         columns.append(np.concatenate(tracks, axis=0))
-    return MatchedSpeeds(*track_places(observations), np.concatenate(columns, axis=1))
+    return track_places(observations)._replace(draws=np.concatenate(columns, axis=1))
 
 
 def stop_nodes(posterior: Posterior, table: Predicted) -> Nodes:
