@@ -386,9 +386,8 @@ def with_unseen(avalanches: Avalanches, limit: Floats) -> Avalanches:
     share = volumes.share / np.maximum(chance_seen(avalanches, limit), LEAST_SEEN)
     whole = share.sum(axis=1)
     share /= whole[:, None]
-    return replace(
-        avalanches, volumes=EventVolumes(volumes.rate * whole, volumes.log_volume, share)
-    )
+    every = EventVolumes(volumes.rate * whole, volumes.log_volume, share)
+    return replace(avalanches, volumes=every)
 
 
 def chance_seen(avalanches: Avalanches, limit: Floats) -> Floats:

@@ -169,9 +169,8 @@ class EventVolumes:
 
 def one_volume(volume_m3: float, n_parameters: int, rate: float = 1.0) -> EventVolumes:
     """Avalanches of one volume at a known rate."""
-    return EventVolumes(
-        np.full(n_parameters, rate), np.array([np.log(volume_m3)]), np.ones((n_parameters, 1))
-    )
+    rates, share = np.full(n_parameters, rate), np.ones((n_parameters, 1))
+    return EventVolumes(rates, np.array([np.log(volume_m3)]), share)
 
 
 def event_volumes(

@@ -303,13 +303,9 @@ def table_frequency(path_id: str, rows: Sequence[tuple[float, float]]) -> Volume
     draws = TableDraws(
         np.log([extremes.annual_rate(period) for period in years]), np.log([row[1] for row in rows])
     )
-    return VolumeFrequency(
-        path_id=path_id,
-        draws=draws,
-        method=f"given: {len(rows)} volumes, {years[0]:g} to {years[-1]:g} years, taken as exact",
-        pooled=False,
-        known_years=(float(years[0]), float(years[-1])),
-    )
+    method = f"given: {len(rows)} volumes, {years[0]:g} to {years[-1]:g} years, taken as exact"
+    known = float(years[0]), float(years[-1])
+    return VolumeFrequency(path_id, draws, method, pooled=False, known_years=known)
 
 
 def _extrapolated(period: float, known_years: tuple[float, float]) -> bool:

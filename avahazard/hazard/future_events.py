@@ -79,8 +79,7 @@ def without_error(elevations: Floats, sigma: Floats | float) -> Floats:
     of one place.
     """
     mean, recorded = float(np.mean(elevations)), float(np.var(elevations, ddof=1))
-    error = float(np.mean(np.square(sigma)))
-    true = max(recorded - error, LEAST_SPREAD_M**2 / 12.0)
+    true = max(recorded - float(np.mean(np.square(sigma))), LEAST_SPREAD_M**2 / 12.0)
     return np.asarray(mean + np.sqrt(min(true / recorded, 1.0)) * (elevations - mean))
 
 

@@ -180,17 +180,12 @@ def path_hazard(
     released = events[0].release_elevation_m is not None
     varying = Varying(released, by_columns, not model.ignores_volume)
     found = hazard_of_events(model, future, volumes, at, varying, seed=seed)
-    log_volume = model.columns.log_volume
+    rising = rising_friction(model.friction, future, found.draws.u, model.columns.log_volume)
     places = stop_places(future.site.smooth, selected.events)
-    return replace(
-        found,
-        rising=rising_friction(model.friction, future, found.draws.u, log_volume),
-        recorded=RecordedStops(
-            np.array([np.inf if x is None else x for x in places], np.float64),
-            tuple(event.date for event in selected.events),
-            selected.profiles[0],
-        ),
-    )
+    x = np.array([np.inf if place is None else place for place in places], np.float64)
+    dates = tuple(event.date for event in selected.events)
+    recorded = RecordedStops(x, dates, selected.profiles[0])
+    return replace(found, rising=rising, recorded=recorded)
 
 
 def hazard_of_events(
@@ -306,10 +301,8 @@ def _avalanches(
 ) -> Avalanches:
     path_id, n = future.site.path.path_id, len(volumes.rate)
     draws = path_draws(model, groups, path_id, n)
-    location, scatter = model.friction.by_kind(
-        draws.u,
-        *friction_of_volumes(model.friction, future, draws.u, np.exp(volumes.log_volume)),
-    )
+    of_all = friction_of_volumes(model.friction, future, draws.u, np.exp(volumes.log_volume))
+    location, scatter = model.friction.by_kind(draws.u, *of_all)
     kind_share = np.ones((len(draws.u), 1)) if draws.kinds is None else draws.kinds.share
     shift = draws.shift(generator(seed, "avalanches", path_id))[:, None, None]
     location = model.friction.shifted(location, shift)
@@ -372,6 +365,5 @@ def _at_volumes(
 
 def _mixed(volumes: EventVolumes | None, at: Sequence[float]) -> EventVolumes:
     """All volumes, with nodes at those that bounds are wanted of."""
-    return with_volumes(
-        volumes or one_volume([*at, ANY_VOLUME_M3][0], N_DRAWS), np.log(np.asarray(at, np.float64))
-    )
+    known = volumes or one_volume([*at, ANY_VOLUME_M3][0], N_DRAWS)
+    return with_volumes(known, np.log(np.asarray(at, np.float64)))

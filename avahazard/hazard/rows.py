@@ -274,11 +274,8 @@ def volume_stops(
     of = kind[draws.group[parameter], event]
     # Draws by one curve together: its pieces are then in the cache.
     order = np.argsort(of.astype(np.uint16), kind="stable")
-    x, y, counts = draw_stops(
-        *(curves, of[order], location[order], scatter[order]),
-        *(n_draws, rng),
-        in_log=avalanches.in_log,
-    )
+    given = curves, of[order], location[order], scatter[order]
+    x, y, counts = draw_stops(*given, n_draws, rng, in_log=avalanches.in_log)
     held = int(counts[NOT_RELEASED])
     if draws.sigma_m is not None:
         site = avalanches.site
@@ -294,13 +291,11 @@ def _curves(curves: tuple[RunoutCurve, ...]) -> tuple[Pieces, Ints]:
 
     The latter is `[n_groups, n_classes]`. Of the last they are kept, as by `exceedance.stops`.
     """
-    rows = [tuple(row) for row in curves[len(curves) // 2].x.tolist()]
-    different = sorted(set(rows))
-    first = [rows.index(row) for row in different]
-    kind = np.array([different.index(row) for row in rows])
+    x = curves[len(curves) // 2].x
+    _, first, kind = np.unique(x, axis=0, return_index=True, return_inverse=True)
     parts = [pieces(curve[first]) for curve in curves]
     straight, status = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return (straight, status), np.add.outer(np.arange(len(curves)) * len(first), kind)
+    return (straight, status), np.add.outer(np.arange(len(curves)) * len(first), kind.ravel())
 
 
 def uncertainties(path: PathHazard, scenario: Scenario) -> tuple[RunoutInterval, RunoutInterval]:
@@ -336,9 +331,8 @@ def annual_reach(models: Sequence[Weighted]) -> ReachChance:
         rates=lambda x: by_weight(models, [rates_past(one.path.avalanches, x) for one in models]),
     )
     height = first.site.smooth.height(x)
-    return ReachChance(
-        tuple(x.tolist()), tuple(height.tolist()), YearlyChances(*map(tuple, chance.tolist()))
-    )
+    chances = YearlyChances(*map(tuple, chance.tolist()))
+    return ReachChance(tuple(x.tolist()), tuple(height.tolist()), chances)
 
 
 def design_of(path: PathHazard, x: Floats) -> Design:

@@ -114,17 +114,15 @@ def scores_table(coordinate: str, parts: Sequence[tuple[str, PredictedRecords]])
         (">" + say("in 50 %"), lambda r: share(r[4].coverage_50)),
         (">" + say("in 90 %"), lambda r: share(r[4].coverage_90)),
     )
-    legend = [
-        say(
-            "CRPS: mean error that counts the width of the forecast too; for a forecast without "
-            "scatter it is the mean absolute error, and smaller is better."
-        ),
-        say(
-            "bias: mean of predicted minus recorded. in 50 %, in 90 %: share of the records that "
-            "lie in the 50 and 90 % intervals."
-        ),
-    ]
-    return made("scores", say("Scores against the records"), columns, rows, legend)
+    of_crps = say(
+        "CRPS: mean error that counts the width of the forecast too; for a forecast without "
+        "scatter it is the mean absolute error, and smaller is better."
+    )
+    of_bias = say(
+        "bias: mean of predicted minus recorded. in 50 %, in 90 %: share of the records that "
+        "lie in the 50 and 90 % intervals."
+    )
+    return made("scores", say("Scores against the records"), columns, rows, [of_crps, of_bias])
 
 
 def compared_parts(found: Comparison) -> list[tuple[str, Any]]:
@@ -158,16 +156,14 @@ def failures_table(comparison: Comparison, names: Names = NO_NAMES) -> Table:
         ),
         (">p", lambda r: chance(r.p_value)),
     )
-    legend = [
-        say(
-            "bias: mean of predicted minus recorded. The p-values are corrected for the number of "
-            "rows; under 0.05 a row needs an explanation."
-        )
-    ]
+    legend = say(
+        "bias: mean of predicted minus recorded. The p-values are corrected for the number of "
+        "rows; under 0.05 a row needs an explanation."
+    )
     n = len(failing(comparison))
     folded = say("{n} not significant", n=len(rows) - n)
     title = say("Where it fails")
-    return made("failures", title, columns, rows, legend, shown=n, folded=folded)
+    return made("failures", title, columns, rows, [legend], shown=n, folded=folded)
 
 
 def misfit_table(comparison: Comparison) -> Table | None:
@@ -227,14 +223,13 @@ def ladder_table(rows: Sequence[LadderEntry]) -> Table:
         (">" + say("speed RMSE"), lambda r: None if r.speed_rmse_m_s is None
             else spoken().number(f"{r.speed_rmse_m_s:.1f} m/s")),
     )  # fmt: skip
-    legend = [
-        say(
-            "held-out CRPS: the error of a model, on records that it was not calibrated on. CRPS: "
-            "mean error that counts the width of the forecast too; smaller is better. elpd: log "
-            "predictive density with each record left out in turn; higher is better. in 90 %: "
-            "share of the records in the 90 % interval."
-        )
-    ]
+    of_scores = say(
+        "held-out CRPS: the error of a model, on records that it was not calibrated on. CRPS: "
+        "mean error that counts the width of the forecast too; smaller is better. elpd: log "
+        "predictive density with each record left out in turn; higher is better. in 90 %: "
+        "share of the records in the 90 % interval."
+    )
+    legend = [of_scores]
     floors = [row.noise_floor_crps_m for row in rows if row.noise_floor_crps_m]
     if floors:
         # What the error of a volume does to a stop is the model's own; gibbs knows none.
@@ -268,13 +263,11 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
         (say("confounded with"),
          lambda c: ", ".join(spoken().effect(key) for key in c.confounded_with) or None),
     )  # fmt: skip
-    legend = [
-        say(
-            "gain: log likelihood with the effect minus that without (2.3 nats: a likelihood "
-            "ratio of 10, 4.6 nats: of 100). p: chance of such a gain among all candidates if "
-            "nothing is missing. CRPS: at the mode of the parameters, not over their posterior."
-        )
-    ]
+    legend = say(
+        "gain: log likelihood with the effect minus that without (2.3 nats: a likelihood "
+        "ratio of 10, 4.6 nats: of 100). p: chance of such a gain among all candidates if "
+        "nothing is missing. CRPS: at the mode of the parameters, not over their posterior."
+    )
 
     def stands(c: Candidate) -> bool:
         fitted = not named or c.error_after_m is not None
@@ -285,7 +278,7 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
     folded = say("{n} not significant or not fitted", n=len(rows) - n) if named else ""
     folded = folded or say("{n} not significant", n=len(rows) - n)
     title = say("Candidate effects")
-    return made("candidates", title, columns, rows, legend, cards=True, shown=n, folded=folded)
+    return made("candidates", title, columns, rows, [legend], cards=True, shown=n, folded=folded)
 
 
 SHAPE_ROWS = 5
@@ -337,16 +330,14 @@ def laws_table(diagnosis: Diagnosis) -> Table | None:
         (">" + say("evidence, nats"), lambda law: digits(law.evidence, ".1f")),
         (say("parameters: median (90 % credible interval)"), values),
     )
-    legend = [
-        say(
-            "Laws whose evidence differs by less than 3 nats cannot be distinguished. s: {of}. "
-            "{formulas}.",
-            of=found.shape.of if found.shape else "",
-            formulas="; ".join(f"{law.form}: {law.formula}" for law in found.laws),
-        )
-    ]
+    legend = say(
+        "Laws whose evidence differs by less than 3 nats cannot be distinguished. s: {of}. "
+        "{formulas}.",
+        of=found.shape.of if found.shape else "",
+        formulas="; ".join(f"{law.form}: {law.formula}" for law in found.laws),
+    )
     title = say("Laws of {effect}", effect=spoken().effect(found.effect))
-    return made("laws", title, columns, found.laws, legend)
+    return made("laws", title, columns, found.laws, [legend])
 
 
 def measure_table(diagnosis: Diagnosis) -> Table | None:

@@ -27,11 +27,9 @@ FORMATS = (".png", ".svg", ".pdf")
 def figure(file: Path, size_in: tuple[float, float] = (8.0, 5.0)) -> Iterator[Figure]:
     """Give an empty figure of that size (inches), written to `file` at the end."""
     require_picture(file)
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415 (slow)
-    from matplotlib.figure import Figure  # noqa: PLC0415
+    from matplotlib.figure import Figure  # noqa: PLC0415 (slow)
 
     drawn = Figure(figsize=size_in, layout="constrained")
-    FigureCanvasAgg(drawn)
     yield drawn
     with written_whole(file) as part:
         drawn.savefig(part, dpi=150)

@@ -26,26 +26,23 @@ from avahazard.results.diagnosis import Diagnosis
 
 def kinds_text(kinds: Kinds) -> list[str]:
     """How many avalanches are of a second kind, how it differs, and what goes with it."""
-    words = [
-        say(
-            "{share} of the avalanches are of a second kind that no column records: their friction "
-            "is {factor} times that of the others. {n} of {events} are more likely of it than not.",
-            share=share(kinds.share),
-            factor=digits(math.exp(kinds.shift), ".2f"),
-            n=sum(p > 0.5 for p in kinds.probability.values()),
-            events=events(len(kinds.probability)),
-        )
+    words = say(
+        "{share} of the avalanches are of a second kind that no column records: their friction "
+        "is {factor} times that of the others. {n} of {events} are more likely of it than not.",
+        share=share(kinds.share),
+        factor=digits(math.exp(kinds.shift), ".2f"),
+        n=sum(p > 0.5 for p in kinds.probability.values()),
+        events=events(len(kinds.probability)),
+    )
+    columns = [
+        f"{axis_text(row.column)}"
+        f"{f' = {level_text(row.level)}' if row.level else ''} "
+        f"({digits(row.correlation, '+.2f')})"
+        for row in kinds.in_common
     ]
-    if kinds.in_common:
-        columns = [
-            f"{axis_text(row.column)}"
-            f"{f' = {level_text(row.level)}' if row.level else ''} "
-            f"({digits(row.correlation, '+.2f')})"
-            for row in kinds.in_common
-        ]
-        found = spoken().listed(columns)
-        words.append(say("Columns that go with it (rank correlation): {columns}.", columns=found))
-    return words
+    found = spoken().listed(columns)
+    of_columns = say("Columns that go with it (rank correlation): {columns}.", columns=found)
+    return some(words, columns and of_columns)
 
 
 def _held_out_error(by: str, crps_m: float, coordinate: str, along: float | None = None) -> str:

@@ -86,11 +86,8 @@ def _against(
     """Records upwards, their 5, 50 and 95 % `expected` `[n_events, 3]` across."""
     form = ".4g}" if events[0].coordinate == RATIO else ".0f} m"
     low, middle, high = expected.T
-    hover = say(
-        "predicted {predicted}, recorded {recorded}",
-        predicted="%{x:" + form,
-        recorded="%{y:" + form,
-    )
+    values = {"predicted": "%{x:" + form, "recorded": "%{y:" + form}
+    hover = say("predicted {predicted}, recorded {recorded}", **values)
     bar = error_bar(low, middle, high, marker["color"], thickness=0.7, width=0)
     own = {"error_x": bar, "name": name, "opacity": 0.8}
     return event_marks(middle, recorded, marker, events, names, hover, **own)

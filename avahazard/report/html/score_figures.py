@@ -81,10 +81,8 @@ def ladder_figure(ladder: Sequence[LadderEntry], name: str) -> Figure | None:
     if floors:
         floor, size = min(floors), amount(min(floors), coordinate, 0)
         look = {"color": VERMILION, "width": 2, "dash": "dash"}
-        places["shapes"] = [
-            {"type": "line", "yref": "paper", "y0": 0, "y1": 1, "x0": floor, "x1": floor,
-             "line": look}
-        ]  # fmt: skip
+        ends = {"y0": 0, "y1": 1, "x0": floor, "x1": floor}
+        places["shapes"] = [{"type": "line", "yref": "paper", **ends, "line": look}]
         places["annotations"] = [
             {"x": floor, "y": 1, "yref": "paper", "yanchor": "bottom", "xanchor": "left",
              "showarrow": False, "text": say("measurement-error floor: {error}", error=size),
