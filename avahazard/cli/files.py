@@ -12,20 +12,11 @@ from avahazard.cli.options import StoredModel, answers, argument, flag, output_f
 from avahazard.cli.output import ask, emit, table
 from avahazard.notes import counted
 from avahazard.records.errors import AvahazardError
-from avahazard.results.files import (
-    Checked,
-    Copied,
-    Created,
-    DatabaseState,
-    Export,
-    SyntheticDataset,
-    Upgraded,
-    WrittenReport,
-)
+from avahazard.results import files as results
 from avahazard.workflow.requests import AvaframeRequest, ReportRequest, SynthRequest
 
 
-def _created(console: Console, found: Created) -> None:
+def _created(console: Console, found: results.Created) -> None:
     done = "was created" if found.created else "exists"
     console.print(f"The database {found.database} {done}.", soft_wrap=True)
 
@@ -49,7 +40,7 @@ db = typer.Typer(
 )
 
 
-def _upgraded(console: Console, found: Upgraded) -> None:
+def _upgraded(console: Console, found: results.Upgraded) -> None:
     words = f"went from revision {found.from_} to {found.to}"
     if found.from_ == found.to:
         words = "is up to date"
@@ -68,7 +59,7 @@ def upgrade() -> None:
     """
 
 
-def _status(console: Console, found: DatabaseState) -> None:
+def _status(console: Console, found: results.DatabaseState) -> None:
     console.print(f"Database: {found.database}", soft_wrap=True)
     console.print(
         f"Tables: {found.state} (revision {found.revision or 'none'}, this program's is "
@@ -90,7 +81,7 @@ def status() -> None:
     """
 
 
-def _checked(console: Console, found: Checked) -> None:
+def _checked(console: Console, found: results.Checked) -> None:
     console.print(f"The database {found.database} is whole.", soft_wrap=True)
     for model in found.recomputed or ():
         words = "as stored, to the last bit"
@@ -119,7 +110,7 @@ def check(
     emit(found, _checked)
 
 
-def _copied(console: Console, found: Copied) -> None:
+def _copied(console: Console, found: results.Copied) -> None:
     console.print(f"Copied {found.database} to {found.backup}.", soft_wrap=True)
 
 
@@ -134,7 +125,7 @@ def backup(target: Annotated[str, argument("The new file.", "FILE")]) -> None:
     """
 
 
-def _written(console: Console, found: WrittenReport) -> None:
+def _written(console: Console, found: results.WrittenReport) -> None:
     size = f"paths {found.n_paths}, events {found.n_events}, {found.bytes / 1e6:.1f} MB"
     console.print(f"{found.file}: {size}. Open it in a browser.", soft_wrap=True)
 
@@ -157,7 +148,7 @@ def report(
     """
 
 
-def _exported(console: Console, found: Export) -> None:
+def _exported(console: Console, found: results.Export) -> None:
     rows = [(x.layer, x.n_features, x.crs) for x in found.layers]
     console.print(table(found.file, ("layer", ">features", "crs"), rows))
 
@@ -197,7 +188,7 @@ def export(
     emit(found, _exported)
 
 
-def _synthetic(console: Console, found: SyntheticDataset) -> None:
+def _synthetic(console: Console, found: results.SyntheticDataset) -> None:
     size = f"{counted(found.n_events, 'event')} on {counted(found.n_paths, 'path')}"
     for words in (
         f"{size}, {found.n_left_profile} beyond the profile, {found.n_speeds} speeds.",

@@ -130,13 +130,12 @@ def show_zones(console: Console, found: Zones) -> None:
     entries = found.rows
     show_windows(console, (note for entry in entries for note in entry.notes))
     whole = settings().verbose or len(entries) <= FEW_PATHS
-    for made in (
-        (tables.design_table, tables.zones_table, tables.speeds_table)
-        if whole
-        else (tables.zones_table,)
-    ):
-        show(console, made(entries))
-    if not whole:
+    if whole:
+        show(console, tables.design_table(entries))
+    show(console, tables.zones_table(entries))
+    if whole:
+        show(console, tables.speeds_table(entries))
+    else:
         console.print("Design runouts, speeds and pressures: avahazard --verbose zones …")
 
 

@@ -18,37 +18,22 @@ from avahazard.cli.output import ask, emit, settings, show, table, warn
 from avahazard.criticism.screening.screen import LEVEL
 from avahazard.inference.model.choices import METHODS
 from avahazard.notes import Note, counted
-from avahazard.report import model_tables
-from avahazard.report.model_tables import kinds_table, parameters_table
-from avahazard.report.sentences import (
-    before_and_after_text,
-    error_text,
-    failure_text,
-    kinds_text,
-    verdict_text,
-)
+from avahazard.report import model_tables, sentences
 from avahazard.report.tables import cell
+from avahazard.results import calibration as results
 from avahazard.results.base import Rows, plain
-from avahazard.results.calibration import (
-    Calibration,
-    EffectDetails,
-    EffectEntry,
-    ModelSummary,
-    Provenance,
-    Rerun,
-)
 from avahazard.results.comparison import Comparison, Ladder, Prediction
 from avahazard.results.diagnosis import Candidate, Diagnosis
 from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
 
 
-def show_calibration(console: Console, model: Calibration) -> None:
+def show_calibration(console: Console, model: results.Calibration) -> None:
     """Print what a calibration found."""
     console.print(f"{model.model}: {_parts(model)}", soft_wrap=True)
-    show(console, parameters_table(model))
-    for words in [] if model.kinds is None else kinds_text(model.kinds):
+    show(console, model_tables.parameters_table(model))
+    for words in [] if model.kinds is None else sentences.kinds_text(model.kinds):
         console.print(words, soft_wrap=True)
-    show(console, kinds_table(model))
+    show(console, model_tables.kinds_table(model))
     checks = model.diagnostics
     rhat = "infinite" if checks.rhat_max is None else f"{checks.rhat_max:.3f}"
     console.print(
@@ -61,7 +46,7 @@ def show_calibration(console: Console, model: Calibration) -> None:
     )
 
 
-def _parts(model: Calibration) -> str:
+def _parts(model: results.Calibration) -> str:
     """What a model is made of."""
     parts = [model.law + " law", model.method]
     if METHODS[model.method].knows_errors:
@@ -95,7 +80,7 @@ def calibrate(
     """
 
 
-def _models(console: Console, found: Rows[ModelSummary]) -> None:
+def _models(console: Console, found: Rows[results.ModelSummary]) -> None:
     if not found:
         console.print("There are no models yet: make one with `avahazard calibrate NAME`.")
         return
@@ -124,7 +109,7 @@ def models() -> None:
     """
 
 
-def _model(console: Console, found: Calibration) -> None:
+def _model(console: Console, found: results.Calibration) -> None:
     show_calibration(console, found)
     line = f"Stored {str(found.created).replace('T', ' ').removesuffix('Z')} (UTC)"
     parent = f", from {found.parent}" if found.parent else ""
@@ -153,7 +138,7 @@ def model(
         warn(Note("stale", model=name))
 
 
-def _provenance(console: Console, found: Provenance) -> None:
+def _provenance(console: Console, found: results.Provenance) -> None:
     made = found.made_with
     rows = [
         ("stored (UTC)", found.created),
@@ -181,7 +166,7 @@ def _specified(key: str, value: Any) -> str | None:
     return (", ".join(value) or None) if isinstance(value, list | tuple) else str(value)
 
 
-def _rerun(console: Console, found: Rerun) -> None:
+def _rerun(console: Console, found: results.Rerun) -> None:
     if found.identical:
         console.print(f"{found.model}: identical, every draw of {found.n_parameters} parameters.")
         return
@@ -200,10 +185,10 @@ def rerun(name: StoredModel, effect_files: EffectFiles = None) -> None:
     """
 
 
-def _child(console: Console, found: Calibration) -> None:
+def _child(console: Console, found: results.Calibration) -> None:
     show_calibration(console, found)
     assert found.comparison is not None
-    console.print(before_and_after_text(found.comparison), soft_wrap=True)
+    console.print(sentences.before_and_after_text(found.comparison), soft_wrap=True)
 
 
 @answers("calibrate.add", _child)
@@ -224,7 +209,7 @@ def add(
     """
 
 
-def _effects(console: Console, found: Rows[EffectEntry]) -> None:
+def _effects(console: Console, found: Rows[results.EffectEntry]) -> None:
     cells = [
         (row.key, row.needs, "yes" if row.lacking is None else f"no: {row.lacking}")
         for row in found
@@ -266,16 +251,13 @@ def effect(
     emit(written, lambda console, _: console.print(words, soft_wrap=True))
 
 
-def _effect(console: Console, effect: EffectDetails) -> None:
+def _effect(console: Console, effect: results.EffectDetails) -> None:
     console.print(f"{effect.key}: {effect.meaning}")
     if effect.acts_on:
         console.print(f"It acts on: {effect.acts_on}.")
     console.print(f"It needs: {effect.needs}.")
-    lacking = effect.lacking
-    if lacking is None:
-        console.print("These data support it.")
-    else:
-        console.print(f"These data do not support it: {lacking}.")
+    answer = "support it" if effect.lacking is None else f"do not support it: {effect.lacking}"
+    console.print(f"These data {answer}.")
     if effect.parameters:
         cells = [
             (
@@ -302,14 +284,14 @@ def show_comparison(console: Console, found: Comparison) -> None:
     """Print scores, the budget of errors, and where the model fails."""
     scores = found.scores
     show(console, model_tables.scores_table(found.coordinate, model_tables.compared_parts(found)))
-    for words in error_text(found):
+    for words in sentences.error_text(found):
         console.print(words)
     if scores.elpd_loo is not None:
         se = "" if scores.elpd_loo_se is None else f" ± {scores.elpd_loo_se:.1f}"
         console.print(f"elpd, each record left out in turn: {scores.elpd_loo:.1f}{se} nats.")
     for made in (model_tables.budget_table, model_tables.misfit_table, model_tables.failures_table):
         show(console, made(found))
-    console.print(failure_text(found))
+    console.print(sentences.failure_text(found))
 
 
 def _notes(found: Comparison) -> Iterator[str]:
@@ -341,7 +323,7 @@ CANDIDATES_SHOWN = 8
 
 def show_diagnosis(console: Console, found: Diagnosis) -> None:
     """Print the verdict, the candidates, and what else was found."""
-    console.print(verdict_text(found, found.model), soft_wrap=True)
+    console.print(sentences.verdict_text(found, found.model), soft_wrap=True)
     if found.declared is not None:
         words = ", ".join(found.declared.effects)
         console.print(f"Declared beforehand ({found.declared.at}), tested first: {words}.")

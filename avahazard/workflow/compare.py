@@ -119,9 +119,7 @@ def comparison(
         model=name,
         coordinate=coordinate_name(observations),
         scores=results.Scores(
-            **_runout_scores(expected, pit, observations, budget),
-            speed=scoring.speed_scores(speeds),
-            **_summed(loo.by_event),
+            **_scored(expected, pit, loo.by_event, observations, budget, speeds),
             pareto_k_bad=loo.n_bad,
             pareto_k_refitted=loo.n_refitted,
         ),
@@ -152,32 +150,29 @@ def _held_out_scores(
     pit = scoring.record_pit(others.records, generator(0, "held out scores"))
     return results.HeldOutScores(
         by=held.by,
-        **_runout_scores(others.records, pit, observations, budget),
-        speed=scoring.speed_scores(others.speeds),
-        **_summed(others.log_density),
+        **_scored(others.records, pit, others.log_density, observations, budget, others.speeds),
         groups=group_errors(held, others, observations),
         n_fits=len(np.unique(held.fits)),
     )
 
 
-def _runout_scores(
+def _scored(
     records: scoring.ExpectedRecords,
     pit: Floats,
+    log_density: Floats,
     observations: Observations,
     budget: budgets.ErrorBudget,
+    speeds: speeds_of.MatchedSpeeds | None,
 ) -> dict[str, Any]:
-    """The scores of runouts, in their own coordinates and in x."""
+    """The scores that all comparisons have; a single record's density has no standard error."""
+    n = len(log_density)
     return {
         "runout": scoring.runout_scores(records, pit, budget.floor),
         "runout_x": scoring.x_scores(records, observations, budget.floor),
+        "speed": scoring.speed_scores(speeds),
+        "elpd_loo": float(np.sum(log_density)),
+        "elpd_loo_se": float(np.sqrt(n) * np.std(log_density, ddof=1)) if n > 1 else None,
     }
-
-
-def _summed(log_density: Floats) -> dict[str, Any]:
-    """The log density of all records `[n]`, and its standard error; None of a single one."""
-    n = len(log_density)
-    se = float(np.sqrt(n) * np.std(log_density, ddof=1)) if n > 1 else None
-    return {"elpd_loo": float(np.sum(log_density)), "elpd_loo_se": se}
 
 
 SCORES = {f.name for f in fields(results.LadderEntry)} & {f.name for f in fields(results.Standing)}
@@ -360,9 +355,8 @@ def _scores(model: FittedModel) -> results.PredictionScores:
         )
         for k in model.thinned(DENSITY_DRAWS)
     ]
+    log_density = logsumexp(given, axis=0) - np.log(len(given))
     return results.PredictionScores(
-        **_runout_scores(expected, pit, model.observations, budget),
-        speed=None,
-        **_summed(logsumexp(given, axis=0) - np.log(len(given))),
+        **_scored(expected, pit, log_density, model.observations, budget, None),
         coordinate=coordinate_name(model.observations),
     )

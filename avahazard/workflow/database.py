@@ -266,13 +266,13 @@ def _of_avaframe(folder: FilePath, request: ImportRequest) -> list[Drawn]:
 def _drawn(lines: Sequence[FilePath], request: ImportRequest) -> list[Drawn]:
     """The lines on their terrain model; none where no file holds lines."""
     dem, land_cover, crs = request.dem, request.land_cover, request.crs
-    if not lines and not (dem is None and land_cover is None and crs is None):
+    if not lines:
+        if dem is None and land_cover is None and crs is None:
+            return []
         raise AvahazardError(
             "A terrain model or land cover is read along lines, and no file of lines is named.",
             f"Name one that ends in {', '.join(LINES)}.",
         )
-    if not lines:
-        return []
     if dem is None:
         raise AvahazardError(
             f"{lines[0]} holds lines: their profiles need a terrain model.",

@@ -116,7 +116,6 @@ def _law_file(stored: FittedModel, told: results.Diagnosis, law: FoundLaw, seed:
 
 
 def _no_law(file: Path, told: results.Diagnosis) -> AvahazardError:
-    """Why no law was written."""
     if not told.missing:
         return AvahazardError(
             f"{file} is not written: these data show no effect that {told.model} lacks.",
