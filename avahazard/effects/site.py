@@ -69,13 +69,10 @@ def stop_table(simulations: Sequence[Simulation], release_x: float, end_x: float
         np.array([release_x if np.isnan(s.stop_x_m) else min(s.stop_x_m, end_x) for s in runs])
         for runs in of_volume.values()
     ]
-    return StopTable(
-        np.array(list(of_volume)),
-        tuple(np.array([s.friction for s in runs]) for runs in of_volume.values()),
-        # More friction never carries farther: what the cells leave of it is noise.
-        tuple(np.maximum.accumulate(x[::-1])[::-1] for x in stops),
-        end_x,
-    )
+    friction = tuple(np.array([s.friction for s in runs]) for runs in of_volume.values())
+    # More friction never carries farther: what the cells leave of it is noise.
+    stop_x = tuple(np.maximum.accumulate(x[::-1])[::-1] for x in stops)
+    return StopTable(np.array(list(of_volume)), friction, stop_x, end_x)
 
 
 SPEED_CELL_M = 10.0
@@ -244,10 +241,7 @@ def path_site(path: Path, profile: Profile) -> Site:
 
 
 def release_place(smooth: SmoothProfile, elevation: float | None) -> float:
-    """x (m) where the path, from its top, first falls to this elevation; the top if None or above.
-
-    The lowest place of the path if it never falls so far.
-    """
+    """x (m) where a path first falls to an elevation: its top if None or above; else its lowest."""
     return release_places(smooth, [elevation])[0]
 
 

@@ -219,12 +219,8 @@ def _quantiles(
 ) -> list[Feature]:
     """A point for each quantile of x on the profile; `more` are further attributes."""
     about = {name: getattr(row, name) for name in ("path_id", "return_period_years", "volume_m3")}
-    after = {
-        **{f"x_{name}_m": getattr(found, name) for name in QUANTILES},
-        "extrapolated": bool(row.extrapolated),
-        **more,
-        "notes": " ".join(row.notes),
-    }
+    after = {f"x_{name}_m": getattr(found, name) for name in QUANTILES}
+    after |= {"extrapolated": bool(row.extrapolated), **more, "notes": " ".join(row.notes)}
     return [
         feature
         for name in QUANTILES

@@ -31,11 +31,7 @@ OF_THE_FORMAT = re.compile(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class VectorLayer:
-    """Features in the order of the file.
-
-    `geometry` `[n]` (None where it is empty or unreadable), and their attributes as text, without
-    those that are empty.
-    """
+    """Features in the order of the file: `geometry` `[n]`, None if unreadable, and attributes."""
 
     file: str
     crs: CRS
@@ -45,10 +41,7 @@ class VectorLayer:
 
 
 def read_layer(file: FilePath, kind: Kind, near: tuple[Floats, CRS] | None = None) -> VectorLayer:
-    """Read the layer of this kind; with `near` only the features around those points `[n, 2]`.
-
-    Raises `AvahazardError` where it cannot be read, has no such layer or several, or no system.
-    """
+    """Read the only layer of a kind, or what of it is `near` points `[n, 2]`; else refuse."""
     if not file.is_file():
         raise AvahazardError(
             f"There is no file {file}.", "Name a .gpkg, .geojson, .shp, .kml or .gpx file."
@@ -85,8 +78,7 @@ def holds_points(file: FilePath) -> bool:
     try:
         types = {type_ for name, type_ in pyogrio.list_layers(file) if type_}
         if file.suffix.lower() == ".gpx":
-            layers = ("tracks", "routes")
-            return not any(_count(file, name) for name in layers)
+            return not any(_count(file, name) for name in ("tracks", "routes"))
         if types == {"Unknown"} and len(pyogrio.list_layers(file)) == 1:
             geometry = shapely.from_wkb(pyogrio.raw.read(file)[2], on_invalid="ignore")
             types = {g.geom_type for g in geometry if g is not None}
@@ -120,11 +112,8 @@ def _read(file: FilePath, kind: Kind, near: tuple[Floats, CRS] | None) -> tuple[
 def _layer_name(file: FilePath, kind: Kind) -> str:
     """The only layer of this kind; one of mixed or unknown kinds counts too."""
     layers: dict[str, str] = {name: type_ or "" for name, type_ in pyogrio.list_layers(file)}
-    fitting = [
-        name
-        for name, type_ in layers.items()
-        if kind in type_.lower() or type_ in ("Unknown", "GeometryCollection")
-    ]
+    mixed = ("Unknown", "GeometryCollection")
+    fitting = [name for name, type_ in layers.items() if kind in type_.lower() or type_ in mixed]
     if file.suffix.lower() == ".gpx":  # the format names its layers, with or without features
         lines = ("tracks", "routes") if kind == "line" else ("waypoints",)
         fitting = [name for name in lines if _count(file, name)]

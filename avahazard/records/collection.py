@@ -146,15 +146,12 @@ class Event:
         """Calendar year of the event, None without a date."""
         return int(self.date[:4]) if self.date else None
 
-    def winter(self, starts: int = WINTER_STARTS) -> int | None:
-        """The year in which its winter ends, or its year that begins in month `starts`.
-
-        A date with a year alone belongs to the winter that ends in it; None without a date.
-        """
+    def winter(self) -> int | None:
+        """The year in which its winter ends, that of a date with a year alone; None without one."""
         if self.date is None:
             return None
         month = int(self.date[5:7]) if len(self.date) >= 7 else 1
-        return int(self.date[:4]) + (starts > 1 and month >= starts)
+        return int(self.date[:4]) + (month >= WINTER_STARTS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -221,11 +218,7 @@ def ground_of(path: Path, profile: Profile, crop: TerrainCrop) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Records:
-    """Paths, their profiles, events and speeds, in the order in which they were read.
-
-    Runs of flow models are without their peak pressures. `kept` is for what is made of the records
-    once (`of_path`).
-    """
+    """All records in order; runs are without peaks; `kept` is for what is made of them once."""
 
     paths: tuple[Path, ...] = ()
     profiles: tuple[Profile, ...] = ()

@@ -23,11 +23,7 @@ class Limits(NamedTuple):
 
 
 class Meaning(NamedTuple):
-    """A column in words; `unit` is empty where it has none.
-
-    `further` names the forms that keep it beside the columns of their rows (`paths`, `events`):
-    it is stored with what is one's own.
-    """
+    """A column in words, its `unit` if any; forms `further` keep it among what is one's own."""
 
     words: str
     unit: str = ""

@@ -74,10 +74,7 @@ def load_records(
     profiles: bool = True,
     speeds: bool = True,
 ) -> Records:
-    """Return all records, or those of these paths, in the order in which they were imported.
-
-    Unknown names are left out; profiles and speeds are there if they are wanted.
-    """
+    """Return all records, or those of these paths, as imported; profiles and speeds if wanted."""
     chosen = None if path_ids is None else _among(path_ids)
     return Records(
         paths=tuple(_of_kind(session, PATHS, chosen)),
@@ -274,10 +271,7 @@ def batched(names: Sequence[str], n: int) -> Iterator[Sequence[str]]:
 
 
 def path_summaries(session: Session) -> Rows[PathSummary]:
-    """One entry a path, in the order in which they came; lengths in m, volumes in m3.
-
-    None where something is not known. No record is loaded: a region has many.
-    """
+    """One entry a path, in their order, by the database alone; lengths in m, volumes in m3."""
     path, point, event = PathTable, ProfilePointTable, EventTable
     year = sa.cast(sa.func.substr(event.date, 1, 4), sa.Integer)
     top = sa.func.max(sa.case((point.point == 0, point.y_m)))
@@ -357,10 +351,7 @@ def save_simulation(session: Session, run: Simulation) -> None:
 def load_simulations(
     session: Session, chosen: Chosen | None = None, *, peaks: bool = False
 ) -> list[Simulation]:
-    """Return the runs on chosen paths, or all, by path, volume and friction; with `peaks`, theirs.
-
-    Raises `AvahazardError` where what is stored of a peak field is damaged.
-    """
+    """Return the runs on chosen paths, by path, volume, friction; damaged `peaks` are refused."""
     table = SimulationTable
     query = sa.select(table).order_by(table.path_id, table.volume_m3, table.friction)
     if chosen is not None:

@@ -94,14 +94,9 @@ def save_model(
     session.add(ModelTable(name=name, **dict(zip(MADE, made, strict=True))))
     session.flush()
     document = plain(result)
-    row = CalibrationTable(
-        model=name,
-        settings=plain(settings),
-        **{key: document[key] for key in ("seed", "data_fingerprint", "diagnostics")},
-        converged=document["diagnostics"]["converged"],
-        result=document,
-        created=now(),
-    )
+    shown = {key: document[key] for key in ("seed", "data_fingerprint", "diagnostics")}
+    row = CalibrationTable(model=name, settings=plain(settings), result=document, **shown)
+    row.converged, row.created = document["diagnostics"]["converged"], now()
     session.add(row)
     session.flush()
     for parameter, values in draws.items():
