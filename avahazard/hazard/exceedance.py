@@ -355,12 +355,9 @@ def at_volume(avalanches: Avalanches, log_volume: Floats) -> Avalanches:
         after = values[draw, :, :, np.minimum(k + 1, len(nodes) - 1)] * part[:, None, None]
         return np.asarray(values[draw, :, :, k] * (1 - part)[:, None, None] + after)
 
-    return replace(
-        avalanches,
-        volumes=EventVolumes(np.ones(n), np.zeros(1), np.ones((n, 1))),
-        location=between(avalanches.location),
-        scatter=between(avalanches.scatter),
-    )
+    volumes = EventVolumes(np.ones(n), np.zeros(1), np.ones((n, 1)))
+    location, scatter = between(avalanches.location), between(avalanches.scatter)
+    return replace(avalanches, volumes=volumes, location=location, scatter=scatter)
 
 
 def at_the_middle(avalanches: Avalanches) -> Avalanches:
@@ -401,13 +398,11 @@ def chance_seen(avalanches: Avalanches, limit: Floats) -> Floats:
         chance = exceedance_in_metres(avalanches)(place[avalanches.group])
     else:
         falling, discontinuous, _ = stops(avalanches.curves)
-        mu = np.array(
-            [
-                [np.inf if np.isnan(z) else inverse(curve, gap, x) for curve, gap in rows]
-                for z, x, rows in zip(limit, place, map(zip, falling, discontinuous), strict=True)
-            ]
-        )
-        chance = friction_below(avalanches, mu[avalanches.group][:, :, None])
+        mu = [
+            [np.inf if np.isnan(z) else inverse(curve, gap, x) for curve, gap in rows]
+            for z, x, rows in zip(limit, place, map(zip, falling, discontinuous), strict=True)
+        ]
+        chance = friction_below(avalanches, np.array(mu)[avalanches.group][:, :, None])
     by_node = np.einsum("pcv,c->pv", chance, avalanches.class_share)
     by_kind = by_node.reshape(*avalanches.kind_share.shape, -1)
     return np.asarray(np.einsum("pkv,pk->pv", by_kind, avalanches.kind_share))

@@ -123,14 +123,8 @@ def fit_volume_frequency(
     else:
         scale, shape = extremes.gpd_draws(prior, likelihood, n_draws, rng)
         draws = _threshold_draws(record, region.threshold(path_id), scale, shape, rng)
-    return VolumeFrequency(
-        path_id=path_id,
-        draws=draws,
-        method=_words(region, record, own, others),
-        pooled=others is not None,
-        known_years=record.known_years,
-        record=record,
-    )
+    method, pooled = _words(region, record, own, others), others is not None
+    return VolumeFrequency(path_id, draws, method, pooled, record.known_years, record)
 
 
 def _threshold_draws(
@@ -162,13 +156,8 @@ def return_volume(frequency: VolumeFrequency, return_period_years: float) -> Ret
             )
     log_volume = frequency.draws.log_volume(1.0 / period)
     low, middle, high = np.exp(np.quantile(log_volume, [0.05, 0.5, 0.95]))
-    return ReturnLevel(
-        return_period_years=period,
-        volume_m3=float(middle),
-        q05_m3=float(low),
-        q95_m3=float(high),
-        extrapolated=_extrapolated(period, frequency.known_years),
-    )
+    extrapolated = _extrapolated(period, frequency.known_years)
+    return ReturnLevel(period, float(middle), float(low), float(high), extrapolated)
 
 
 def _words(

@@ -190,7 +190,7 @@ def _together(diagnosis: Diagnosis) -> Iterator[str]:
 
 def _verdict(diagnosis: Diagnosis, who: str) -> str:
     values = {"who": who, "missing": ", ".join(spoken().effect(key) for key in diagnosis.missing)}
-    size = amount(diagnosis.detectable_m, diagnosis.coordinate, 0)
+    values["size"] = amount(diagnosis.detectable_m, diagnosis.coordinate, 0)
     if diagnosis.verdict == "missing-effect":
         return say("{who} lacks an effect: {missing}.", **values)
     if diagnosis.verdict == "ambiguous":
@@ -204,12 +204,10 @@ def _verdict(diagnosis: Diagnosis, who: str) -> str:
             "{who} shows no missing effect, but these data are insufficient: one behind half of "
             "the scatter could have been missed. Detectable with 80 % power: an effect that moves "
             "runouts by {size} (rms).",
-            who=who,
-            size=size,
+            **values,
         )
     return say(
         "{who} is adequate: these data show no missing effect. Detectable with 80 % power: one "
         "that moves runouts by {size} (rms).",
-        who=who,
-        size=size,
+        **values,
     )

@@ -203,12 +203,9 @@ def bias_figure(found: Comparison) -> Figure | None:
         if selected:
             x, y = [rows[k].bias_m for k in selected], [names[k] for k in selected]
             data.append(bars(x, y, color, f"%{{y}}: %{{x:+.4g}} {unit}", name=name))
-    places = layout(
-        axis(f"predicted minus recorded ({unit})", zeroline=True),
-        rows_axis(names, categoryorder="array"),
-        height=130 + 24 * len(rows),
-        barmode="overlay",
-    )
+    across = axis(f"predicted minus recorded ({unit})", zeroline=True)
+    upwards = rows_axis(names, categoryorder="array")
+    places = layout(across, upwards, height=130 + 24 * len(rows), barmode="overlay")
     return Figure("bias", "Where it fails", data, places)
 
 

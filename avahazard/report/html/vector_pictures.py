@@ -60,8 +60,7 @@ def profile_picture(view: PathView, design: Design | None) -> Markup:
     parts += _design(design, end, at, LIFT)
     words = say("{path}: the profile, the recorded stops and the design runout", path=view.name)
     parts.append(
-        f'<text x="{WIDTH}" y="{HEIGHT + 11}" text-anchor="end">'
-        f"x {metres(end)}</text>"
+        f'<text x="{WIDTH}" y="{HEIGHT + 11}" text-anchor="end">x {metres(end)}</text>'
         f'<text x="0" y="{HEIGHT + 11}">x {metres(smooth.x_min)}</text>'
         f'<text x="4" y="2">z {metres(high)}</text>'
     )
@@ -90,8 +89,7 @@ def terrain_picture(view: PathView) -> Markup:
         f'width="{wide * scale:.1f}" height="{high * scale:.1f}" preserveAspectRatio="none"/>',
         f'<polyline points="{_points(at, plan.x)}" fill="none" stroke="{INK}"/>',
         f'<path d="M{room:.1f} {under}v5h{length * scale:.1f}v-5" fill="none" stroke="{INK}"/>'
-        f'<text x="{room + length * scale + 6:.1f}" y="{under + 5}">'
-        f"{metres(length)}</text>",
+        f'<text x="{room + length * scale + 6:.1f}" y="{under + 5}">{metres(length)}</text>',
     ]
     for k, (period, color) in enumerate(PERIOD_COLORS.items()):
         down = under + 22 + 15 * k
