@@ -239,14 +239,13 @@ class CurvesLikelihood(NamedTuple):
 def curves_likelihood(fit: Refit, key: str, curve: Curve, spread: float) -> CurvesLikelihood:
     """That of curves of size `spread` in the place of smooth `key`; all else is projected out."""
     model = linear_model(fit.posterior, fit.mode.u)
-    n = len(fit.drawn(key).T)
-    assert fit.posterior.effects[-1].key == key
-    model = replace(model, own=model.own[:, :-n], precision=model.precision[:-n])
+    effect = fit.posterior.effects[-1]
+    assert effect.key == key
     at = np.linspace(0, len(curve.x) - 1, PLACES).round().astype(np.int64)
     places = curve.x[at]
     free = definition_from(free_curve(curve, places, spread), "curve").build({})
     columns = model.of_effect(free, free.neutral)
-    weighed = model.projected(columns)
+    weighed = model.projected(columns, but_last=len(effect.parameters))
     bend = weighed.T @ columns
     at_mode = fit.posterior.layout.effect_values(fit.mode.u)[key] @ curve.columns.T
     return CurvesLikelihood(places, bend, weighed.T @ model.residual + bend @ at_mode[at])

@@ -7,7 +7,7 @@ measured force as its witness where there is one.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -161,11 +161,11 @@ def _beside_places(fit: Refit, key: str) -> float:
         return np.inf
     model, n = linear_model(posterior, u), len(effect.parameters)
     places = build_stretches("places", parts)
-    columns = np.column_stack([model.own[:, -n:], model.of_effect(places, places.neutral)])
+    own, precision = model.own
+    columns = np.column_stack([own[:, -n:], model.of_effect(places, places.neutral)])
     scatter = np.full(len(places.parameters), posterior.layout.track_sigma(u) ** -2.0)
-    before = model.precision[-n:]
-    rest = replace(model, own=model.own[:, :-n], precision=model.precision[:-n])
-    weighed = rest.projected(columns)
+    before = precision[-n:]
+    weighed = model.projected(columns, but_last=n)
     bend = weighed.T @ columns + np.diag(np.concatenate([before, scatter]))
     # At the mode the effect has no slope; the places have, and move it.
     slope = np.concatenate([np.zeros(n), weighed[:, n:].T @ model.residual])

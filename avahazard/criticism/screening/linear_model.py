@@ -15,7 +15,8 @@ the rows is a row of each event by itself, with the variance that the events sho
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -97,8 +98,6 @@ class LinearModel:
     scatter by the log of the event's standard deviation. `score` `[n_events]` is that of a
     shift, `log_friction` `[n_events]` what stop and speeds ask for, `roots` whiten
     them where there are speeds.
-    `own` `[n_rows, n_own]` are changes of the model itself, with prior `precision`; `members`
-    `[n_rows, n_offsets]` those of groups' offsets, with `tau` `[n_offsets]`.
     """
 
     posterior: Posterior
@@ -113,10 +112,6 @@ class LinearModel:
     residual: Floats
     shift: Floats
     widen: float
-    own: Floats
-    precision: Floats
-    members: csr_matrix
-    tau: Floats
 
     @property
     def n_events(self) -> int:
@@ -272,30 +267,74 @@ class LinearModel:
         rows[self.of_scatter.stop :] = np.where(alone, exact - selected, 0.0)
         return rows
 
-    def projected(self, columns: Floats) -> Floats:
+    @cached_property
+    def own(self) -> tuple[Floats, Floats]:
+        """Changes of the model itself `[n_rows, n_own]`, and the precision of their priors."""
+        posterior, u, layout = self.posterior, self.u, self.posterior.layout
+        columns, sd = [], []
+        small = 1e-4 * units(posterior)
+        for k in range(len(layout.law.coordinates)):
+            step = np.zeros(len(u))
+            step[k] = small[k]
+            change = _mean_log_friction(posterior, u + step) - _mean_log_friction(
+                posterior, u - step
+            )
+            columns.append(self.on_friction(change[:, None] / (2.0 * small[k])))
+            sd.append(layout.slots[k].sd)
+        columns.append(self.on_natural_scatter(np.ones((self.n_events, 1))))
+        sd.append(layout.slots[layout.scatter].sd)
+        if layout.scatter_slope is not None:
+            share = volume_share(np.exp(posterior.volumes(u).mean), layout.reference_volume)
+            columns.append(self.on_natural_scatter(-share[:, None]))
+            sd.append(layout.slots[layout.scatter_slope].sd)
+        values = layout.effect_values(u)
+        for effect in posterior.effects:
+            if not isinstance(effect, GroupEffect):
+                columns.append(self.of_effect(effect, values[effect.key]))
+                sd += [p.prior_sd for p in effect.parameters]
+        return np.column_stack(columns), np.array(sd) ** -2.0
+
+    @cached_property
+    def members(self) -> tuple[csr_matrix, Floats]:
+        """Rows `[n_rows, n_offsets]` of the offsets of groups, and the spread of each."""
+        plan, n_rows = self.posterior.plan, len(self.residual)
+        if not plan:
+            return csr_matrix(np.empty((n_rows, 0))), np.empty(0)
+        event = np.repeat(np.arange(self.n_events), np.diff(self.first))
+        index = plan.index[:, event]
+        grouping, rows = np.nonzero(index >= 0)
+        entries = self.shift[rows], (rows, index[grouping, rows])
+        tau = self.posterior.layout.spread_values(self.u)[plan.of]
+        return csr_matrix(entries, shape=(n_rows, len(plan.of))), np.maximum(tau, 1e-6)
+
+    def projected(self, columns: Floats, but_last: int = 0) -> Floats:
         """P C `[n_rows, n]`: what of columns nothing of the model can do, weighed by V⁻¹.
 
-        V is the covariance of the rows, with the offsets of groups.
+        V is the covariance of the rows, with the offsets of groups. The last changes of the model
+        itself, as many as `but_last`, take no part.
         """
-        both = self._weighed(np.column_stack([self.own, columns]))
-        n = self.own.shape[1]
-        bend = self.own.T @ both[:, :n] + np.diag(self.precision + 1e-9)
+        own, precision = self.own
+        n = len(precision) - but_last
+        own = own[:, :n]
+        both = self._weighed(np.column_stack([own, columns]))
+        bend = own.T @ both[:, :n] + np.diag(precision[:n] + 1e-9)
         taken = np.linalg.solve(bend, both[:, :n].T @ columns)
         return np.asarray(both[:, n:] - both[:, :n] @ taken)
 
     def _weighed(self, columns: Floats) -> Floats:
-        if not len(self.tau):
+        members, tau = self.members
+        if not len(tau):
             return columns
-        inner = csc_matrix(self.members.T @ self.members + diags(self.tau**-2.0))
-        pulled = np.ascontiguousarray(self.members.T @ columns)
-        return np.asarray(columns - self.members @ splu(inner).solve(pulled))
+        inner = csc_matrix(members.T @ members + diags(tau**-2.0))
+        pulled = np.ascontiguousarray(members.T @ columns)
+        return np.asarray(columns - members @ splu(inner).solve(pulled))
 
     def by_chance(self, n: int, rng: np.random.Generator) -> Floats:
         """Rows `[n_rows, n]` as they are where nothing is missing."""
         rows = rng.standard_normal((len(self.residual), n))
         rows[self.of_scatter] = (rows[self.first[:-1]] ** 2 - 1.0) / np.sqrt(2.0)
-        offsets = self.tau[:, None] * rng.standard_normal((len(self.tau), n))
-        return np.asarray(rows + self.members @ offsets)
+        members, tau = self.members
+        return np.asarray(rows + members @ (tau[:, None] * rng.standard_normal((len(tau), n))))
 
 
 def by_name(before: Layout, u: Floats, layout: Layout) -> Floats:
@@ -352,7 +391,8 @@ def linear_model(posterior: Posterior, u: Floats) -> LinearModel:
             roots[i], *both = _track(track, block.speed**2, sigma, *of_event)
             rows[i] = both[0], both[1]
     first = np.concatenate([[0], np.cumsum([len(r) for r, _ in rows])])
-    found = LinearModel(
+    residual = winsorised(np.concatenate([r for r, _ in rows]), first)
+    return LinearModel(
         posterior=posterior,
         u=u,
         offsets=offsets,
@@ -362,35 +402,25 @@ def linear_model(posterior: Posterior, u: Floats) -> LinearModel:
         log_friction=log_friction,
         roots=roots,
         first=first,
-        residual=np.concatenate([*(r for r, _ in rows), apart, np.ones(len(mean))]),
+        residual=np.concatenate([residual, apart, np.ones(len(mean))]),
         shift=np.concatenate([r for _, r in rows]),
         widen=widen,
-        own=np.empty((0, 0)),
-        precision=np.empty(0),
-        members=csr_matrix(np.empty((0, 0))),
-        tau=np.empty(0),
     )
-    found = replace(found, residual=winsorised(found))
-    own, precision = _own_columns(found)
-    members, tau = _members(found)
-    return replace(found, own=own, precision=precision, members=members, tau=tau)
 
 
-def winsorised(model: LinearModel) -> Floats:
-    """What is left over `[n_rows]`, of no event more than `FARTHEST` times what is usual.
+def winsorised(residual: Floats, first: Ints) -> Floats:
+    """What is left over of stops and speeds, of no event more than `FARTHEST` times what is usual.
 
     A stop beside a jump of F may be impossible to first order, where it is only unlikely.
     """
-    n_rows, rows = np.diff(model.first), model.residual[: model.first[-1]]
-    size = np.sqrt(np.add.reduceat(rows**2, model.first[:-1]) / n_rows)
-    usual = np.ones(model.n_events)
+    n_rows = np.diff(first)
+    size = np.sqrt(np.add.reduceat(residual**2, first[:-1]) / n_rows)
+    usual = np.ones(len(size))
     for alike in (n_rows == 1, n_rows > 1):
         if alike.any():
             usual[alike] = max(1.0, float(np.median(size[alike])))
     share = np.minimum(1.0, FARTHEST * usual / np.maximum(size, 1e-300))
-    residual = model.residual.copy()
-    residual[: model.first[-1]] *= np.repeat(share, n_rows)
-    return residual
+    return np.asarray(residual * np.repeat(share, n_rows))
 
 
 def _moments(nodes: Nodes, in_log: bool) -> tuple[Floats, Floats]:
@@ -445,46 +475,8 @@ def _track(
     return root, root @ np.append(away, square - expected), root @ shift
 
 
-def _own_columns(model: LinearModel) -> tuple[Floats, Floats]:
-    """Changes of the model itself `[n_rows, n_own]`, and the precision of their priors."""
-    posterior, u, layout = model.posterior, model.u, model.posterior.layout
-    columns, sd = [], []
-    small = 1e-4 * units(posterior)
-    for k in range(len(layout.law.coordinates)):
-        step = np.zeros(len(u))
-        step[k] = small[k]
-        change = _mean_log_friction(posterior, u + step) - _mean_log_friction(posterior, u - step)
-        columns.append(model.on_friction(change[:, None] / (2.0 * small[k])))
-        sd.append(layout.slots[k].sd)
-    columns.append(model.on_natural_scatter(np.ones((model.n_events, 1))))
-    sd.append(layout.slots[layout.scatter].sd)
-    if layout.scatter_slope is not None:
-        share = volume_share(np.exp(posterior.volumes(u).mean), layout.reference_volume)
-        columns.append(model.on_natural_scatter(-share[:, None]))
-        sd.append(layout.slots[layout.scatter_slope].sd)
-    values = layout.effect_values(u)
-    for effect in posterior.effects:
-        if not isinstance(effect, GroupEffect):
-            columns.append(model.of_effect(effect, values[effect.key]))
-            sd += [p.prior_sd for p in effect.parameters]
-    return np.column_stack(columns), np.array(sd) ** -2.0
-
-
 def _mean_log_friction(posterior: Posterior, u: Floats) -> Floats:
     location, _ = posterior.location_and_scatter(u)
     if not posterior.layout.log_scatter:
         location = np.log(np.maximum(location, 1e-3))
     return np.asarray(np.sum(location * posterior.weight(u), axis=1))
-
-
-def _members(model: LinearModel) -> tuple[csr_matrix, Floats]:
-    """Columns of the offsets of groups, and the spread of each."""
-    plan, n_rows = model.posterior.plan, len(model.residual)
-    if not plan:
-        return csr_matrix(np.empty((n_rows, 0))), np.empty(0)
-    event = np.repeat(np.arange(model.n_events), np.diff(model.first))
-    index = plan.index[:, event]
-    grouping, rows = np.nonzero(index >= 0)
-    entries = model.shift[rows], (rows, index[grouping, rows])
-    tau = model.posterior.layout.spread_values(model.u)[plan.of]
-    return csr_matrix(entries, shape=(n_rows, len(plan.of))), np.maximum(tau, 1e-6)
