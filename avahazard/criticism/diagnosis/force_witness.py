@@ -30,6 +30,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 
 from avahazard.arrays import Floats
 from avahazard.effects.effect import MotionEffect, of_kind
@@ -254,13 +255,15 @@ def linear_about(track: ForceTrack, share: float) -> Linear:
     forces, faster = _forces(track, square), _forces(track, square + step)
     grows = (faster.sum(track.mu, share) - forces.sum(track.mu, share)) / step
     # Any c has the same end. One far below 0 (friction that falls with speed) would not find it.
-    pull = np.maximum(2.0 * grows, -1.0 / _integral(course.x, course.stretch)[-1])
-    decay = np.minimum(_integral(course.x, pull * course.stretch), MOST_DECAY)
+    length = cumulative_trapezoid(course.stretch, course.x)[-1]
+    pull = np.maximum(2.0 * grows, -1.0 / length)
+    decay = cumulative_trapezoid(pull * course.stretch, course.x, initial=0)
+    decay = np.minimum(decay, MOST_DECAY)
 
     def taken(force: Floats) -> Floats:
         """What a force takes off the energy, less what the others then take no more."""
         grown = np.exp(decay) * force * course.stretch
-        return np.asarray(-np.exp(-decay) * _integral(course.x, grown))
+        return np.asarray(-np.exp(-decay) * cumulative_trapezoid(grown, course.x, initial=0))
 
     fixed = taken(forces.other - pull * track.energy)
     return Linear(np.exp(-decay), taken(forces.load), taken(forces.effect), fixed)
@@ -291,9 +294,3 @@ def _force(
     force = force + resistance.offset[cell] * load + resistance.constant[cell]
     force = force + np.interp(speed, SPEEDS, resistance.speed_constant)
     return factor, force + resistance.drag[cell] * square
-
-
-def _integral(x: Floats, values: Floats) -> Floats:
-    """∫ values dx from the first place, by the trapezium rule."""
-    pieces = 0.5 * (values[1:] + values[:-1]) * np.diff(x)
-    return np.concatenate([[0.0], np.cumsum(pieces)])
