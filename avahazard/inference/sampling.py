@@ -20,7 +20,7 @@ from avahazard.arrays import Floats
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.fitted_model import ESS_LIMIT, Chains, FittedModel, fitted_model
 from avahazard.inference.fitting.mode import Mode, find_mode
-from avahazard.inference.fitting.star import improved, search_mode
+from avahazard.inference.fitting.star import improved, search_mode, star_among
 from avahazard.inference.likelihood.assemble import assemble, definitions_of
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.choices import DEFAULT_METHOD, METHODS, MethodName
@@ -155,6 +155,10 @@ MAX_ROUNDS = 4
 WARM_UP_ROUNDS = 3
 PILOT_DRAWS, MOST_BETTER = 90, 5
 """Draws of each chain in the walks by which a star is made fit, and how often it is made anew."""
+N_WALKERS, WALKED = 24, 3
+"""Draws from which a few pairs of steps are walked by exact tables, and how many pairs."""
+OFF, MOST_OFF = 2.0, 0.25
+"""A star is off (nats, from the middle of all ends) at no more than that share of the ends."""
 
 
 def sample(
@@ -171,7 +175,8 @@ def sample(
     Where the chains have not converged, what they found so far reshapes the proposals and they
     run on, twice as long each time, `MAX_ROUNDS` times at most; only the last round is kept. Of
     fewer draws than `ESS_LIMIT` in all, which never pass, there is one round.
-    The model that is returned has the posterior that was sampled, on a star fit to it.
+    The model that is returned has the posterior that was sampled, on a star fit to it. Where no
+    star holds, tables are made on the spot for each step, and the star is one about the draws.
     `start` `[n_slots]` is where the mode is sought from; `progress` receives the share done.
     Equal seeds give equal draws.
     """
@@ -184,7 +189,29 @@ def sample(
                 break
             fine, mode = better, find_mode(better, mode.u)
             found = _rounds(fine, mode, n_chains, n, seed, progress)
-    return found
+    if not fine.nodes.varies:
+        return found
+    exact, spread = posterior.exactly(), _following(found.draws, mode)
+    if _holds(fine, exact, found.draws, spread, seed):
+        return found
+    about = Mode(spread.centre, np.nan, spread.covariance)
+    found = _rounds(exact, about, n_chains, n_draws, seed, progress)
+    among = star_among(posterior, found.draws)
+    return replace(found, friction=among.friction, likelihood=among)
+
+
+def _holds(star: Posterior, exact: Posterior, draws: Floats, spread: Proposal, seed: int) -> bool:
+    """Whether a star holds at its `draws` `[n, n_slots]`, and where exact tables lead from some.
+
+    It may be off by the same everywhere, for that changes no draws.
+    """
+    u = draws[np.linspace(0, len(draws) - 1, N_WALKERS).astype(np.int64)]
+    state = State(u, exact.log_densities(u), [generator(seed, "held", k) for k in range(len(u))])
+    before = state.value - star.log_densities(u)
+    walk(exact, state, [spread] * len(u), WALKED, 2)
+    after = state.value - star.log_densities(state.u)
+    off = np.abs(np.concatenate([before, after]) - np.median(before))
+    return bool(np.mean(off <= OFF) >= 1.0 - MOST_OFF)
 
 
 def _rounds(

@@ -70,6 +70,8 @@ POINTS, MOST_POINTS = 4, 16
 """Points of an arm besides the centre, and the most that it gets where it errs."""
 BESIDE, MOST_BESIDE = 12, 60
 """Points beside the arms that a star gets at once, and the most."""
+N_AMONG = 200
+"""Points among draws that were made without a star."""
 MOST_STARS, MOST_ERROR = 8, 2.0
 TOLERANCE, CHECKED = 1.0, 2.0
 """Largest error (nats) of the log likelihood at draws (`errors_at`), at the mode, and `CHECKED`
@@ -290,6 +292,18 @@ def improved(fine: Posterior, draws: Floats) -> Posterior | None:
     ends = zip(axes, *fine.layout.arm_ends[:, axes].tolist(), more.tolist(), strict=True)
     arms = {slots[k].name: arm_between(slots[k].arm[0], low, high, n) for k, low, high, n in ends}
     return fine.on_star(beside_arms(fine, fine.layout.arms._replace(points=arms), beside))
+
+
+def star_among(posterior: Posterior, draws: Floats) -> Posterior:
+    """The posterior on a star about its `draws` `[n, n_slots]`, with points among these."""
+    axes, points = axes_of(posterior), np.full(len(axes_of(posterior)), MOST_POINTS)
+    size = REACH**2 * np.cov(draws.T)[np.ix_(axes, axes)]
+    star = posterior.on_star(arms_about(posterior, np.median(draws, axis=0), size, points))
+    slots = [star.layout.slots[k] for k in axes]
+    places = np.clip(star.layout.on_arms(draws), *star.layout.arm_ends)[:, axes]
+    taken = np.array([[slot.arm[0], *slot.beside] for slot in slots]).T
+    among = far_apart(places, taken, N_AMONG)[1:]
+    return star.on_star(beside_arms(star, star.layout.arms, among))
 
 
 FIRST_POINTS, OTHER_POINTS = 5, 3

@@ -182,6 +182,7 @@ class NodeCharts:
         self._untracked: dict[tuple[float, ...], Nodes] = {}
         self._track_rows: dict[tuple[bytes, ...], list[TrackRows]] = {}
         self._chart: Chart | None = None
+        self._interpolates = len(self._axes) > 0
         self._panels: Ints | None = None
         self._between: dict[tuple[float, ...], Nodes] = {}
 
@@ -215,7 +216,7 @@ class NodeCharts:
         """Nodes at coordinates u, by the chart."""
         place = tuple(u[list(self._axes)].tolist())
         if place not in self._between:
-            if self._axes and self._chart is None:
+            if self._interpolates and self._chart is None:
                 slots = [self.layout.slots[axis] for axis in self._axes]
                 beside = [slot.beside for slot in slots]
                 star = Star([slot.arm for slot in slots], np.array(beside).T)
@@ -235,8 +236,14 @@ class NodeCharts:
     def pinned(self, u: Floats) -> NodeCharts:
         """The same where the parameters that shape the tables are held at those of u."""
         other = copy(self)
-        other._axes, other._chart = (), None
+        other._axes, other._chart, other._interpolates = (), None, False
         other._between = {(): self.exact(u)}
+        return other
+
+    def exactly(self) -> NodeCharts:
+        """The same without a star: nodes from runs made for whatever coordinates are asked."""
+        other = copy(self)
+        other._chart, other._interpolates, other._between = None, False, {}
         return other
 
     def _exact(self, place: tuple[float, ...]) -> Nodes:

@@ -123,6 +123,12 @@ class Posterior:
         other.nodes = self.nodes.on_star(other.layout, like)
         return other
 
+    def exactly(self) -> Posterior:
+        """The same posterior by tables made on the spot wherever it is asked."""
+        other = copy(self)
+        other.nodes = self.nodes.exactly()
+        return other
+
     def on_star_of(self, other: Posterior) -> Posterior | None:
         """The same posterior on the star of another; None where other effects shape its tables."""
 
