@@ -8,10 +8,12 @@ from itertools import product
 import numpy as np
 import pytest
 
+from avahazard.inference import sampling
 from avahazard.inference.fitted_model import FittedModel
-from avahazard.inference.fitting.mode import find_mode
+from avahazard.inference.fitting.mode import Mode, errors_at, find_mode
 from avahazard.inference.likelihood.assemble import assemble, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
+from avahazard.inference.model.layout import Arms, arm_between
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.sampling import calibrate_model, sample
@@ -180,6 +182,37 @@ def test_the_star_is_that_which_was_sampled() -> None:
     assert layout.slots[k].arm != drag.arm
     draws = found.draws[:, k]
     assert drag.low <= draws.min() <= draws.max() <= drag.high
+
+
+def test_where_no_star_holds_tables_are_made_on_the_spot(monkeypatch: pytest.MonkeyPatch) -> None:
+    observations = twin_study("scey", "saugy")
+    model = with_effects(observations, Specification(law="constant"), ["turbulent-drag"])
+    whole = assemble(observations, *model)
+    of_star = sample(whole, n_chains=2, n_draws=300, seed=1)
+    layout, draws = of_star.posterior.layout, of_star.draws
+    (k,) = layout.tables
+    mode = find_mode(of_star.posterior)
+
+    def beside_it(*_: object) -> tuple[Posterior, Mode]:
+        sd = draws[:, k].std()
+        arm = arm_between(mode.u[k] + 2.0 * sd, mode.u[k] + sd, mode.u[k] + 3.0 * sd, 4)
+        return whole.on_star(Arms({layout.slots[k].name: arm})), mode
+
+    monkeypatch.setattr(sampling, "FEW_AXES", 0)
+    monkeypatch.setattr(sampling, "search_mode", beside_it)
+    monkeypatch.setattr(sampling, "improved", lambda *_: None)
+    found = sample(whole, n_chains=2, n_draws=150, seed=2)
+    sd = draws.std(axis=0)
+    assert (found.draws.mean(axis=0) - draws.mean(axis=0)) / sd == pytest.approx(
+        np.zeros(3), abs=0.4
+    )
+    assert found.draws.std(axis=0) == pytest.approx(sd, rel=0.25)
+    # What is asked of the model later is by a star about the draws.
+    assert found.friction is found.posterior.friction
+    assert np.abs(errors_at(found.posterior, found.draws)).max() < 0.3
+    exact = whole.exactly()
+    for u in found.draws[::100]:
+        assert exact.log_likelihood(u) == whole.exact_log_likelihood(u)
 
 
 def test_marginal_finds_the_twins_law() -> None:
