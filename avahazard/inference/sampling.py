@@ -161,7 +161,8 @@ FEW_AXES = 2
 N_WALKERS, WALKED = 12, 4
 """Draws from which a few pairs of steps are walked by exact tables, and how many pairs."""
 OFF, MOST_OFF = 2.0, 0.2
-"""A star is off (nats, from the middle of all ends) at no more than that share of the ends."""
+"""A star holds that is off by more nats than that, from the middle, at no more than a share of the
+ends."""
 
 
 def sample(
@@ -199,6 +200,7 @@ def sample(
         return found
     about = Mode(spread.centre, np.nan, spread.covariance)
     found = _rounds(exact, about, n_chains, n_draws, seed, progress)
+    # Each later evaluation by exact tables would cost runs of all blocks.
     among = star_among(posterior, found.draws)
     return replace(found, friction=among.friction, likelihood=among)
 

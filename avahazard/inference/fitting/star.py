@@ -296,7 +296,8 @@ def improved(fine: Posterior, draws: Floats) -> Posterior | None:
 
 def star_among(posterior: Posterior, draws: Floats) -> Posterior:
     """The posterior on a star about its `draws` `[n, n_slots]`, with points among these."""
-    axes, points = axes_of(posterior), np.full(len(axes_of(posterior)), MOST_POINTS)
+    axes = axes_of(posterior)
+    points = np.full(len(axes), MOST_POINTS)
     size = REACH**2 * np.cov(draws.T)[np.ix_(axes, axes)]
     star = posterior.on_star(arms_about(posterior, np.median(draws, axis=0), size, points))
     slots = [star.layout.slots[k] for k in axes]

@@ -235,9 +235,8 @@ class NodeCharts:
 
     def pinned(self, u: Floats) -> NodeCharts:
         """The same where the parameters that shape the tables are held at those of u."""
-        other = copy(self)
-        other._axes, other._chart, other._interpolates = (), None, False
-        other._between = {(): self.exact(u)}
+        other = self.exactly()
+        other._axes, other._between = (), {(): self.exact(u)}
         return other
 
     def exactly(self) -> NodeCharts:
