@@ -68,7 +68,10 @@ WORTH_A_FIT = float(-np.log(0.2))
 """Surprise of the screening from which on a candidate is."""
 WORTH_A_STAR = 1.0
 """Gain (nats) at a rough mode from which on it is worth a star: evidence is never more than the
-gain, though a rough likelihood may stop the ascent some nats below the mode."""
+gain."""
+ROUGHER = 5.0
+"""Nats that a rough mode may lie below the mode: one whose gain, with them, is what chance does is
+not worth a star either."""
 FAR_BEHIND = 30.0
 """Lead (nats) of the best short ascent over a rough mode from which on this gets no star: what the
 leader pays for more parameters is less."""
@@ -132,10 +135,17 @@ def fitted_in_full(
     # To first order larger errors of the volumes may gain a fifth of what they do, or nothing.
     errors = [VOLUME_ERROR.key] if VOLUME_ERROR.key in curves else []
     asked = [*expected, *(d.key for d in alone), *worth, *by_path, *errors]
-    enough, fits = max(WORTH_A_STAR, reached - FAR_BEHIND), dict(known)
+    by_itself = {*expected, *(d.key for d in alone)}
+    stands = {
+        c.key: c.gain_at(screening.critical_surprise) - ROUGHER
+        for c in strong
+        if c.key not in by_itself
+    }
+    fits = dict(known)
     for begin, end in ROUNDS:
         likely |= {key: [*values, *likely.get(key, [])] for key, values in more.items()}
         new = [key for key in dict.fromkeys(asked) if key not in fits]
+        enough = {key: max(stands.get(key, 0.0), WORTH_A_STAR, reached - FAR_BEHIND) for key in new}
         tell = partial(_tell, progress, begin, end)
         fits |= refit_each(base, new, tell, likely, enough)
         gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in fits.items()}
@@ -315,7 +325,8 @@ def explained_otherwise(
     worth = sorted(worth, key=lambda c: -c.gain)[:OF_A_FAMILY]
     likely = likely_values(worth, without.observations)
     least = max(group.evidence - MARGIN, WORTH_A_STAR)
-    fits = refit_each(without, [c.key for c in worth], likely=likely, least=least)
+    keys = [c.key for c in worth]
+    fits = refit_each(without, keys, likely=likely, least=dict.fromkeys(keys, least))
     found = any(
         evidence_gain(c, fits, without, screening) > group.evidence - MARGIN
         and held_out_gain(fits[c.key], without) > 0.0

@@ -18,7 +18,6 @@ from avahazard.criticism.diagnosis.refits import (
     Question,
     Refit,
     effect_on,
-    refit_side_by_side,
     refit_with,
 )
 from avahazard.effects.columns import EventColumns
@@ -36,8 +35,9 @@ OVERSTATED = (0.03, 0.1, 0.2)
 BY_CHANCE = 0.01
 """A column goes with the volumes where chance alone would not let it in more cases."""
 
-SURE = 30.0
-"""Nats that a leader may lack at most, for a limit that is needless and a gain taken too low."""
+SURE, NEARLY_SURE = 30.0, 5.0
+"""Nats that a leader may lack at most, for a limit that is needless and a gain taken too low; and
+where that limit was fitted by itself."""
 MOST_SCATTERS = 4.0
 """Scatters off, from which on a record is suspect."""
 MOST_ERRORS = 2.5
@@ -148,8 +148,8 @@ def by_undetected_stops(question: Question, leader: str) -> str | None:
 
     Where short runouts are missing, the stops of each path are bunched as by a force that holds
     back the fast. So such a force must earn its evidence beside a detection limit too. None where
-    it does, where the limit is known, or where the leader is not on the motion. Where a limit's
-    best fit gains so little that it could not take that evidence, no fit is made.
+    it does, where the limit is known, or where the leader is not on the motion. A limit that by
+    itself gains too little to take that evidence is not fitted beside the leader.
     """
     base, fits = question.base, question.fits
     motions = of_kind(fits[leader].posterior.effects, MotionEffect)
@@ -159,12 +159,15 @@ def by_undetected_stops(question: Question, leader: str) -> str | None:
     key = limits[0].key
     if key in base.specification.effects:
         return None
-    gained = fits[leader].evidence - base.evidence
-    if gained - max(limits[0].gain, 0.0) > MARGIN + SURE:
+    first = fits[leader]
+    if first.evidence - base.evidence - max(limits[0].gain, 0.0) > MARGIN + SURE:
         return None
-    asked = [(1, key)] if key in fits else [(1, key), (0, key)]
-    both, *found = refit_side_by_side([base, fits[leader]], asked)
-    (alone,) = found or [fits[key]]
+    alone = fits.get(key) or refit_with(base, key)
+    # What its parameters cost where it is needless is no more than they cost where it is not.
+    cost = alone.log_likelihood - base.log_likelihood - (alone.evidence - base.evidence)
+    if first.evidence - cost - alone.evidence > MARGIN + NEARLY_SURE:
+        return None
+    both = refit_with(first, key)
     return None if both.evidence - alone.evidence > MARGIN else key
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -296,33 +297,20 @@ def refit_each(
     effects: Sequence[str],
     progress: Callable[[float], None] = lambda _share: None,
     likely: Likely | None = None,
-    least: float = -np.inf,
+    least: Mapping[str, float] = MappingProxyType({}),
 ) -> dict[str, Refit]:
-    """The base model with each effect by itself, fitted in full if it gains `least` nats."""
+    """The base model with each effect by itself, fitted in full if it gains its `least` nats."""
+    shared = base, likely, {k: base.log_likelihood + nats for k, nats in least.items()}
     fits: dict[str, Refit] = {}
-    least += base.log_likelihood
-    found = refit_side_by_side([base], [(0, key) for key in effects], likely, least)
-    for key, fit in zip(effects, found, strict=True):
+    for key, fit in zip(effects, spread_map(_refit_with, shared, effects), strict=True):
         fits[key] = fit
         progress(len(fits) / len(effects))
     return fits
 
 
-def refit_side_by_side(
-    starts: Sequence[Refit],
-    asked: Sequence[tuple[int, str]],
-    likely: Likely | None = None,
-    least: float = -np.inf,
-) -> Iterator[Refit]:
-    """Of each (start, effect) asked for, that start's model with the effect, fitted in full."""
-    return spread_map(_refit_with, (starts, likely, least), asked)
-
-
-def _refit_with(
-    shared: tuple[Sequence[Refit], Likely | None, float], asked: tuple[int, str]
-) -> Refit:
-    starts, likely, least = shared
-    return refit_with(starts[asked[0]], asked[1], likely=likely, least=least)
+def _refit_with(shared: tuple[Refit, Likely | None, Mapping[str, float]], key: str) -> Refit:
+    base, likely, least = shared
+    return refit_with(base, key, likely=likely, least=least.get(key, -np.inf))
 
 
 def _carried(start: Refit, posterior: Posterior) -> Floats:

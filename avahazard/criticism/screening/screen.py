@@ -76,7 +76,11 @@ class Screened:
     @property
     def null_gain(self) -> float:
         """Gain that chance exceeds in one of twenty cases."""
-        share = 0.1 if self.one_sided else 0.05
+        return self.gain_at(float(-np.log(0.05)))
+
+    def gain_at(self, surprise: float) -> float:
+        """Gain that has this surprise by itself."""
+        share = min(np.exp(LOG_2 * self.one_sided - surprise), 1.0)
         return float(stats.gamma.isf(share, self.shape, scale=self.scale))
 
     def surprise_of(self, gain: float) -> float:
@@ -107,10 +111,14 @@ class Screening:
     pair: PairTest | None
 
     @property
+    def critical_surprise(self) -> float:
+        """Surprise that some candidate exceeds in a share `LEVEL` of datasets."""
+        return float(np.quantile(self.largest, 1.0 - LEVEL))
+
+    @property
     def critical_gain(self) -> float:
-        """Gain of one parameter that some candidate exceeds in a share `LEVEL` of datasets."""
-        surprise = float(np.quantile(self.largest, 1.0 - LEVEL))
-        return 0.5 * float(stats.chi2.isf(np.exp(-surprise), 1))
+        """Gain of one parameter that has it."""
+        return 0.5 * float(stats.chi2.isf(np.exp(-self.critical_surprise), 1))
 
     def p_family(self, surprise: float, share: float = 1.0) -> float:
         """Family-wise p-value of a surprise, over the share of the level that it is held to."""

@@ -142,14 +142,28 @@ def test_beside_one_that_gains_not_what_it_promised_others_are_fitted(
 
 
 def test_what_is_far_behind_a_short_ascent_gets_no_star(monkeypatch: pytest.MonkeyPatch) -> None:
-    least: list[float] = []
+    least: list[dict[str, float]] = []
     monkeypatch.setattr(full_fits, "refit_each", lambda *given: least.append(given[-1]) or {})
     given = Screening((screened("season", 5.0), screened("snow-type", 4.0)), np.zeros(9), None)
     for best in (3.0, 200.0):
         reached = {"season": 0.0, "snow-type": best}
         monkeypatch.setattr(full_fits, "_strong", lambda _, c, r=reached: (c, r[c.key]))
         fitted_in_full(fit(0.0, 0.0), given, [])
-    assert least == [1.0, 170.0]
+    assert [set(of_each.values()) for of_each in least] == [{1.0}, {170.0}]
+
+
+def test_what_chance_does_gets_no_star(monkeypatch: pytest.MonkeyPatch) -> None:
+    least: dict[str, float] = {}
+    monkeypatch.setattr(full_fits, "refit_each", lambda *given: least.update(given[-1]) or {})
+    largest = np.linspace(0.0, 29.97, 999)
+    candidates = screened("season", 5.0), screened("snow-type", 4.0)
+    screening = Screening(candidates, largest, None)
+    fitted_in_full(fit(0.0, 0.0), screening, [], expected=("season",))
+    assert least["season"] == 1.0
+    # With what a rough mode may lack it is not significant.
+    found = candidates[1].surprise_of(least["snow-type"] + 4.9)
+    assert screening.p_family(found) > LEVEL
+    assert screening.p_family(candidates[1].surprise_of(least["snow-type"] + 5.1)) <= LEVEL
 
 
 def test_declared_ones_have_two_thirds_of_the_level(monkeypatch: pytest.MonkeyPatch) -> None:

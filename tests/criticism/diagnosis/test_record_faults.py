@@ -40,6 +40,7 @@ NOTHING: Any = None
 def fit(evidence: float, observations: Observations | None = None) -> Any:
     return SimpleNamespace(
         evidence=evidence,
+        log_likelihood=evidence,
         specification=Specification(),
         facts={},
         observations=observations,
@@ -178,7 +179,7 @@ def screened(gain: float) -> Any:
 def test_a_force_must_earn_its_evidence_beside_a_detection_limit(
     monkeypatch: pytest.MonkeyPatch, leader: str, beside: float, expected: str | None
 ) -> None:
-    monkeypatch.setattr(record_faults, "refit_side_by_side", lambda *_: iter([fit(beside)]))
+    monkeypatch.setattr(record_faults, "refit_with", lambda *_: fit(beside))
     fits = {leader: fit_with(10.0, leader), LIMIT: fit(20.0)}
     base = fit(0.0)
     question = Question(base, fits, screened(8.0))
@@ -194,17 +195,22 @@ def test_a_limit_that_gains_too_little_to_take_the_evidence_is_not_fitted(
 ) -> None:
     asked = []
 
-    def side_by_side(*given: Any) -> Any:
-        asked.append(given)
-        return iter([fit(20.0), fit(20.0)])
+    def refitted(start: Any, _key: str) -> Any:
+        asked.append(start)
+        return fit(20.0 if start is base else 20.5)
 
-    monkeypatch.setattr(record_faults, "refit_side_by_side", side_by_side)
+    monkeypatch.setattr(record_faults, "refit_with", refitted)
     base = fit(-100.0)
     question = Question(base, {DRAG: fit_with(-40.0, DRAG)}, screened(5.0))
     assert by_undetected_stops(question, DRAG) is None
     assert not asked
-    assert by_undetected_stops(replace(question, screening=screened(40.0)), DRAG) == LIMIT
-    assert len(asked) == 1
+    question = replace(question, screening=screened(40.0))
+    assert by_undetected_stops(question, DRAG) == LIMIT
+    assert asked == [base, question.fits[DRAG]]
+    # Fitted by itself it has much less than the force, whatever it gained to first order.
+    question = replace(question, fits={DRAG: fit_with(40.0, DRAG)}, screening=screened(120.0))
+    assert by_undetected_stops(question, DRAG) is None
+    assert asked[2:] == [base]
 
 
 def test_all_faults_that_explain_it_are_returned(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -19,7 +19,7 @@ from avahazard.inference.model.specification import Specification
 from tests.criticism.lengths import lengths
 from tests.inference import studies
 
-PATH_EFFECT = "path-effect"
+PATH_EFFECT, DRAG = "path-effect", "turbulent-drag"
 
 
 def test_a_needless_effect_costs_evidence_and_a_true_one_pays() -> None:
@@ -72,18 +72,18 @@ def test_what_shapes_no_tables_is_fitted_on_the_star_that_is_there() -> None:
     assert wider.log_likelihood == pytest.approx(fresh.log_likelihood, abs=0.1)
     assert wider.evidence == pytest.approx(fresh.evidence, abs=0.3)
     # An effect on the motion needs a star of its own.
-    other = refit_with(base, "turbulent-drag")
+    other = refit_with(base, DRAG)
     assert other.posterior.nodes._chart is not base.posterior.nodes._chart
 
 
 def test_what_gains_too_little_has_no_evidence() -> None:
     observations = studies.observations()
     base = refit(observations, Specification(), {})
-    fit = refit_with(base, "turbulent-drag")
-    worth = refit_each(base, ["turbulent-drag"], least=1.0)["turbulent-drag"]
+    fit = refit_with(base, DRAG)
+    worth = refit_each(base, [DRAG], least={DRAG: 1.0})[DRAG]
     assert worth.evidence == pytest.approx(fit.evidence, abs=0.2)
     gain = fit.log_likelihood - base.log_likelihood
-    needless = refit_each(base, ["turbulent-drag"], least=gain + 0.5)["turbulent-drag"]
+    needless = refit_each(base, [DRAG], least={DRAG: gain + 0.5})[DRAG]
     assert needless.evidence == -np.inf
 
 
