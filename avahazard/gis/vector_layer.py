@@ -41,7 +41,11 @@ class VectorLayer:
 
 
 def read_layer(file: FilePath, kind: Kind, near: tuple[Floats, CRS] | None = None) -> VectorLayer:
-    """Read the only layer of a kind, or what of it is `near` points `[n, 2]`; else refuse."""
+    """Read the only layer of a kind, or what of it is `near` points `[n, 2]`.
+
+    Raises `AvahazardError` where the file is missing, cannot be read, or has no such layer or more
+    than one.
+    """
     if not file.is_file():
         raise AvahazardError(
             f"There is no file {file}.", "Name a .gpkg, .geojson, .shp, .kml or .gpx file."

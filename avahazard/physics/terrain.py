@@ -60,7 +60,7 @@ class Terrain:
 
 
 def node_of(nodes: Floats, x: float) -> int:
-    """Index of x among the nodes of a terrain, one of which it is."""
+    """Index of x among the nodes of a terrain. Raises `ValueError` where it is none of them."""
     i = int(np.searchsorted(nodes, x))
     if i == len(nodes) or nodes[i] != x:
         raise ValueError(f"x = {x} is not a node of the terrain")

@@ -85,7 +85,10 @@ def export(database: str, name: str, file: FilePath) -> Export:
 def replace_file(
     file: FilePath, is_own: Callable[[FilePath], bool], write: Callable[[FilePath], None]
 ) -> None:
-    """Write beside `file` and put it in its place when it is whole."""
+    """Write beside `file` and put it in its place when it is whole.
+
+    Raises `AvahazardError` where there is no such folder, or a file that is not our own.
+    """
     if not file.parent.is_dir():
         raise AvahazardError(f"There is no folder {file.parent}.", "Make the folder first.")
     if file.exists() and not (file.is_file() and is_own(file)):

@@ -326,7 +326,10 @@ def standardised_residuals(model: FittedModel) -> tuple[Floats, str]:
 
 
 def plot_residuals(stored: FittedModel, file: Path) -> None:
-    """The standardised residuals of the events beside the scatter of the model."""
+    """The standardised residuals of the events beside the scatter of the model.
+
+    Raises `AvahazardError` where fewer than `FEWEST` events have a volume and a friction.
+    """
     off, of = standardised_residuals(stored)
     off = off[np.isfinite(off)]
     if len(off) < FEWEST:

@@ -122,7 +122,10 @@ def map_parts(
     limits: ZoneSystem,
     report: Report = silent,
 ) -> tuple[list[MapPart], list[str]]:
-    """The paths on a map with their chances, and the names of those left out; see `draw_map`."""
+    """The paths on a map with their chances, and the names of those left out; see `draw_map`.
+
+    Raises `AvahazardError` where the model has no scatter of friction, or no path can be drawn.
+    """
     require_friction_scatter(model)
     with reading(database) as session:
         known = survey(session)

@@ -82,7 +82,10 @@ def assemble(
     facts: dict[str, Facts],
     own: Sequence[Definition] = (),
 ) -> Posterior:
-    """The posterior of a model on observations (which may be another than the facts are from)."""
+    """The posterior of a model on observations (which may be another than the facts are from).
+
+    Raises `AvahazardError` where the law goes by volume and no event has one.
+    """
     if not observations.volumes.population.known and law(specification.law).uses_volume:
         raise AvahazardError(
             f"No event has a volume, so the {specification.law} law has nothing to go by.",
