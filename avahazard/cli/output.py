@@ -12,7 +12,7 @@ from contextvars import ContextVar
 from inspect import signature
 from itertools import groupby
 from operator import attrgetter
-from textwrap import indent, wrap
+from textwrap import TextWrapper, indent, wrap
 from typing import Any, Literal, NamedTuple
 
 import typer
@@ -221,13 +221,19 @@ def show(console: Console, found: report_tables.Table | None) -> None:
         console.print()
 
 
-class HyphenatedText(Text):
-    """A cell that is broken after hyphens too, and within a part only where that is too long."""
+class AtMarks(TextWrapper):
+    """Breaks at blanks, and after a mark between letters, as in base+path-effect+force:slope."""
+
+    wordsep_re = re.compile(r"(\s+|\S*?[^\W\d_][-+:*](?=[^\W\d_]))")
+
+
+class BrokenText(Text):
+    """A cell that is broken after marks too, and within a part only where that is too long."""
 
     def wrap(self, console: Console, width: int, **options: Any) -> Lines:
         """Return the lines of the cell, at most `width` wide."""
-        discontinuous = wrap(self.plain, max(width, 1), break_long_words=False)
-        return Text("\n".join(discontinuous)).wrap(console, width, **options)
+        lines = AtMarks(max(width, 1), break_long_words=False).wrap(self.plain)
+        return Text("\n".join(lines)).wrap(console, width, **options)
 
 
 def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Table:
@@ -253,7 +259,7 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> 
             heading = "\n".join(wrap(heading, max(widest, LEAST_HEADING)))
         justify: Literal["right", "left"] = "right" if right else "left"
         made.add_column(heading, justify=justify, overflow="fold", no_wrap=right)
-    kinds = [Text if name.startswith(">") else HyphenatedText for name in columns]
+    kinds = [Text if name.startswith(">") else BrokenText for name in columns]
     for row in cells:
         made.add_row(*(kind(text) for kind, text in zip(kinds, row, strict=True)))
     return made

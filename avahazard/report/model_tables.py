@@ -202,7 +202,8 @@ def budget_table(found: Comparison) -> Table | None:
 
 
 def ladder_table(rows: Sequence[LadderEntry]) -> Table:
-    """Every model and its error, oldest first."""
+    """Every model and its error, oldest first; its parent by number, as names may be long."""
+    number = {row.model: str(k) for k, row in enumerate(rows, 1)}
     known = {row.coordinate for row in rows if row.coordinate is not None}
     coordinate = known.pop() if len(known) == 1 else None
     unit = unit_of(coordinate)
@@ -211,8 +212,9 @@ def ladder_table(rows: Sequence[LadderEntry]) -> Table:
         return lambda r: in_unit(getattr(r, key), of or r.coordinate)
 
     columns: tuple[Column, ...] = (
+        (">#", lambda r: number[r.model]),
         (say("model"), attrgetter("model")),
-        (say("from"), attrgetter("parent")),
+        (">" + say("from"), lambda r: number.get(r.parent)),
         (say("added"), lambda r: ", ".join(spoken().effect(key) for key in r.added) or None),
         (">" + say("held-out CRPS, {unit}", unit=unit), error("held_out_crps_m")),
         (">" + say("of x, m"), error("held_out_crps_x_m", "x")),
@@ -229,7 +231,9 @@ def ladder_table(rows: Sequence[LadderEntry]) -> Table:
         "predictive density with each record left out in turn; higher is better. in 90 %: "
         "share of the records in the 90 % interval."
     )
-    legend = [of_scores]
+    legend = [of_scores, say("from: the number of the parent.")]
+    if coordinate != "x":
+        legend.append(say("of x: held-out CRPS of the distance along the path."))
     floors = [row.noise_floor_crps_m for row in rows if row.noise_floor_crps_m]
     if floors:
         # What the error of a volume does to a stop is the model's own; gibbs knows none.

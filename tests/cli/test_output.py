@@ -66,11 +66,12 @@ def test_numbers_are_never_folded() -> None:
     assert max(map(len, stream.getvalue().splitlines())) <= 80
 
 
-def test_a_long_name_is_broken_at_its_hyphens() -> None:
+@pytest.mark.parametrize("name", ["base-turbulent-drag-forest-drag", "base+change:all+path-effect"])
+def test_a_long_name_is_broken_after_its_marks(name: str) -> None:
     stream = StringIO()
-    name = "base-turbulent-drag-forest-drag"
     Console(file=stream, width=30).print(table("T", ("model", ">CRPS, m"), [(name, "175.7")]))
-    lines = [line.split()[0] for line in stream.getvalue().splitlines() if "-" in line]
+    below = stream.getvalue().rpartition("─")[2]
+    lines = [line.split()[0] for line in below.splitlines() if line.strip()]
     assert "".join(lines) == name
-    assert all(line.endswith("-") for line in lines[:-1])
+    assert all(line[-1] in "-+:" for line in lines[:-1])
     assert len(lines) > 1
