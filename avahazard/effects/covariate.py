@@ -32,7 +32,7 @@ from avahazard.notes import Note
 from avahazard.records.meanings import plain_word
 
 PREFIX = "covariate:"
-VOLUME = "volume_m3"
+VOLUME, RELEASE = "volume_m3", "release_elevation_m"
 N_KNOTS, N_PLACES = 5, 41
 MIN_EVENTS = 20
 LINEAR_SD, CURVED_SD = 0.2, 0.1
@@ -70,7 +70,7 @@ def number_column(columns: EventColumns, name: str) -> Floats | None:
     """A column of numbers by its name in the files; None if there is none."""
     of_records = {
         VOLUME: columns.log_volume,
-        "release_elevation_m": columns.release_elevation,
+        RELEASE: columns.release_elevation,
         "year": columns.year,
         "day_of_winter": columns.day_of_winter,
         "deposit_length_m": columns.deposit_length,
@@ -449,7 +449,7 @@ RELEASE_ELEVATION = Definition(
     key="release-elevation",
     meaning="Snow is colder and drier the higher it lies. Avalanches that start high then have "
     "another friction than those that start low.",
-    needs="release_elevation_m",
+    needs=RELEASE,
     build=lambda _: FrictionEffect("release-elevation", (SLOPE,), _kilometres),
     lacking=unless(
         lambda columns: (

@@ -411,7 +411,8 @@ def alpha_beta_table(rows: Sequence[TerrainRunout], names: Names = NO_NAMES) -> 
     )
     sources = {row.coefficients: row.source for row in rows}
     # Names of papers and programs are English.
-    legend = [f"{name}: {text}." for name, text in sources.items() if spoken().code == "en"]
+    english = sources.items() if spoken().code == "en" else ()
+    legend = [f"{name.capitalize()}: {text}." for name, text in english]
     title = say("α-β: extreme runout by regression on the terrain alone")
     return made("alpha-beta", title, columns, rows, legend) if rows else None
 

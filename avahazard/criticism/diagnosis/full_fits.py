@@ -36,7 +36,7 @@ from avahazard.criticism.diagnosis.refits import (
 from avahazard.criticism.scoring.where_it_fails import contrast_p, holm
 from avahazard.criticism.screening.screen import EXPECTED_SHARE, LEVEL, Screened, Screening
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.covariate import VOLUME, level_counts, number_column
+from avahazard.effects.covariate import RELEASE, VOLUME, level_counts, number_column
 from avahazard.effects.effect import (
     MIN_LEVEL,
     Curve,
@@ -373,7 +373,7 @@ def ways_to_choose(
 CHANCE_GAIN = 1.0
 """Mean of the exponential distribution that the gain (nats) of two kinds has where there is one, at
 most: in 3 of 4 simulated datasets it is 0."""
-ALWAYS = (VOLUME, "year", "day_of_winter", "release_elevation_m", "deposit_length_m")
+ALWAYS = (VOLUME, "year", "day_of_winter", RELEASE, "deposit_length_m")
 IN_COMMON_LEVEL, N_DRAWS = 0.05, 50
 WRONG_SHARES, NARROWER = np.arange(1, 21) / 100.0, (1.0, 0.8, 0.65, 0.5, 0.4)
 SHIFTS = (-0.5, -0.25, 0.0, 0.25, 0.5)

@@ -23,7 +23,7 @@ from avahazard.arrays import Floats, Ints
 from avahazard.criticism.screening.linear_model import NOTHING, LinearModel, linear_model
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.change import ALL, change
-from avahazard.effects.covariate import VOLUME, covariate, interaction, scatter_by
+from avahazard.effects.covariate import RELEASE, VOLUME, covariate, interaction, scatter_by
 from avahazard.effects.effect import Definition, Effect, FrictionEffect
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.friction_model import volume_share
@@ -225,6 +225,8 @@ def _pair(
 
 COMMON_COLUMNS = ("year", "deposit_length_m")
 """Columns that are not covariates of a file but may drive friction."""
+PAIRED = ("day_of_winter", RELEASE, VOLUME)
+"""What every record has that may decide whether a column matters: warmth does below a snow line."""
 
 
 def candidate_definitions(
@@ -236,7 +238,7 @@ def candidate_definitions(
     # A smooth of a column that has an effect of its own would only repeat it.
     taken = {entry.column for entry in known}
     smooths = [covariate(c) for c in dict.fromkeys([*of_events, *COMMON_COLUMNS]) if c not in taken]
-    pairs = [f"{one}*{other}" for one, other in combinations([*of_events, VOLUME], 2)]
+    pairs = [f"{one}*{other}" for one, other in combinations([*of_events, *PAIRED], 2)]
     made = [
         *map(interaction, pairs),
         *map(scatter_by, of_events),

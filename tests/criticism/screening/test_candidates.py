@@ -59,6 +59,12 @@ def test_beyond_the_catalogue_stand_forces_dates_and_what_the_records_count() ->
     )
 
 
+def test_whether_a_column_matters_may_hang_on_what_every_record_has() -> None:
+    found = set(keys(studies.observations()))
+    for other in ("day_of_winter", "release_elevation_m", "volume_m3"):
+        assert f"interaction:wind*{other}" in found
+
+
 def test_a_limit_that_is_known_everywhere_is_no_candidate() -> None:
     records = studies.records(speeds=False)
     assert "observation-limit" in keys(build_observations(records))
