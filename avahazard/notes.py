@@ -244,6 +244,8 @@ TERMINAL = {
     "value_missing": "not given for {n} of {total} events: there it counts as {level}.",
     "in_ratio": "events without a profile, of which H/L alone is known, have H/L",
     "in_lengths": "events without a profile have runout lengths, not elevations",
+    "speeds_off": "a factor of {factor:.2f} common to all measured speeds explains them better "
+    "than {effect}: look at how they were measured before you look for a force.",
     "not_granted": "{effect} was not asked about: these records have too many groups (over {most} "
     "crossed with others) to fit together. Add it to the model to see what it does.",
     "not_asked": "{effect} was not asked about: {lack}.",
@@ -260,6 +262,8 @@ TERMINAL = {
     "why_write_laws": "{model} lacks {effects:and}; its laws {laws:and} explain the records alike, "
     "and better than the smooth curve ({nats:.0f} nats). Write the first as an effect.",
     "why_law": "{model} lacks {effects:and}; its leading law is in {file}.",
+    "why_speeds_off": "{model} misses all measured speeds by one factor: look at how they were "
+    "measured.",
     "why_unexplained": "{model} fails along {along:and}, which no effect explains: write one.",
     "why_measure": "{model} lacks one of {effects}: these records cannot determine which (expected "
     "gain {nats:.1f} nats).",

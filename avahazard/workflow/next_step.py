@@ -149,8 +149,7 @@ class StoredModels:
         elif found.verdict == "unexplained":
             effects = tuple(key for key in missing if _is_effect(key))
             if not effects:
-                why = Note("why_unexplained", model=name, along=missing)
-                return _step(("effect", "new", f"{name}-effect.py"), why)
+                return _without_effect(found, missing)
         law, written = found.leading_law, found.effect_file
         if law is not None and written is not None:
             # Its law, which has been written, stands for the smooth.
@@ -261,6 +260,15 @@ class StoredModels:
     def _with_files(self, words: Sequence[str], why: Note) -> Note:
         """A command on the model `words[1]`, with its effect files."""
         return _step((*words, *self._own_files(words[1])), why)
+
+
+def _without_effect(found: Diagnosis, missing: Sequence[str]) -> Note:
+    """What to do where a model fails along something, and no effect is named."""
+    if any(note.key == "speeds_off" for note in found.notes):
+        why = Note("why_speeds_off", model=found.model)
+        return Note("next", command="measure speeds in another way", why=why)
+    why = Note("why_unexplained", model=found.model, along=missing)
+    return _step(("effect", "new", f"{found.model}-effect.py"), why)
 
 
 def _step(words: Sequence[str], why: Note) -> Note:

@@ -19,6 +19,7 @@ from avahazard.criticism.diagnosis.naming import (
     group_comes_first,
     name_effects,
     verdict_of,
+    worst_speeds,
 )
 from avahazard.criticism.diagnosis.refits import (
     Question,
@@ -104,7 +105,7 @@ def diagnose(
             granted = tuple(key for key in granted if key != left.key)
             groups = (*full_fits.group_tests(base), left)
     fits, screening = full_fits.fitted_in_full(
-        base, screened, alone, expected, known, lambda share: progress(0.3 + 0.5 * share)
+        base, screened, alone, expected, known, lambda share: progress(0.3 + 0.45 * share)
     )
     survivors = [c for c in screening.candidates if c.key in fits and c.p_family <= LEVEL]
     evidence = {c.key: full_fits.evidence_gain(c, fits, base, screening) for c in survivors}
@@ -117,6 +118,8 @@ def diagnose(
     of_laws = {k: first.fit for k, first in firsts.items() if first.law.evidence_over_curve > 0.0}
     question = Question(base, fits, screening)
     naming = name_effects(question, ranked, evidence, expected, of_laws)
+    progress(0.8)
+    naming, speeds_off = unless_speeds_are_off(question, naming)
     progress(0.85)
     verdict, missing, together = verdict_on(question, naming, groups, granted)
     # A candidate may have so much evidence that groups are not named beside it.
@@ -151,6 +154,7 @@ def diagnose(
         impossible_stops=record_faults.impossible_stops(base),
         measure_next=_measure_next(Question(base, fits, screening), missed.metres, seed),
         notes=(
+            *speeds_off,
             *(Note("not_granted", effect=key, most=nuisances.MOST_CROSSED) for key in too_many),
             *(Note("not_asked", effect=key, lack=lack) for key, lack in lacking.items()),
         ),
@@ -199,6 +203,19 @@ def leading_smooth(missing: Sequence[str], fits: Mapping[str, Refit]) -> str | N
         if curve is not None and curve.form:
             return key
     return None
+
+
+def unless_speeds_are_off(question: Question, naming: Naming) -> tuple[Naming, tuple[Note, ...]]:
+    """The naming, or that of the speeds which fail where all may be off by one factor; and a note.
+
+    That is where the factor leaves the force that leads too little evidence.
+    """
+    leader = next((key for key in naming.missing if key in question.fits), None)
+    factor = leader and record_faults.by_speeds_off(question, leader)
+    if not factor:
+        return naming, ()
+    speeds = replace(naming, verdict="unexplained", missing=(worst_speeds(question.base),))
+    return speeds, (Note("speeds_off", factor=factor, effect=leader),)
 
 
 def verdict_on(

@@ -209,7 +209,7 @@ def with_laws(
     found = dict(evidence) | {key: evidence[key] + _law_gain(fits[key], key) for key in states}
     top = max(found[key] for key in places)
     close = [key for key in states if found[key] > top - max(NEAR, RIVAL_SHARE * top)]
-    if len(places) < 2 or top <= MARGIN:
+    if top <= MARGIN:
         return found, {}
     laws = found_laws(base, {key: fits[key] for key in close})
     for key in close:

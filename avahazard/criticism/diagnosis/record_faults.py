@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 from scipy.special import logsumexp
 from scipy.stats import pearsonr
 
@@ -24,7 +25,7 @@ from avahazard.effects.columns import EventColumns
 from avahazard.effects.covariate import VOLUME, number_column
 from avahazard.effects.effect import Definition, MotionEffect, VolumeErrorEffect, of_kind
 from avahazard.inference.fitting.mode import likely_friction
-from avahazard.inference.model.observations import ELEVATION, PLACE
+from avahazard.inference.model.observations import ELEVATION, PLACE, Observations
 from avahazard.inference.model.volumes import VolumeNodes, bounded, told_by, within_paths
 from avahazard.records.crosscheck import dwarfing
 
@@ -38,6 +39,9 @@ BY_CHANCE = 0.01
 SURE, NEARLY_SURE = 30.0, 5.0
 """Nats that a leader may lack at most, for a limit that is needless and a gain taken too low; and
 where that limit was fitted by itself."""
+SPEEDS_OFF, MOST_OFF = 0.05, 0.2
+"""Standard deviation of the log of a factor that all measured speeds may have in common, and the
+most that it is."""
 MOST_SCATTERS = 4.0
 """Scatters off, from which on a record is suspect."""
 MOST_ERRORS = 2.5
@@ -169,6 +173,42 @@ def by_undetected_stops(question: Question, leader: str) -> str | None:
         return None
     both = refit_with(first, key)
     return None if both.evidence - alone.evidence > MARGIN else key
+
+
+def by_speeds_off(question: Question, leader: str) -> float | None:
+    """The factor common to all measured speeds that leaves the leader too little evidence.
+
+    A device, or a way to read it, may give all speeds too high. A force that acts along the way
+    makes up for some of that, so it must earn its evidence (`MARGIN`) beside such a factor too.
+    None where it does, where no speeds are measured, or where the leader is not on the motion.
+    """
+    base, fit = question.base, question.fits[leader]
+    motions = of_kind(fit.posterior.effects, MotionEffect)
+    if not base.observations.speeds or leader not in [e.key for e in motions]:
+        return None
+
+    def evidence(model: Refit, off: float) -> float:
+        on = with_speeds_off(base.observations, off)
+        n_speeds = sum(len(track.speed) for track in on.speeds)
+        log_prior = -0.5 * (off / SPEEDS_OFF) ** 2
+        return refit_with(model, on=on).evidence - off * n_speeds + log_prior
+
+    found = minimize_scalar(
+        lambda off: -evidence(base, off), bounds=(-MOST_OFF, MOST_OFF), method="bounded",
+        options={"xatol": 0.2 * SPEEDS_OFF},
+    )  # fmt: skip
+    without, off = -float(found.fun), float(found.x)
+    if fit.evidence - without > MARGIN or evidence(fit, off) - without > MARGIN:
+        return None
+    return float(np.exp(off))
+
+
+def with_speeds_off(observations: Observations, off: float) -> Observations:
+    """The observations with true speeds, if the measured ones are too high by a factor e^off."""
+    factor = np.exp(-off)
+    tracks = observations.speeds
+    true = (replace(t, speed=factor * t.speed, sigma=factor * t.sigma) for t in tracks)
+    return replace(observations, speeds=tuple(true))
 
 
 def explained_by_record_faults(question: Question, key: str) -> tuple[str, ...]:

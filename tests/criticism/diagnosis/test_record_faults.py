@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from avahazard.criticism.diagnosis import record_faults, refits
-from avahazard.criticism.diagnosis.diagnose import diagnose
+from avahazard.criticism.diagnosis.diagnose import diagnose, unless_speeds_are_off
+from avahazard.criticism.diagnosis.naming import Naming
 from avahazard.criticism.diagnosis.record_faults import (
     MOST_SCATTERS,
     by_misstated_volumes,
@@ -19,6 +20,7 @@ from avahazard.criticism.diagnosis.record_faults import (
     groups_by_misstated_volumes,
     stand_in_for_volume,
     suspects,
+    with_speeds_off,
 )
 from avahazard.criticism.diagnosis.refits import Question, Refit, refit
 from avahazard.effects.catalogue import definition
@@ -26,10 +28,13 @@ from avahazard.effects.columns import EventColumns, build_columns
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
+from avahazard.inference.seeds import generator
 from avahazard.records.collection import Event, Path
 from avahazard.synth.dataset import Settings
 from avahazard.synth.making import make_dataset
 from tests.criticism.studies import straight
+from tests.inference.sbc_records import Case
+from tests.inference.sbc_worlds import world
 
 LAW, SCATTER, SEASON, ERROR = "volume-law", "volume-scatter", "season", "volume-error"
 FRONT, DRAG, LIMIT = "leading-edge", "turbulent-drag", "observation-limit"
@@ -294,3 +299,22 @@ def test_a_true_other_law_keeps_its_evidence() -> None:
     gain, found = _asked(_world(920001, {LAW: 1.0}, STATED))
     assert gain > 6.0
     assert found is None
+
+
+@pytest.mark.parametrize(("off", "effects"), [(0.1, ()), (0.0, (DRAG,))])
+def test_a_force_must_earn_its_evidence_beside_a_factor_common_to_all_speeds(
+    off: float, effects: tuple[str, ...]
+) -> None:
+    case = Case(effects, 24, speeds=(150.0, 300.0, 450.0), a=0.3)
+    observations = world(case, generator(3, "speeds off"))[0].observations
+    base = refits.refit(with_speeds_off(observations, -off), Specification(), {})
+    question = Question(base, {DRAG: refits.refit_with(base, DRAG)}, NOTHING)
+    named = Naming("missing-effect", (DRAG,), {}, {})
+    found, notes = unless_speeds_are_off(question, named)
+    if effects:
+        assert (found, notes) == (named, ())
+        return
+    assert found.verdict == "unexplained"
+    assert found.missing[0].startswith("speed:")
+    assert 1.0 < notes[0].values["factor"] < np.exp(2.0 * off)
+    assert notes[0].values["effect"] == DRAG
