@@ -208,7 +208,7 @@ def leading_smooth(missing: Sequence[str], fits: Mapping[str, Refit]) -> str | N
 def unless_speeds_are_off(question: Question, naming: Naming) -> tuple[Naming, tuple[Note, ...]]:
     """The naming, or that of the speeds which fail where all may be off by one factor; and a note.
 
-    That is where the factor leaves the force that leads too little evidence.
+    That is where the factor explains more than the force that leads.
     """
     leader = next((key for key in naming.missing if key in question.fits), None)
     factor = leader and record_faults.by_speeds_off(question, leader)

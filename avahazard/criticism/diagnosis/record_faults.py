@@ -39,7 +39,7 @@ BY_CHANCE = 0.01
 SURE, NEARLY_SURE = 30.0, 5.0
 """Nats that a leader may lack at most, for a limit that is needless and a gain taken too low; and
 where that limit was fitted by itself."""
-SPEEDS_OFF, MOST_OFF = 0.05, 0.2
+SPEEDS_OFF, MOST_OFF = 0.03, 0.2
 """Standard deviation of the log of a factor that all measured speeds may have in common, and the
 most that it is."""
 MOST_SCATTERS = 4.0
@@ -176,11 +176,12 @@ def by_undetected_stops(question: Question, leader: str) -> str | None:
 
 
 def by_speeds_off(question: Question, leader: str) -> float | None:
-    """The factor common to all measured speeds that leaves the leader too little evidence.
+    """The factor common to all measured speeds that explains more than the leader does.
 
     A device, or a way to read it, may give all speeds too high. A force that acts along the way
-    makes up for some of that, so it must earn its evidence (`MARGIN`) beside such a factor too.
-    None where it does, where no speeds are measured, or where the leader is not on the motion.
+    makes up for some of that. None where the model with such a factor does not lead the force, by
+    itself and beside the factor, by `MARGIN`; where no speeds are measured; or where the leader is
+    not on the motion.
     """
     base, fit = question.base, question.fits[leader]
     motions = of_kind(fit.posterior.effects, MotionEffect)
@@ -195,10 +196,10 @@ def by_speeds_off(question: Question, leader: str) -> float | None:
 
     found = minimize_scalar(
         lambda off: -evidence(base, off), bounds=(-MOST_OFF, MOST_OFF), method="bounded",
-        options={"xatol": 0.2 * SPEEDS_OFF},
+        options={"xatol": 0.3 * SPEEDS_OFF},
     )  # fmt: skip
     without, off = -float(found.fun), float(found.x)
-    if fit.evidence - without > MARGIN or evidence(fit, off) - without > MARGIN:
+    if without - fit.evidence < MARGIN or without - evidence(fit, off) < MARGIN:
         return None
     return float(np.exp(off))
 

@@ -302,7 +302,7 @@ def test_a_true_other_law_keeps_its_evidence() -> None:
 
 
 @pytest.mark.parametrize(("off", "effects"), [(0.1, ()), (0.0, (DRAG,))])
-def test_a_force_must_earn_its_evidence_beside_a_factor_common_to_all_speeds(
+def test_no_force_is_named_where_a_factor_common_to_all_speeds_explains_more(
     off: float, effects: tuple[str, ...]
 ) -> None:
     case = Case(effects, 24, speeds=(150.0, 300.0, 450.0), a=0.3)
