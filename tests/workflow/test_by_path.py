@@ -45,7 +45,7 @@ from tests.workflow.worlds import height
 
 N_POINTS = 400
 PROFILE_BYTES = 2 * 8 * N_POINTS
-FEW, MANY = 20, 80
+FEW, MANY = 20, 50
 AT_ONCE = 10
 ASKED = HazardRequest(return_periods=[30.0])
 

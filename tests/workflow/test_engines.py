@@ -74,10 +74,10 @@ def test_a_calibration_is_the_same_by_threads_and_with_grounds_of_other_processe
     monkeypatch.setattr(observations, "MANY_PATHS", 1)
     monkeypatch.setattr(posterior, "WORTH_SHARING", 0)
     made = []
-    for engine, workers in (("local", 1), ("local", 2), ("local", 7), ("processes", 2)):
+    for engine, workers in (("local", 1), ("local", 7), ("processes", 2)):
         file = str(shutil.copy(world, tmp_path / f"{engine}-{workers}.db"))
         set_engine(engine, workers=workers)  # type: ignore[arg-type]
         found = calibrate(file, "m", CalibrateRequest(chains=2, draws=50)).to_dict()
         draws = {key: values.tolist() for key, values in load_parameter_draws(file, "m").items()}
         made.append((found, draws))
-    assert made[1:] == made[:1] * 3
+    assert made[1:] == made[:1] * 2

@@ -12,6 +12,7 @@ import pytest
 from sqlalchemy import create_engine, text
 from typer.testing import Result
 
+from avahazard.records.collection import only_paths
 from avahazard.records.errors import AvahazardError
 from avahazard.results.base import plain
 from avahazard.store import upkeep
@@ -30,12 +31,12 @@ from avahazard.workflow.requests import CalibrateRequest
 from tests.conftest import command_line
 from tests.criticism.lengths import as_csv, lengths
 from tests.few_draws import few_draws
-from tests.workflow.twin import twin_records
+from tests.workflow.twin import FEW_PATHS, twin_records
 
 
 def test_models_in_short_and_in_full(database: str) -> None:
     with writing(database) as session:
-        save_records(session, twin_records())
+        save_records(session, only_paths(twin_records(), FEW_PATHS))
     assert show_models(database) == ()
     document = calibrate(database, "one", CalibrateRequest(method="gibbs", chains=2, draws=100))
     calibrate(

@@ -120,6 +120,7 @@ def test_each_event_has_the_notes_on_its_volume_and_on_the_model(
     assert stale.to_dict()["events"][2]["notes"] == list(stale.events[2].notes)
 
 
+@pytest.mark.usefixtures("drawn_little")
 def test_values_that_the_model_does_not_know_are_noted(snow_database: str, write: Write) -> None:
     add(snow_database, "base", ["snow-type"], "snow")
     rows = "a,P01,3000,Wet\nb,P01,3000,slush\nc,P01,3000,\nd,P01,3000,dry\n"

@@ -11,6 +11,8 @@ from avahazard.records.errors import AvahazardError
 from avahazard.results.files import ProjectRun
 from avahazard.store.results import list_models
 from avahazard.store.session import reading
+from avahazard.synth.making import make_dataset
+from avahazard.synth.writing import write_records
 from avahazard.workflow import run as project
 from avahazard.workflow.requests import RunRequest
 from avahazard.workflow.run import RunningProject, read_project, run_project
@@ -40,10 +42,17 @@ return_period_years = 30
 """
 
 
+@pytest.fixture(scope="module")
+def world(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("run") / "world"
+    folder.mkdir()
+    write_records(folder, make_dataset(3, 36, 3, {"snow-type": 2.0})[0])
+    return folder
+
+
 @pytest.fixture
-def folder(snow_world: Path, tmp_path: Path) -> Path:
-    shutil.copytree(snow_world / "world", tmp_path / "world")
-    (tmp_path / "world" / "truth.json").unlink(missing_ok=True)
+def folder(world: Path, tmp_path: Path) -> Path:
+    shutil.copytree(world, tmp_path / "world")
     (tmp_path / "avahazard.toml").write_text(SMALL)
     return tmp_path
 

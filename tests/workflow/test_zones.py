@@ -238,6 +238,7 @@ def test_drag_or_measured_speeds_limit_speeds(effects: tuple[str, ...], tmp_path
     assert ("no_drag" in [note.key for note in found.notes]) == (not effects)
 
 
+@pytest.mark.usefixtures("drawn_little")
 def test_speeds_that_fail_the_measured_ones_are_noted(tmp_path: Path) -> None:
     file = str(tmp_path / "d.db")
     create(file)
