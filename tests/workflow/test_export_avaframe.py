@@ -60,7 +60,7 @@ def test_each_draw_has_its_release_and_settings(flow_slope: Path) -> None:
     assert "projects is there already" in again.stderr
 
 
-@pytest.mark.parametrize("law", ["exponential", "constant"])
+@pytest.mark.parametrize("law", ["exponential", pytest.param("constant", marks=pytest.mark.slow)])
 def test_the_rates_of_draws_are_those_of_the_map(flow_slope: Path, law: str) -> None:
     run = command_line(flow_slope / "avahazard.db")
     for words in (
