@@ -35,7 +35,7 @@ def desk(browser: Any, report_file: Path) -> Seen:
     return Seen(browser, report_file, 1400)
 
 
-@pytest.fixture(scope="module", params=["phone", "desk"])
+@pytest.fixture(scope="module", params=[pytest.param("phone", marks=pytest.mark.slow), "desk"])
 def seen(request: pytest.FixtureRequest) -> Any:
     """Give it on either."""
     return request.getfixturevalue(request.param)

@@ -12,7 +12,8 @@ import pytest
 from avahazard.report.html.content import ReportContent
 from tests.report.html.chromium import Seen, chromium
 
-WIDTHS = (390, 1400)
+# A phone sees the report in German (`test_browser_languages.py`).
+WIDTHS = (pytest.param(390, marks=pytest.mark.slow), 1400)
 PAGE_PX = (297 - 30) / 25.4 * 96
 """A4 between the margins."""
 WORDS_PX = 80
