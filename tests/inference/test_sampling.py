@@ -63,7 +63,7 @@ def test_two_parameters_are_sampled_as_they_are_by_quadrature() -> None:
     found = sample(model, n_draws=4000, seed=3)
     mode = find_mode(model)
     m, s = mode.u, np.sqrt(np.diag(mode.covariance))
-    axes = [_midpoints(m[k] - 7 * s[k], m[k] + 7 * s[k], 48) for k in range(2)]
+    axes = [_midpoints(m[k] - 7 * s[k], m[k] + 7 * s[k], 36) for k in range(2)]
     _agrees(found, *_by_grid(model, axes))
 
 

@@ -80,7 +80,7 @@ def some_curve(*, rests: bool, n: int = 61) -> Curve:
 
 @pytest.mark.parametrize("rests", [True, False])
 def test_a_rougher_curve_is_a_regression_on_many_small_bends(rests: bool) -> None:
-    """The integrated Wiener process as the sum of bends at 4,000 places, each normal by itself."""
+    """The integrated Wiener process as the sum of bends at 1,000 places, each normal by itself."""
     rng = np.random.default_rng(3)
     curve, sd, size = some_curve(rests=rests), np.array([0.1, 0.05, 0.05, 0.05]), 0.2
     at = np.linspace(0, 60, 10).round().astype(int)
@@ -88,7 +88,7 @@ def test_a_rougher_curve_is_a_regression_on_many_small_bends(rests: bool) -> Non
     precision = 50.0 * half @ half.T
     pull = precision @ rng.normal(0.0, 0.1, 10)
     found = rougher(curve, sd, CurvesLikelihood(curve.x[at], precision, pull), size)
-    t, n = curve.x / 30.0, 4000
+    t, n = curve.x / 30.0, 1000
     bends = np.maximum(t[:, None] - (np.arange(n) + 0.5) / n, 0.0) * size * np.sqrt(3.0 / n)
     columns = np.column_stack([sd * curve.columns, bends])
     columns = columns if rests else columns - np.mean(columns, axis=0)
