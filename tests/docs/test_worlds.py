@@ -52,7 +52,19 @@ def test_datasets_of_the_catalogue_hold_out_winters(tmp_path: Path) -> None:
     assert {row["event_id"] for row in _rows(tmp_path / "velocities.csv")} <= known
 
 
-@pytest.mark.parametrize("arm", ["wet and large", "force by u", "wide in wet snow", "two kinds"])
+LATER = pytest.mark.slow
+"""Arms that are told as those before them."""
+
+
+@pytest.mark.parametrize(
+    "arm",
+    [
+        "wet and large",
+        "two kinds",
+        pytest.param("force by u", marks=LATER),
+        pytest.param("wide in wet snow", marks=LATER),
+    ],
+)
 def test_who_knows_the_form_gains_and_predicts_better(arm: str, tmp_path: Path) -> None:
     beyond.make(arm, 7, tmp_path)
     found = knowing(tmp_path)
