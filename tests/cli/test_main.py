@@ -18,6 +18,7 @@ from avahazard.cli.main import COMMANDS, app, help_of, load, main
 from avahazard.notes import Note
 from avahazard.results.base import Rows
 from avahazard.results.friction import Fits
+from avahazard.workflow.database import import_files
 
 PROGRAM = Path(sys.executable).with_name("avahazard")
 
@@ -134,12 +135,12 @@ def test_notes_that_differ_in_numbers_are_one_line_unless_all_are_asked_for(
     assert done.stderr.count("Note: ") == n
 
 
-def test_a_table_keeps_its_columns_and_letters_on_a_small_terminal(tmp_path: Path) -> None:
+def test_a_table_keeps_its_columns_and_letters_on_a_small_terminal(
+    database: str, tmp_path: Path
+) -> None:
     """Forty columns wide, with an encoding that has none of the letters of a name."""
-    database = str(tmp_path / "a.db")
     (tmp_path / "paths.csv").write_text("path_id\nŠtít – μ\n", encoding="utf-8")
-    for words in (["init"], ["import", str(tmp_path / "paths.csv")]):
-        subprocess.run([PROGRAM, "--db", database, *words], capture_output=True, check=True)
+    import_files(database, [tmp_path / "paths.csv"])
     narrow = os.environ | {"COLUMNS": "40", "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
 
     def printed(*words: str) -> str:
