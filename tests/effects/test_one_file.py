@@ -109,7 +109,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 @pytest.fixture(scope="module")
 def world(written: Path) -> str:
     """A database of a small dataset with a model `base`, and `new` with the four effects."""
-    write_dataset(written / "world", *make_dataset(5, 24, 2))
+    write_dataset(written / "world", *make_dataset(5, 16, 2))
     database = str(written / "world.db")
     upkeep.create(database)
     import_files(database, [written / "world"])
@@ -131,7 +131,7 @@ def test_the_list_and_the_entry(world: str) -> None:
 
 
 def test_the_diagnosis_tries_it(world: str) -> None:
-    records, _ = make_dataset(5, 24, 2)
+    records, _ = make_dataset(5, 16, 2)
     observations = build_observations(records)
     keys = [entry.key for entry in candidate_definitions(observations, Specification())]
     assert set(FILES) <= set(keys)

@@ -47,7 +47,10 @@ def algorithm(tmp_path_factory: pytest.TempPathFactory) -> Run:
             [str(PROCESS), *words], env=environment, capture_output=True, text=True, check=False
         )
 
-    process("plugins", "enable", "avahazard_qgis")
+    # As `qgis_process plugins enable` writes it.
+    settings = plugins.parents[1] / "QGIS" / "QGIS3.ini"
+    settings.parent.mkdir()
+    settings.write_text("[PythonPlugins]\navahazard_qgis=true\n", encoding="utf-8")
 
     def run(name: str, **parameters: object) -> dict[str, Any]:
         words = [f"{key}={value}" for key, value in parameters.items()]
