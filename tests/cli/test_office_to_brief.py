@@ -12,6 +12,8 @@ import pytest
 from openpyxl import Workbook
 from typer.testing import Result
 
+pytestmark = pytest.mark.usefixtures("drawn_little")
+
 MOST_COMMANDS = 12
 NEXT = re.compile(r"^  avahazard (?:--db \S+ )?(.+)$", re.MULTILINE)
 KINDS = {"dry": "trocken", "wet": "nass", "mixed": "gemischt"}
@@ -54,7 +56,8 @@ def test_from_a_spreadsheet_to_a_brief(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     made = tmp_path / "made"
-    words = ("--events", "60", "--paths", "4", "--seed", "4", "--effect", "snow-type")
+    words = ("--events", "36", "--paths", "3", "--seed", "1", "--effect", "snow-type")
+    words += ("--strength", "2")
     assert avahazard("synth", str(made), *words).exit_code == 0
     files = of_office(made, tmp_path)
     steps = [("init",), ("import", *files, "--guess-columns"), ("import", *files)]
