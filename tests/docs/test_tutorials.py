@@ -25,7 +25,8 @@ KILOBYTES = 150
 
 # The same commands on less: enough to see that they work; `make test-slow` runs the real ones.
 SMALLER = {
-    "--events 100 --paths 6": "--events 24 --paths 3",
+    # Two paths with forest.
+    "--events 100 --paths 6 --seed 3": "--events 20 --paths 2 --seed 2",
     "--events 80 --paths 4": "--events 24 --paths 2",
     "avahazard calibrate base": "avahazard calibrate base --chains 2 --draws 60",
     "local --with turbulent-drag": "local --chains 2 --draws 60",
