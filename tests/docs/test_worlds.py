@@ -53,7 +53,7 @@ def test_datasets_of_the_catalogue_hold_out_winters(tmp_path: Path) -> None:
 
 
 LATER = pytest.mark.slow
-"""Arms that are told as those before them."""
+"""Further arms, of the same kinds as those before them."""
 
 
 @pytest.mark.parametrize(

@@ -133,7 +133,7 @@ def test_path_offsets_are_integrated_out(
     settings: dict[str, Any], tau: float, tolerance: float
 ) -> None:
     more = dict(settings)
-    model = posterior(observations(18), "path-effect", *more.pop("effects", ()), **more)
+    model = posterior(observations(30), "path-effect", *more.pop("effects", ()), **more)
     u = _place(model, 0)
     u[model.layout.spreads["path-effect"]] = tau
     slow = NaivePosterior(model, u).by_paths(0.2 * tau)
