@@ -248,6 +248,11 @@ def test_what_no_effect_explains(database: str) -> None:
     assert words(database, "two")[:3] == ["add", "two", "covariate:depth"]
     put(database, "three", error=60.0, diagnosis=replace(unexplained, missing=("path:p",)))
     assert words(database, "three")[:3] == ["add", "three", "path:p"]
+    off = Note("speeds_off", factor=1.06, effect="force:slope")
+    put(database, "four", error=60.0, diagnosis=replace(unexplained, notes=(off,)))
+    found = next_step(database, "four")
+    assert found is not None
+    assert found.values["command"].startswith("measure speeds")
 
 
 def test_other_records_ask_for_another_calibration(database: str) -> None:

@@ -27,7 +27,7 @@ def test_the_document(document: Callable[..., Any]) -> None:
 def test_people_see_angles_places_and_sources(on_twin: Run) -> None:
     done = on_twin("alpha-beta")
     assert done.exit_code == 0
-    assert untold(done.stdout, "norway:", "Bakkehøi") == []
+    assert untold(done.stdout, "Norway:", "Bakkehøi") == []
     assert max(map(len, done.stdout.splitlines())) <= 80
     assert done.stderr.count("saugy") == 1
 

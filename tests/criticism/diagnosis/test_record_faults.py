@@ -15,12 +15,12 @@ from avahazard.criticism.diagnosis.naming import Naming
 from avahazard.criticism.diagnosis.record_faults import (
     MOST_SCATTERS,
     by_misstated_volumes,
+    by_speeds_off,
     by_undetected_stops,
     explained_by_record_faults,
     groups_by_misstated_volumes,
     stand_in_for_volume,
     suspects,
-    with_speeds_off,
 )
 from avahazard.criticism.diagnosis.refits import Question, Refit, refit
 from avahazard.effects.catalogue import definition
@@ -29,10 +29,12 @@ from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.seeds import generator
+from avahazard.notes import Note
 from avahazard.records.collection import Event, Path
 from avahazard.synth.dataset import Settings
 from avahazard.synth.making import make_dataset
 from tests.criticism.studies import straight
+from tests.inference import studies
 from tests.inference.sbc_records import Case
 from tests.inference.sbc_worlds import world
 
@@ -301,20 +303,50 @@ def test_a_true_other_law_keeps_its_evidence() -> None:
     assert found is None
 
 
-@pytest.mark.parametrize(("off", "effects"), [(0.1, ()), (0.0, (DRAG,))])
+@pytest.mark.parametrize(
+    ("force", "beside", "factor"),
+    [(30.0, 30.0, 1.06), (60.0, 30.0, None), (30.0, 60.0, None), (30.0, 48.0, None)],
+)
 def test_no_force_is_named_where_a_factor_common_to_all_speeds_explains_more(
-    off: float, effects: tuple[str, ...]
+    monkeypatch: pytest.MonkeyPatch, force: float, beside: float, factor: float | None
 ) -> None:
-    case = Case(effects, 24, speeds=(150.0, 300.0, 450.0), a=0.3)
-    observations = world(case, generator(3, "speeds off"))[0].observations
-    base = refits.refit(with_speeds_off(observations, -off), Specification(), {})
-    question = Question(base, {DRAG: refits.refit_with(base, DRAG)}, NOTHING)
+    """Speeds are 6 % high: without them the model has 50 nats, less its prior's 1.9."""
+    observations = studies.observations()
+    measured = np.log(np.concatenate([track.speed for track in observations.speeds]))
+
+    def refitted(model: Any, *, on: Observations) -> Any:
+        off = measured - np.log(np.concatenate([track.speed for track in on.speeds]))
+        ratio = on.speeds[0].sigma / on.speeds[0].speed
+        np.testing.assert_allclose(
+            ratio, observations.speeds[0].sigma / observations.speeds[0].speed
+        )
+        right = 50.0 - 0.5 * ((off[0] - np.log(1.06)) / 0.005) ** 2
+        # Densities of speeds that are smaller by a factor are larger by it.
+        return SimpleNamespace(evidence=(right if model is base else beside) + np.sum(off))
+
+    monkeypatch.setattr(record_faults, "refit_with", refitted)
+    base, leader = fit(0.0, observations), fit_with(force, DRAG)
+    question = Question(base, {DRAG: leader}, NOTHING)
+    assert by_speeds_off(question, DRAG) == (factor and pytest.approx(factor, abs=0.01))
+    fits = {SEASON: fit_with(force, SEASON)}
+    assert by_speeds_off(replace(question, fits=fits), SEASON) is None
+
+
+def test_where_speeds_are_off_no_force_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(record_faults, "by_speeds_off", lambda *_: 1.06)
+    base = refit(studies.observations(), Specification(), {})
     named = Naming("missing-effect", (DRAG,), {}, {})
-    found, notes = unless_speeds_are_off(question, named)
-    if effects:
-        assert (found, notes) == (named, ())
-        return
+    found, notes = unless_speeds_are_off(Question(base, {DRAG: base}, NOTHING), named)
     assert found.verdict == "unexplained"
     assert found.missing[0].startswith("speed:")
-    assert 1.0 < notes[0].values["factor"] < np.exp(2.0 * off)
-    assert notes[0].values["effect"] == DRAG
+    assert notes == (Note("speeds_off", factor=1.06, effect=DRAG),)
+    kept = replace(named, missing=(SEASON,))
+    assert unless_speeds_are_off(Question(base, {}, NOTHING), kept) == (kept, ())
+
+
+def test_a_true_force_is_named_beside_a_factor_common_to_all_speeds() -> None:
+    case = Case((DRAG,), 48, speeds=(100.0, 200.0, 300.0, 400.0, 500.0), a=0.3)
+    base = refit(world(case, generator(3, "speeds"))[0].observations, Specification(), {})
+    leader = refits.refit_with(base, DRAG)
+    assert leader.evidence > base.evidence + 3.0
+    assert by_speeds_off(Question(base, {DRAG: leader}, NOTHING), DRAG) is None
