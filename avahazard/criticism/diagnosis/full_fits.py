@@ -134,18 +134,16 @@ def fitted_in_full(
     by_path = [c.key for c in tested if _by_path(c.definition, observations)][:BY_PATH]
     # To first order larger errors of the volumes may gain a fifth of what they do, or nothing.
     errors = [VOLUME_ERROR.key] if VOLUME_ERROR.key in curves else []
-    asked = [*expected, *(d.key for d in alone), *worth, *by_path, *errors]
-    by_itself = {*expected, *(d.key for d in alone)}
-    stands = {
-        c.key: c.gain_at(screening.critical_surprise) - ROUGHER
-        for c in strong
-        if c.key not in by_itself
-    }
+    by_themselves = [*expected, *(d.key for d in alone)]
+    asked = [*by_themselves, *worth, *by_path, *errors]
+    significant = {c.key: c.gain_at(screening.critical_surprise) for c in strong}
+    # Those have levels of their own.
+    rough = {k: gain - ROUGHER for k, gain in significant.items() if k not in by_themselves}
     fits = dict(known)
     for begin, end in ROUNDS:
         likely |= {key: [*values, *likely.get(key, [])] for key, values in more.items()}
         new = [key for key in dict.fromkeys(asked) if key not in fits]
-        enough = {key: max(stands.get(key, 0.0), WORTH_A_STAR, reached - FAR_BEHIND) for key in new}
+        enough = {key: max(rough.get(key, 0.0), WORTH_A_STAR, reached - FAR_BEHIND) for key in new}
         tell = partial(_tell, progress, begin, end)
         fits |= refit_each(base, new, tell, likely, enough)
         gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in fits.items()}

@@ -156,9 +156,8 @@ def by_undetected_stops(question: Question, leader: str) -> str | None:
     itself gains too little to take that evidence is not fitted beside the leader.
     """
     base, fits = question.base, question.fits
-    motions = of_kind(fits[leader].posterior.effects, MotionEffect)
     limits = [c for c in question.screening.candidates if c.definition.says_what_is_seen]
-    if leader not in [e.key for e in motions] or not limits:
+    if not _acts_on_motion(fits[leader], leader) or not limits:
         return None
     key = limits[0].key
     if key in base.specification.effects:
@@ -184,8 +183,7 @@ def by_speeds_off(question: Question, leader: str) -> float | None:
     not on the motion.
     """
     base, fit = question.base, question.fits[leader]
-    motions = of_kind(fit.posterior.effects, MotionEffect)
-    if not base.observations.speeds or leader not in [e.key for e in motions]:
+    if not base.observations.speeds or not _acts_on_motion(fit, leader):
         return None
 
     def evidence(model: Refit, off: float) -> float:
@@ -202,6 +200,10 @@ def by_speeds_off(question: Question, leader: str) -> float | None:
     if without - fit.evidence < MARGIN or without - evidence(fit, off) < MARGIN:
         return None
     return float(np.exp(off))
+
+
+def _acts_on_motion(fit: Refit, key: str) -> bool:
+    return any(e.key == key for e in of_kind(fit.posterior.effects, MotionEffect))
 
 
 def with_speeds_off(observations: Observations, off: float) -> Observations:
