@@ -212,7 +212,7 @@ def ladder_table(rows: Sequence[LadderEntry]) -> Table:
         return lambda r: in_unit(getattr(r, key), of or r.coordinate)
 
     columns: tuple[Column, ...] = (
-        (">#", lambda r: number[r.model]),
+        ("#", lambda r: number[r.model]),
         (say("model"), attrgetter("model")),
         (">" + say("from"), lambda r: number.get(r.parent)),
         (say("added"), lambda r: ", ".join(spoken().effect(key) for key in r.added) or None),
