@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from bisect import bisect_left, bisect_right
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from datetime import date
 from typing import Any
@@ -132,30 +134,44 @@ NEARBY_DAYS = 3
 """Days before and after, within which avalanches at one location count as nearby."""
 
 
-def counted(columns: EventColumns) -> dict[str, Floats]:
-    """Columns that the records of avalanches themselves make, `[n_events]`; nan without a day.
+def counted(columns: EventColumns, among: EventColumns) -> dict[str, Floats]:
+    """Columns `[n_events]` that the records `among` make of these events; nan without a day.
 
     `order_in_winter` counts the avalanches of a path in a winter from 1; `days_since_last` is since
     the one before it there (nan for the first); `avalanches_nearby` are the others at its location
     within `NEARBY_DAYS`; `volume_in_winter` (log of m3) is what came down before, the first's own
-    being nan.
+    being nan. An event is one of `among`, or stands for one of them.
     """
-    n, day = len(columns), columns.day
-    made = {name: np.full(n, np.nan) for name in MADE}
-    volume = np.nan_to_num(np.exp(columns.log_volume))
-    known = np.isfinite(day)
-    for i in np.flatnonzero(known):
-        same = known & (columns.path_index == columns.path_index[i])
-        before = same & (columns.winter == columns.winter[i]) & (day < day[i])
-        if columns.path_index[i] >= 0:
-            made["order_in_winter"][i] = 1.0 + np.sum(before)
-            if before.any():
-                made["days_since_last"][i] = day[i] - np.max(day[before])
-                if np.sum(volume[before]) > 0.0:
-                    made["volume_in_winter"][i] = np.log(np.sum(volume[before]))
-        near = known & (columns.location == columns.location[i])
-        made["avalanches_nearby"][i] = np.sum(near & (np.abs(day - day[i]) <= NEARBY_DAYS)) - 1.0
+    made = {name: np.full(len(columns), np.nan) for name in MADE}
+    on_path, at_location = defaultdict(list), defaultdict(list)
+    for path, winter, location, day, volume in _dated(among):
+        if not np.isnan(day):
+            on_path[path, winter].append((day, volume))
+            at_location[location].append(day)
+    for days in at_location.values():
+        days.sort()
+    for i, (path, winter, location, day, _) in enumerate(_dated(columns)):
+        if np.isnan(day):
+            continue
+        before = [(its, volume) for its, volume in on_path[path, winter] if its < day]
+        if path:
+            made["order_in_winter"][i] = 1.0 + len(before)
+        if path and before:
+            made["days_since_last"][i] = day - max(its for its, _ in before)
+            total = float(np.nansum([volume for _, volume in before]))
+            made["volume_in_winter"][i] = np.log(total) if total > 0.0 else np.nan
+        days = at_location[location]
+        near = bisect_right(days, day + NEARBY_DAYS) - bisect_left(days, day - NEARBY_DAYS)
+        made["avalanches_nearby"][i] = max(near - 1, 0)
     return made
+
+
+def _dated(columns: EventColumns) -> Iterator[tuple[str, float, str, float, float]]:
+    """Path ('': none), winter, location, day and volume (m3) of each event, nan if unknown."""
+    paths = np.array([*columns.paths, ""])[columns.path_index]
+    volume = np.exp(columns.log_volume)
+    rows = (paths, columns.winter, columns.location, columns.day, volume)
+    return zip(*(values.tolist() for values in rows), strict=True)
 
 
 MADE = ("order_in_winter", "days_since_last", "avalanches_nearby", "volume_in_winter")

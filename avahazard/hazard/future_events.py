@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from avahazard.arrays import Floats, Ints
-from avahazard.effects.columns import RELEASE_SIGMA, EventColumns, build_columns
+from avahazard.effects.columns import RELEASE_SIGMA, EventColumns, build_columns, counted
 from avahazard.effects.site import Site
 from avahazard.inference.model.observations import release_elevations, released_site
 from avahazard.inference.model.release_errors import stated_release_sigma
@@ -173,10 +173,11 @@ class FutureEvents:
         return replace(self.columns.at(rows), log_volume=log_volume)
 
 
-def classes_of(there: Records) -> FutureEvents:
-    """The events of one path as classes of future avalanches."""
+def classes_of(there: Records, among: EventColumns) -> FutureEvents:
+    """The events of one path as classes of future avalanches, each for one `among` these."""
     ((path,), (profile,)), events = (there.paths, there.profiles), there.events
     smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
     site, release = released_site(path, profile, smooth, events)
     elevation = release_elevations(site)[release]
-    return FutureEvents(site, release, build_columns(events, {path.path_id: path}, elevation))
+    columns = build_columns(events, {path.path_id: path}, elevation)
+    return FutureEvents(site, release, replace(columns, made=counted(columns, among)))

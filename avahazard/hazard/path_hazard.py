@@ -176,7 +176,7 @@ def path_hazard(
     by_columns = model.takes_event_columns
     selected = of_path(records, path_id)
     events = classes_to_come(records, path_id, middle, event_columns=by_columns)
-    future = classes_of(replace(selected, events=events))
+    future = classes_of(replace(selected, events=events), model.columns)
     released = events[0].release_elevation_m is not None
     varying = Varying(released, by_columns, not model.ignores_volume)
     found = hazard_of_events(model, future, volumes, at, varying, seed=seed)

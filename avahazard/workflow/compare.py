@@ -25,6 +25,7 @@ from avahazard.criticism.scoring.held_out import (
 )
 from avahazard.criticism.scoring.loo import leave_one_out
 from avahazard.criticism.scoring.where_it_fails import event_axes, where_it_fails
+from avahazard.effects.columns import build_columns
 from avahazard.effects.covariate import unknown_values
 from avahazard.effects.effect import Effect
 from avahazard.inference import prediction
@@ -33,7 +34,7 @@ from avahazard.inference.model.observations import ELEVATION, LEFT, LENGTH, PLAC
 from avahazard.inference.model.release_errors import stated_release_sigma
 from avahazard.inference.seeds import generator
 from avahazard.notes import Note
-from avahazard.records.collection import Event, Records
+from avahazard.records.collection import Event, Records, only_paths
 from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.records.reading import read_records
 from avahazard.report.picture import require_picture
@@ -269,12 +270,15 @@ def predict(
     if not events:
         raise AvahazardError(f"{file} has no events.", "A row for each: event_id, path_id, …")
     of_all = [*notes_of_fit(stored)]
-    on = partial(on_events, stored, records)
+    known = {e.event_id: e for e in (*only_paths(records, stored.paths).events, *events)}
+    paths = {p.path_id: p for p in records.paths}
+    among = build_columns(list(known.values()), paths, np.full(len(known), np.nan))
+    on = partial(on_events, stored, records, among=among)
     model = on(events)
     stops = prediction.predict_stops(model, STOP_DRAWS, generator(0, "predict"))
     values = prediction.told(model.observations, stops.record, stops.elevation)
     left = stops.left
-    sigma = stated_release_sigma(events, {p.path_id: p for p in records.paths})
+    sigma = stated_release_sigma(events, paths)
     unsure = np.flatnonzero(sigma > 0.0)
     if len(unsure):
         some, rng = [events[i] for i in unsure], generator(0, "predict release")

@@ -200,7 +200,7 @@ def run_block(database: str, path_id: str, request: RunoutRequest) -> results.Ru
     else:
         # One event of that volume, from the path's own release.
         event = Event("", path_id=path_id, volume_m3=request.volume_m3)
-        future = classes_of(Records((path,), (profile,), (event,)))
+        future = classes_of(Records((path,), (profile,), (event,)), model.columns)
         site = future.site
         resistance = model.resistance(site, model.layout.effect_values(model.draws.mean(axis=0)))
         found = _by_model(model, future, resistance, request)

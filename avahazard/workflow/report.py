@@ -267,7 +267,7 @@ def _speeds(
         selected = [row for row in rows if row.path_id == path_id]
         volumes = np.array([row.volume_m3 or ANY_VOLUME_M3 for row in selected])
         events = tuple(Event("", path_id=path_id, volume_m3=size) for size in volumes.tolist())
-        future = classes_of(replace(of_path(records, path_id), events=events))
+        future = classes_of(replace(of_path(records, path_id), events=events), model.columns)
         friction = model.median_friction(volumes, future.columns)
         resistance = model.resistance(future.site, values)
         lines = []

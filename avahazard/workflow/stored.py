@@ -16,7 +16,7 @@ import avahazard
 from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis import nuisances
 from avahazard.criticism.diagnosis.full_fits import kinds_of
-from avahazard.effects.columns import NO_EVENTS, build_columns
+from avahazard.effects.columns import NO_EVENTS, EventColumns, build_columns
 from avahazard.effects.effect import Definition
 from avahazard.effects.site import Site
 from avahazard.inference.fitted_model import FittedModel, in_slots
@@ -171,10 +171,18 @@ def load_for_paths(
     return replace(model, columns=columns, records_changed=changed), found
 
 
-def on_events(model: FittedModel, records: Records, events: Sequence[Event]) -> FittedModel:
-    """A model on other events, whose volumes are read in the light of those of its calibration."""
+def on_events(
+    model: FittedModel,
+    records: Records,
+    events: Sequence[Event],
+    among: EventColumns | None = None,
+) -> FittedModel:
+    """A model on other events, whose volumes are read in the light of those of its calibration.
+
+    They are counted `among` others, by default those of its calibration.
+    """
     there = Records(records.paths, records.profiles, tuple(events))
-    return model.on(build_observations(there, model.observations))
+    return model.on(build_observations(there, model.observations, among=among))
 
 
 def limits_speed(model: FittedModel) -> bool:

@@ -99,7 +99,8 @@ def test_what_the_records_count_is_what_one_counts_by_hand() -> None:
             )
         )
     events.append(Event("straight", date="1991-01-05", fall_height_m=500.0, runout_length_m=900.0))
-    made = counted(build_columns(events, paths, np.full(len(events), np.nan)))
+    columns = build_columns(events, paths, np.full(len(events), np.nan))
+    made = counted(columns, columns)
     assert tuple(made) == MADE
 
     def winter_of(day: date) -> int:

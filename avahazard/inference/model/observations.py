@@ -206,13 +206,17 @@ class Observations:
 
 
 def build_observations(
-    records: Records, prior: Observations | None = None, forward: str = BLOCK
+    records: Records,
+    prior: Observations | None = None,
+    forward: str = BLOCK,
+    among: EventColumns | None = None,
 ) -> Observations:
     """Arrange the records for the likelihood.
 
     With `prior`, volumes are read in the light of the volumes of those (prediction), and the
-    profiles of its paths, which are the same, are not regularised again. Where `forward`, or the
-    model of `prior`, is no block but a flow model, its stored runs stand in the place of the block.
+    profiles of its paths, which are the same, are not regularised again; the events are counted
+    `among` others, by default those of `prior` or themselves. Where `forward`, or the model of
+    `prior`, is no block but a flow model, its stored runs stand in the place of the block.
     Raises `AvahazardError` where an event's path has no profile, or some events have H/L alone and
     others, here or in `prior`, metres, or runs are missing.
     """
@@ -242,6 +246,9 @@ def build_observations(
         release[selected], elevation[selected] = rows, release_elevations(site)[rows]
     ratio = height_over_length(events, sites, of_path, release)
     columns = build_columns(events, paths, elevation, ratio)
+    if among is None:
+        among = columns if prior is None else prior.columns
+    columns = replace(columns, made=counted(columns, among))
     return _arranged(records, prior, tuple(sites), release, columns)
 
 
@@ -387,7 +394,6 @@ def _arranged(
     columns = replace(
         columns,
         numbers={name: values for name, values in columns.numbers.items() if name not in outcomes},
-        made=counted(columns),
         tracks=speeds,
     )
     fall_height = np.array([1.0 if in_ratio else e.fall_height_m or np.nan for e in events])
