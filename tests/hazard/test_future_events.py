@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from avahazard.effects.columns import build_columns, counted
 from avahazard.hazard.future_events import (
+    classes_of,
     classes_to_come,
     path_release_zone,
     release_zone,
@@ -52,6 +54,18 @@ def test_columns_are_those_of_the_records_at_several_releases() -> None:
     assert len(spread) == 12
     wet = [e.release_elevation_m for e in spread if e.covariates["snow_type"] == "wet"]
     assert len(set(wet)) == 6
+
+
+def test_classes_are_counted_as_the_events_that_they_stand_for() -> None:
+    known = records(6)
+    days = [f"1999-0{1 + k // 2}-0{1 + k % 2}" for k in range(6)]
+    dated = [replace(e, date=day) for e, day in zip(known.events, days, strict=True)]
+    there = replace(known, events=tuple(dated))
+    columns = build_columns(dated, {p.path_id: p for p in there.paths}, np.full(6, np.nan))
+    events = classes_to_come(there, "B", 2e4, event_columns=True)
+    made = classes_of(replace(there, events=events), columns).columns.made
+    for name, values in counted(columns, columns).items():
+        np.testing.assert_array_equal(made[name], values)
 
 
 def test_no_more_classes_than_the_runs_can_bear() -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 from dataclasses import replace
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -136,6 +138,26 @@ def test_values_that_the_model_does_not_know_are_noted(snow_database: str, write
     ]
     known = predict(snow_database, "snow", write("known.csv", header + rows[:15]))
     assert not any(note.startswith("snow_type") for note in known.notes)
+
+
+@pytest.mark.usefixtures("drawn_little")
+def test_events_are_counted_among_the_records(
+    snow_database: str, snow_world: Path, write: Write
+) -> None:
+    add(snow_database, "base", ["covariate:avalanches_nearby"], "near")
+    rows = csv.DictReader((snow_world / "world" / "events.csv").open(encoding="utf-8"))
+    busy = min(date.fromisoformat(row["date"]) for row in rows if row["path_id"] == "P01")
+
+    def median(day: date, sigma_m: float = 0.0) -> float:
+        header = "event_id,path_id,date,volume_m3,release_sigma_m\n"
+        row = f"a,P01,{day},3000,{sigma_m}\n"
+        (found,) = predict(snow_database, "near", write("new.csv", header + row)).events
+        return found.q50_m
+
+    quiet = date(1800, 1, 1)
+    assert abs(median(busy) - median(quiet)) > 1.0
+    for day in (busy, quiet):
+        assert median(day, 0.1) == pytest.approx(median(day), abs=5.0)
 
 
 def test_normal_friction_tells_of_draws_below_zero(snow_database: str, write: Write) -> None:

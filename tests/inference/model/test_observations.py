@@ -103,6 +103,25 @@ def test_to_predict_volumes_are_read_in_the_light_of_the_past() -> None:
     assert informed.volumes.mean[0] > alone.volumes.mean[0] + 1.0
 
 
+def test_events_to_predict_are_counted_among_those_known() -> None:
+    def on(day: str, name: str = "new") -> Records:
+        return replace(RECORDS, events=(replace(EVENTS[0], event_id=name, date=day),), speeds=())
+
+    past = build_observations(on("1999-01-10", "past"))
+    new = on("1999-01-12")
+    made = build_observations(new, past).columns.made
+    assert {name: values[0] for name, values in made.items()} == {
+        "order_in_winter": 2.0,
+        "days_since_last": 2.0,
+        "avalanches_nearby": 0.0,  # counted as one of those known
+        "volume_in_winter": pytest.approx(np.log(1e4)),
+    }
+    among = replace(new, events=(*new.events, *on("1999-01-10", "past").events))
+    columns = build_observations(among).columns
+    assert build_observations(new, past, among=columns).columns.made["avalanches_nearby"] == [1.0]
+    assert build_observations(new).columns.made["order_in_winter"] == [1.0]
+
+
 def test_what_cannot_be_arranged() -> None:
     with pytest.raises(AvahazardError, match="no events") as empty:
         build_observations(Records())
