@@ -185,7 +185,7 @@ def test_the_star_is_that_which_was_sampled() -> None:
 
 
 def test_where_no_star_holds_tables_are_made_on_the_spot(monkeypatch: pytest.MonkeyPatch) -> None:
-    observations = twin_study("scey", "saugy")
+    observations = twin_study("scey")
     model = with_effects(observations, Specification(law="constant"), ["turbulent-drag"])
     whole = assemble(observations, *model)
     of_star = sample(whole, n_chains=2, n_draws=300, seed=1)

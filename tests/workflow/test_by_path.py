@@ -105,6 +105,7 @@ def run(database: str) -> int:
         return sum(1 for _ in read_run(session, stored))
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_number_of_paths(databases: dict[int, str]) -> None:
     run(databases[FEW])  # what is made once only
     peaks = {}

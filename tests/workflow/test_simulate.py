@@ -99,7 +99,8 @@ def test_a_failed_run_is_told_and_keeps_those_before(flow_slope: Path) -> None:
         assert len(load_simulations(session)) == 18
 
 
-@pytest.mark.parametrize("times", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("times", [1, 2])
 def test_killing_it_loses_no_finished_run(flow_slope: Path, times: int) -> None:
     """Each time it is killed soon after it has stored a run."""
     database = str(flow_slope / "avahazard.db")

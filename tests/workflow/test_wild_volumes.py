@@ -22,7 +22,7 @@ from tests.criticism.lengths import lengths
 pytestmark = pytest.mark.usefixtures("drawn_little")
 
 
-@pytest.fixture(params=["one", "all"])
+@pytest.fixture(params=[pytest.param("one", marks=pytest.mark.slow), "all"])
 def wild_database(request: pytest.FixtureRequest, database: str) -> str:
     """Give a database with events of which one, or all, have volumes off the scale."""
     records = lengths(16, n_columns=1)

@@ -225,7 +225,7 @@ def test_speeds_that_nothing_but_friction_limits_are_refused(selected: str) -> N
     assert "no_drag" in [note.key for note in found.notes]
 
 
-@pytest.mark.parametrize("effects", [("turbulent-drag",), ()])
+@pytest.mark.parametrize("effects", [pytest.param(("turbulent-drag",), marks=pytest.mark.slow), ()])
 def test_drag_or_measured_speeds_limit_speeds(effects: tuple[str, ...], tmp_path: Path) -> None:
     file = str(tmp_path / "d.db")
     create(file)

@@ -251,7 +251,12 @@ def _lognormal_world(n: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize(
-    ("n", "sigma"), [(40, 0.3), (240, 0.3), (240, 0.8), (240, 2.5), (2000, 0.5)]
+    ("n", "sigma"),
+    [
+        (40, 0.3),
+        (240, 0.8),
+        *(pytest.param(*x, marks=pytest.mark.slow) for x in [(240, 0.3), (240, 2.5), (2000, 0.5)]),
+    ],
 )
 def test_lognormal_volumes_are_told_to_be(n: int, sigma: float) -> None:
     for seed in range(8):
@@ -372,7 +377,13 @@ def test_moments_are_those_of_the_density() -> None:
         assert sd[k] == pytest.approx(np.sqrt(second / total - (first / total) ** 2), rel=5e-3)
 
 
-@pytest.mark.parametrize(("n", "error"), [(30, 0.3), (240, 0.3), (240, 1.0), (3000, 0.5)])
+@pytest.mark.parametrize(
+    ("n", "error"),
+    [
+        (240, 1.0),
+        *(pytest.param(*x, marks=pytest.mark.slow) for x in [(30, 0.3), (240, 0.3), (3000, 0.5)]),
+    ],
+)
 def test_normals_ask_for_no_other_shape(n: int, error: float) -> None:
     evidence = []
     for seed in range(12):
