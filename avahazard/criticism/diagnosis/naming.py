@@ -6,18 +6,25 @@ measured force as its witness where there is one.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 
 import numpy as np
 
 from avahazard.criticism.diagnosis.force_witness import ForceWitness, force_witness
-from avahazard.criticism.diagnosis.refits import Question, Refit, held_out_gain, refit_without
+from avahazard.criticism.diagnosis.refits import (
+    Question,
+    Refit,
+    held_out_gain,
+    refit_with,
+    refit_without,
+)
 from avahazard.criticism.scoring.speed_misfit import matched_speeds, speed_misfit
 from avahazard.criticism.screening.linear_model import linear_model
 from avahazard.criticism.screening.screen import Screened
-from avahazard.effects.effect import Definition, MotionEffect
+from avahazard.effects.effect import Definition, MotionEffect, of_kind
 from avahazard.effects.stretches import all_parts, build_stretches
 from avahazard.inference.seeds import generator
 
@@ -55,7 +62,9 @@ def name_effects(
     }
     declared = [c for c in ranked if c.key in expected and evidence[c.key] > 0.0]
     fits = question.fits
-    asked = leaders(declared, evidence, fits, expected) or leaders(ranked, evidence, fits)
+    asked = leaders(declared, evidence, fits, expected) or leaders(
+        ranked, evidence, fits, explains=partial(_explains, question)
+    )
     fits = {**fits, **of_laws}
     gains = {c.key: held_out_gain(fits[c.key], question.base) for c in asked}
     named = [c for c in asked if gains[c.key] > 0.0 and evidence[c.key] > 0.0]
@@ -72,11 +81,13 @@ def leaders(
     evidence: Mapping[str, float],
     fits: Mapping[str, Refit] = MappingProxyType({}),
     expected: Sequence[str] = (),
+    explains: Callable[[str, str], bool] = lambda _simpler, _key: True,
 ) -> list[Screened]:
     """The candidate of most evidence and those close to it; none where it is not enough.
 
     One that was declared beforehand needs no margin over the model without it: it was the only
-    question. What leads over a simpler one must do so without any single event of `fits`.
+    question. What leads over a simpler one must do so without any single event of `fits`; one close
+    to it comes first where it `explains` the leader.
     """
     if not ranked:
         return []
@@ -93,8 +104,26 @@ def leaders(
 
     close = [c for c in ranked if behind(c) < MARGIN]
     # What the catalogue explains as well is no new effect, nor a pair what one column explains.
-    nearest = min(c.definition.beyond for c in close)
-    return [c for c in close if c.definition.beyond == nearest]
+    simpler = [c for c in close if c.definition.beyond < first.definition.beyond]
+    simpler = [c for c in simpler if explains(c.key, first.key)]
+    nearest = min(c.definition.beyond for c in simpler or [first])
+    return [c for c in simpler or close if c.definition.beyond == nearest]
+
+
+def _explains(question: Question, simpler: str, key: str) -> bool:
+    """Whether candidate `key` has too little evidence beside a simpler one.
+
+    Of two forces along the way, the smooth one has the other among its shapes.
+    """
+    fit = question.fits[simpler]
+    if acts_on_motion(fit, simpler) and acts_on_motion(question.fits[key], key):
+        return True
+    return refit_with(fit, key).evidence - fit.evidence <= MARGIN
+
+
+def acts_on_motion(fit: Refit, key: str) -> bool:
+    """Whether an effect of the fit is a force along the way."""
+    return any(effect.key == key for effect in of_kind(fit.posterior.effects, MotionEffect))
 
 
 def worst_speeds(base: Refit) -> str:

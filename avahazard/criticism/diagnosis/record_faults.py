@@ -14,7 +14,7 @@ from scipy.special import logsumexp
 from scipy.stats import pearsonr
 
 from avahazard.arrays import Floats
-from avahazard.criticism.diagnosis.naming import MARGIN, groups_earn_their_name
+from avahazard.criticism.diagnosis.naming import MARGIN, acts_on_motion, groups_earn_their_name
 from avahazard.criticism.diagnosis.refits import (
     Question,
     Refit,
@@ -23,7 +23,7 @@ from avahazard.criticism.diagnosis.refits import (
 )
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.covariate import VOLUME, number_column
-from avahazard.effects.effect import Definition, MotionEffect, VolumeErrorEffect, of_kind
+from avahazard.effects.effect import Definition, VolumeErrorEffect
 from avahazard.inference.fitting.mode import likely_friction
 from avahazard.inference.model.observations import ELEVATION, PLACE, Observations
 from avahazard.inference.model.volumes import VolumeNodes, bounded, told_by, within_paths
@@ -157,7 +157,7 @@ def by_undetected_stops(question: Question, leader: str) -> str | None:
     """
     base, fits = question.base, question.fits
     limits = [c for c in question.screening.candidates if c.definition.says_what_is_seen]
-    if not _acts_on_motion(fits[leader], leader) or not limits:
+    if not acts_on_motion(fits[leader], leader) or not limits:
         return None
     key = limits[0].key
     if key in base.specification.effects:
@@ -183,7 +183,7 @@ def by_speeds_off(question: Question, leader: str) -> float | None:
     not on the motion.
     """
     base, fit = question.base, question.fits[leader]
-    if not base.observations.speeds or not _acts_on_motion(fit, leader):
+    if not base.observations.speeds or not acts_on_motion(fit, leader):
         return None
 
     def evidence(model: Refit, off: float) -> float:
@@ -200,10 +200,6 @@ def by_speeds_off(question: Question, leader: str) -> float | None:
     if without - fit.evidence < MARGIN or without - evidence(fit, off) < MARGIN:
         return None
     return float(np.exp(off))
-
-
-def _acts_on_motion(fit: Refit, key: str) -> bool:
-    return any(e.key == key for e in of_kind(fit.posterior.effects, MotionEffect))
 
 
 def with_speeds_off(observations: Observations, off: float) -> Observations:

@@ -312,6 +312,7 @@ def _blocks(entry: Definition, model: LinearModel) -> Iterator[Block]:
             if other.name != posterior.specification.law and other.uses_volume:
                 rows = model.on_friction(_other_law(other, model)[:, None])
                 yield Block(entry.key, rows, np.ones(1), NOTHING)
+        yield _smooth_law(entry.key, model)
     elif entry.changes.field == "scatter":
         volume = np.exp(posterior.volumes(model.u).mean)
         share = volume_share(volume, float(np.quantile(volume, 0.9)))
@@ -338,6 +339,17 @@ def _other_law(other: Law, model: LinearModel) -> Floats:
 
     fitted = least_squares(apart, start / scale, max_nfev=MOST_STEPS)
     return apart(fitted.x)
+
+
+def _smooth_law(key: str, model: LinearModel) -> Block:
+    """Any curve over the volume: what is far from this law no other one shows near it."""
+    observations = model.posterior.observations
+    there = replace(observations.columns, log_volume=model.posterior.volumes(model.u).mean)
+    smooth = covariate(VOLUME)
+    effect = smooth.build(smooth.facts(there, observations.sites))
+    assert isinstance(effect, FrictionEffect)
+    precision = np.array([p.prior_sd**-2.0 for p in effect.parameters])
+    return Block(key, model.on_friction(effect.design(there)), precision, NOTHING)
 
 
 def _of_effect(effect: Effect, model: LinearModel) -> Iterator[Block]:

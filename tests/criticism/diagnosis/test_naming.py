@@ -49,6 +49,10 @@ def test_of_those_that_explain_alike_the_simplest_is_named() -> None:
     evidence = {"season": 10.0, "change:all": 12.0, "interaction:wind*snow_type": 12.5}
     assert leaders([pair, change, season], evidence) == [season]
     assert leaders([pair, change], evidence) == [change]
+    # One that does not explain the leader comes behind it.
+    assert leaders([pair, change, season], evidence, explains=lambda *_: False) == [pair]
+    by_season = leaders([pair, change], evidence, explains=lambda one, _: one == "season")
+    assert by_season == [pair]
     evidence["season"] = 9.0
     assert leaders([pair, change, season], evidence) == [change]
     evidence["change:all"] = 9.0
