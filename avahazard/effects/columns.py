@@ -16,6 +16,11 @@ from avahazard.arrays import Bools, Floats, Ints
 from avahazard.records.collection import Event, Path
 from avahazard.records.meanings import one_spelling
 
+ORIENTATION = "orientation"
+WINDS = (
+    "N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE",
+    "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW",
+)  # fmt: skip
 RELEASE_SIGMA = "release_sigma_m"
 """A column of events or paths: the error of the release elevation, and so no driver of friction."""
 
@@ -181,10 +186,8 @@ def _covariates(
     events: Sequence[Event], paths: Mapping[str, Path]
 ) -> tuple[dict[str, Floats], dict[str, NDArray[np.str_]]]:
     """Covariates by column: numbers where every value is one, else texts in one spelling."""
-    rows = [
-        {**(paths[e.path_id].covariates if e.path_id else _of_line(e)), **e.covariates}
-        for e in events
-    ]
+    of_path = {name: _of_path(paths[name]) for name in {e.path_id for e in events} if name}
+    rows = [{**(of_path[e.path_id] if e.path_id else _of_line(e)), **e.covariates} for e in events]
     numbers: dict[str, Floats] = {}
     texts: dict[str, NDArray[np.str_]] = {}
     for column in dict.fromkeys(key for row in rows for key in row if key != RELEASE_SIGMA):
@@ -196,6 +199,16 @@ def _covariates(
             spelled = one_spelling(written)
             texts[column] = np.array([spelled.get(text, "") for text in written])
     return numbers, texts
+
+
+def _of_path(path: Path) -> dict[str, float | str | None]:
+    """What is known of a path that may drive friction; how far it faces north and east, -1 to 1."""
+    own = {ORIENTATION: path.orientation, "catchment_ha": path.catchment_ha}
+    wind = (path.orientation or "").strip().upper()
+    if wind in WINDS:
+        facing = 2.0 * np.pi * WINDS.index(wind) / len(WINDS)
+        own["northness"], own["eastness"] = round(np.cos(facing), 3), round(np.sin(facing), 3)
+    return {**{name: value for name, value in own.items() if value is not None}, **path.covariates}
 
 
 def _of_line(event: Event) -> dict[str, float | str | None]:

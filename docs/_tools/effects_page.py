@@ -22,7 +22,8 @@ are kinds rather than effects with a name: `diagnose` tries them with every stat
 column, pair of columns and path that your data have. `COLUMN` and `OTHER` stand for a column of the
 records or one that is counted from them: `order_in_winter` (avalanches of the path in that winter,
 from 1), `days_since_last`, `avalanches_nearby` (others at the location within 3 days) and
-`volume_in_winter` (log of what came down before). `OTHER` may be `volume_m3`; `PATH` is a path, of
+`volume_in_winter` (log of what came down before); and of a path `catchment_ha`, `northness` and
+`eastness` (cosine and sine of its orientation). `OTHER` may be `volume_m3`; `PATH` is a path, of
 a change also `all`.
 """
 

@@ -73,6 +73,30 @@ def test_covariates_of_events_go_before_those_of_their_paths() -> None:
     assert columns.texts["snow_type"].tolist() == ["wet", "", "", ""]
 
 
+def test_what_the_form_of_a_path_has_is_a_column() -> None:
+    paths = {
+        "P": Path("P", orientation="NE", catchment_ha=12.0, covariates={"eastness": 0.5}),
+        "Q": Path("Q", orientation="south"),
+    }
+    columns = build_columns(EVENTS, paths, np.full(4, 1800.0))
+    assert columns.texts["orientation"].tolist() == ["south", "NE", "", "south"]
+    nan = np.nan
+    for name, expected in (
+        ("northness", [nan, 0.707, nan, nan]),
+        ("eastness", [nan, 0.5, nan, nan]),  # a column of that name goes before what is made
+        ("catchment_ha", [nan, 12.0, nan, nan]),
+    ):
+        assert columns.numbers[name] == pytest.approx(expected, nan_ok=True)
+    facing = [_northness(wind) for wind in ("N", "ssw", "NNW", "W")]
+    assert facing == pytest.approx(np.cos(np.radians([0.0, 202.5, 337.5, 270.0])), abs=1e-3)
+
+
+def _northness(wind: str) -> float:
+    (event,) = (Event("a", "P"),)
+    columns = build_columns((event,), {"P": Path("P", orientation=wind)}, np.array([1800.0]))
+    return float(columns.numbers["northness"][0])
+
+
 def test_a_column_with_one_word_is_all_words() -> None:
     assert _columns().texts["wind"].tolist() == ["3.0", "calm", "", ""]
 

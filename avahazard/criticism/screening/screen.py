@@ -23,6 +23,7 @@ from avahazard.arrays import Floats, Ints
 from avahazard.criticism.screening.linear_model import NOTHING, LinearModel, linear_model
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.change import ALL, change
+from avahazard.effects.columns import ORIENTATION
 from avahazard.effects.covariate import RELEASE, VOLUME, covariate, interaction, scatter_by
 from avahazard.effects.effect import Definition, Effect, FrictionEffect
 from avahazard.inference.likelihood.posterior import Posterior
@@ -234,7 +235,9 @@ def candidate_definitions(
 ) -> list[Definition]:
     """Effects of the catalogue, of the user's file, and what is made of the file's columns."""
     known, columns = catalogue().values(), observations.columns
-    of_events = [*columns.numbers, *columns.texts, *columns.made]
+    # Where a path faces is asked by northness and eastness.
+    texts = [name for name in columns.texts if name != ORIENTATION]
+    of_events = [*columns.numbers, *texts, *columns.made]
     # A smooth of a column that has an effect of its own would only repeat it.
     taken = {entry.column for entry in known}
     smooths = [covariate(c) for c in dict.fromkeys([*of_events, *COMMON_COLUMNS]) if c not in taken]

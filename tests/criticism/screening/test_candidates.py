@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import combinations
 
+import numpy as np
+
 from avahazard.criticism.screening.screen import candidate_definitions, not_asked
 from avahazard.effects.motion import STATES
 from avahazard.effects.own_file import TEMPLATE, definition_from
@@ -34,6 +36,22 @@ def test_every_column_has_a_smooth_but_those_with_an_effect_of_their_own() -> No
     assert {"covariate:wind", "covariate:year", "covariate:deposit_length_m"} <= set(found)
     assert "covariate:snow_type" not in found
     assert len(found) == len(set(found))
+
+
+def test_where_a_path_faces_is_asked_as_numbers() -> None:
+    observations = studies.observations()
+    names = observations.columns.paths
+    faces = np.array(["N", "E", "SW"])[observations.columns.path_index % 3]
+    columns = replace(
+        observations.columns,
+        texts={**observations.columns.texts, "orientation": faces},
+        numbers={**observations.columns.numbers, "northness": np.linspace(-1.0, 1.0, len(faces))},
+    )
+    found = keys(replace(observations, columns=columns))
+    assert len(names) > 2
+    assert "covariate:northness" in found
+    assert "interaction:wind*northness" in found
+    assert not any("orientation" in key for key in found)
 
 
 def test_without_a_profile_no_motion_can_be_told() -> None:

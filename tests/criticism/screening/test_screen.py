@@ -54,6 +54,22 @@ def test_a_planted_column_is_found_and_nothing_where_nothing_is() -> None:
         assert stats.chi2.sf(2.0 * each.critical_gain, 1) < LEVEL / 3.0
 
 
+def test_a_law_far_from_this_one_is_seen() -> None:
+    """Friction that falls over a narrow range of volumes: no other law bends so beside this one."""
+    records = lengths(180, seed=4)
+    volume = np.array([e.volume_m3 for e in records.events], np.float64)
+    step = -0.3 / (1.0 + np.exp(-np.log(volume / 1e5) / 0.2))
+    columns = {"column_1": np.array([e.covariates["column_1"] for e in records.events])}
+    fit = refit(build_observations(shifted(records, columns, step)), Specification(), {})
+    (found,) = screen(fit.posterior, fit.mode.u, [find_definition("volume-law")]).candidates
+    gain = max(
+        refit(fit.observations, Specification(law=law), {}).log_likelihood
+        for law in ("rational", "asymptotic", "power")
+    )
+    assert found.p_family < LEVEL
+    assert found.gain > 0.5 * (gain - fit.log_likelihood)
+
+
 def test_no_candidates_are_no_screening() -> None:
     fit = base_of(0.0)
     found = screen(fit.posterior, fit.mode.u, [], 7)
