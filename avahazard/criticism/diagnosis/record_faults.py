@@ -62,7 +62,8 @@ def by_misstated_volumes(question: Question, leader: str) -> str | None:
     key = _errors_of_volumes(question)
     if key is None or key in question.base.specification.effects:
         return None
-    if definition.changes is not None and definition.changes.field in OF_THE_VOLUME:
+    by_volume = definition.changes is not None and definition.changes.field in OF_THE_VOLUME
+    if by_volume or definition.column == VOLUME:
         return None if _gain_of_volume(question, leader, key) > MARGIN else key
     observations = question.base.observations
     stand_in = stand_in_for_volume(observations.columns, definition)
