@@ -69,7 +69,9 @@ def fit(evidence: float, observations: Observations | None = None) -> Any:
         ("covariate:deposit_length_m", 19.0, 20.0, ERROR),
         ("covariate:deposit_length_m", 22.5, 20.0, ERROR),
         ("covariate:deposit_length_m", 24.0, 20.0, None),
-        ("covariate:volume_m3", 19.0, 20.0, None),
+        ("covariate:volume_m3", 21.0, 20.0, ERROR),
+        ("covariate:volume_m3", 27.0, 20.0, None),
+        ("covariate:volume_m3", 27.0, 26.0, ERROR),
     ],
 )
 def test_what_is_of_the_volume_must_earn_its_evidence_beside_its_errors(

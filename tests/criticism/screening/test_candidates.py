@@ -60,6 +60,7 @@ def test_without_a_profile_no_motion_can_be_told() -> None:
     pairs = combinations(["column_1", "column_2", "column_3", "rock", "volume_m3"], 2)
     assert set(found) == {
         "volume-law", "volume-scatter", "record-error", "volume-error", "two-kinds",
+        "covariate:volume_m3",
         *(f"covariate:{column}" for column in columns),
         *(f"scatter:{column}" for column in columns),
         *(f"interaction:{one}*{other}" for one, other in pairs),
