@@ -13,6 +13,7 @@ import os
 import sys
 from functools import cache
 from importlib import import_module
+from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -84,6 +85,19 @@ class Commands(TyperGroup):
     def get_command(self, _ctx: Any, cmd_name: str) -> Any:
         """Load one command; None when there is none of this name."""
         return load(cmd_name) if cmd_name in COMMANDS else None
+
+    def parse_args(self, ctx: Any, args: list[str]) -> Any:
+        """Take the options that all commands have from wherever they stand."""
+        first, rest, left = list[str](), list[str](), iter(args)
+        for word in left:
+            if word == "--":
+                rest += [word, *left]
+            elif word == "--db":
+                first += [word, *islice(left, 1)]
+            else:
+                common = word in ("--json", "--verbose") or word.startswith("--db=")
+                (first if common else rest).append(word)
+        return super().parse_args(ctx, [*first, *rest])
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Find the command that is called; of an unknown one, say which are close."""

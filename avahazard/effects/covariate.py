@@ -199,15 +199,20 @@ def level_lacking(name: str, columns: EventColumns, _sites: Sites = ()) -> str |
     return f"{name} has no two values with at least {MIN_LEVEL} events each"
 
 
-def level_facts(name: str, columns: EventColumns, _sites: Sites = ()) -> Facts:
-    """The most common level, the others with enough events, and the prior's width for these."""
+def level_facts(
+    name: str, columns: EventColumns, _sites: Sites = (), most: int | None = None
+) -> Facts:
+    """The most common level, the others with enough events, and the prior's width for these.
+
+    No more than the `most` common of these others.
+    """
     values = text_column(columns, name)
     assert values is not None
     counts = level_counts(values)
     ranked = sorted(counts, key=counts.__getitem__, reverse=True)
     return {
         "reference": ranked[0],
-        "levels": sorted(k for k in ranked[1:] if counts[k] >= MIN_LEVEL),
+        "levels": sorted([k for k in ranked[1:] if counts[k] >= MIN_LEVEL][:most]),
         "prior_sd": _prior_sd(columns),
     }
 
@@ -306,6 +311,12 @@ MOST_LEVELS = 4
 """Levels of a column that are distinguished beside another."""
 
 
+def other_way(key: str) -> str:
+    """The key of a pair with its columns the other way round; any other key as it is."""
+    one, both, other = key.removeprefix(INTERACTION).partition("*")
+    return f"{INTERACTION}{other}*{one}" if both and key.startswith(INTERACTION) else key
+
+
 def interaction(pair: str) -> Definition:
     """The effect of `A*B`, two columns, the second perhaps `volume_m3`."""
     one, _, other = pair.partition("*")
@@ -345,7 +356,7 @@ def _facts_pair(one: str, other: str, columns: EventColumns, _sites: Sites) -> F
         if line is not None:
             found[name] = line
         elif level_lacking(name, columns) is None:
-            found[name] = {"levels": level_facts(name, columns)["levels"][:MOST_LEVELS]}
+            found[name] = {"levels": level_facts(name, columns, most=MOST_LEVELS)["levels"]}
     return found
 
 

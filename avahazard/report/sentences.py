@@ -126,8 +126,12 @@ def change_text(found: BeforeAndAfter) -> str:
     before = found.before.held_out_crps_m
     values = {"before": amount(before, coordinate, 1), "after": amount(after, coordinate, 1)}
     if found.worse:
-        return say(
-            "The held-out CRPS rises from {before} to {after}: do not keep the child.", **values
+        return (
+            say("The held-out CRPS stays at {after}: do not keep the child.", **values)
+            if values["before"] == values["after"]
+            else say(
+                "The held-out CRPS rises from {before} to {after}: do not keep the child.", **values
+            )
         )
     if found.rises:
         return say(

@@ -10,6 +10,7 @@ from avahazard.criticism.diagnosis.diagnose import diagnose
 from avahazard.criticism.diagnosis.laws import FoundLaw
 from avahazard.criticism.screening.screen import candidate_definitions
 from avahazard.effects.catalogue import require
+from avahazard.effects.covariate import other_way
 from avahazard.effects.effect import Definition
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.likelihood.assemble import find_definition
@@ -59,7 +60,7 @@ def diagnose_model(
             "Import events whose runout was recorded, or profiles that reach beyond the stops; "
             'a project goes on without: skip = ["diagnose"] in avahazard.toml.',
         )
-    check_expected(stored, expect, own)
+    expect = check_expected(stored, expect, own)
     found = diagnose(
         stored.observations,
         stored.specification,
@@ -128,13 +129,19 @@ def _no_law(file: Path, told: results.Diagnosis) -> AvahazardError:
     )
 
 
-def check_expected(stored: FittedModel, expect: Sequence[str], own: Sequence[Definition]) -> None:
-    """Raise `AvahazardError` for an expected effect that is no candidate, with the reason."""
+def check_expected(
+    stored: FittedModel, expect: Sequence[str], own: Sequence[Definition]
+) -> tuple[str, ...]:
+    """The expected effects by the keys that they have as candidates: a pair is one either way.
+
+    Raises `AvahazardError` for one that is no candidate, with the reason.
+    """
     observations = stored.observations
     known = {c.key for c in candidate_definitions(observations, stored.specification, own)}
+    either_way = {key: one for one in known for key in (one, other_way(one))}
     for key in expect:
         entry = find_definition(key, own)
-        if key in known:
+        if key in either_way:
             continue
         if stored.specification.has(entry):
             raise AvahazardError(f"The model {stored.name} has the effect '{key}' already.")
@@ -143,6 +150,7 @@ def check_expected(stored: FittedModel, expect: Sequence[str], own: Sequence[Def
             f"The effect '{key}' is no candidate here: it is granted, or set by the data.",
             "`avahazard effects` lists them.",
         )
+    return tuple(either_way[key] for key in expect)
 
 
 def _where(

@@ -28,6 +28,18 @@ def test_the_installed_command_prints_its_version() -> None:
     assert done.stdout == f"avahazard {__version__}\n"
 
 
+def test_common_options_may_stand_anywhere(database: str, tmp_path: Path) -> None:
+    (tmp_path / "paths.csv").write_text("path_id\nP\n", encoding="utf-8")
+    import_files(database, [tmp_path / "paths.csv"])
+    first = CliRunner().invoke(app, ["--db", database, "--json", "paths"])
+    assert json.loads(first.stdout)[0]["path_id"] == "P"
+    for words in (["--db", database, "--json"], ["--json", "--verbose", f"--db={database}"]):
+        assert CliRunner().invoke(app, ["paths", *words]).stdout == first.stdout
+    last = CliRunner().invoke(app, ["paths", "--db"])
+    assert last.exit_code == 2
+    assert CliRunner().invoke(app, ["--db", database, "path", "--", "--json"]).exit_code == 1
+
+
 @pytest.mark.parametrize("given", [None, "4"])
 def test_linear_algebra_has_one_thread_unless_asked_for_more(
     given: str | None, monkeypatch: pytest.MonkeyPatch

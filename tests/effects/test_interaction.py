@@ -63,6 +63,15 @@ def test_levels_beside_levels() -> None:
         ]
 
 
+def test_of_many_levels_the_most_common_are_distinguished() -> None:
+    counts = {"a": 5, "b": 6, "c": 7, "d": 8, "e": 9, "f": 25}
+    assert sum(counts.values()) == N
+    snow = [level for level, n in counts.items() for _ in range(n)]
+    entry = definition("interaction:cold*snow")
+    facts = entry.facts(event_table(cold=COLD.tolist(), snow=snow), ())
+    assert facts["snow"] == {"levels": ["b", "c", "d", "e"]}
+
+
 def test_the_volume_is_in_the_law_already() -> None:
     made = effect("snow*volume_m3")
     volume = spreads(table().log_volume)

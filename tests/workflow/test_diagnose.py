@@ -21,9 +21,15 @@ from avahazard.store.session import reading
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.database import import_files
-from avahazard.workflow.diagnose import diagnose_model, failing_paths, unexplained_failures
+from avahazard.workflow.diagnose import (
+    check_expected,
+    diagnose_model,
+    failing_paths,
+    unexplained_failures,
+)
 from avahazard.workflow.next_step import next_step
 from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
+from avahazard.workflow.stored import load_stored
 from tests.criticism.lengths import as_csv, lengths
 from tests.results.samples import COMPARISON, FAILURE
 
@@ -78,6 +84,13 @@ def test_the_document_names_the_axis(diagnosed_world: Path) -> None:
 @pytest.mark.slow
 def test_the_same_seed_gives_the_same_document(base: str) -> None:
     assert diagnosed(base, seed=4) == diagnosed(base, seed=4)
+
+
+def test_a_pair_is_expected_either_way(base: str) -> None:
+    stored, _ = load_stored(base, "base")
+    for pair in ("column_1*rock", "rock*column_1"):
+        found = check_expected(stored, [f"interaction:{pair}", "covariate:rock"], ())
+        assert found == ("interaction:column_1*rock", "covariate:rock")
 
 
 def test_an_unknown_model_is_one_message(base: str) -> None:

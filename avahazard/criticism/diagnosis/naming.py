@@ -55,25 +55,42 @@ def name_effects(
     `ranked` are candidates that survived the screening, those of most `evidence` (nats) first;
     `of_laws` are the fits of those whose law predicts the held-out records for them.
     """
-    witnesses = {
-        key: found
-        for key, fit in question.fits.items()
-        if (found := force_witness(fit.posterior, fit.mode, key)) is not None
-    }
+    fits = {**question.fits, **of_laws}
+    asked = {key: _witness(fit, key, of_laws.get(key)) for key, fit in question.fits.items()}
+    witnesses = {key: found for key, found in asked.items() if found is not None}
     declared = [c for c in ranked if c.key in expected and evidence[c.key] > 0.0]
-    fits = question.fits
-    asked = leaders(declared, evidence, fits, expected) or leaders(
-        ranked, evidence, fits, explains=partial(_explains, question)
+    leading = leaders(declared, evidence, question.fits, expected) or leaders(
+        ranked, evidence, question.fits, explains=partial(_explains, question)
     )
-    fits = {**fits, **of_laws}
-    gains = {c.key: held_out_gain(fits[c.key], question.base) for c in asked}
-    named = [c for c in asked if gains[c.key] > 0.0 and evidence[c.key] > 0.0]
+    if leading and leading[0].definition.says_what_is_seen:
+        # What is missed in any other way narrows the stops of a path as well.
+        limit = leading[0].key
+        others = [c for c in ranked if c.key != limit and evidence[c.key] > MARGIN]
+        others = [c for c in others if not _explains(question, limit, c.key)]
+        leading = leaders(others, evidence, question.fits) or leading
+    gains = {c.key: held_out_gain(fits[c.key], question.base) for c in leading}
+    named = [c for c in leading if gains[c.key] > 0.0 and evidence[c.key] > 0.0]
     denied = [c.key for c in named if c.key in witnesses and witnesses[c.key].denies]
     if named and named[0].key in denied:
         # What has most evidence is no force that acts: nobody knows yet what it makes up for.
         return Naming("unexplained", (worst_speeds(question.base),), gains, witnesses)
     verdict, missing = verdict_of([c.definition for c in named if c.key not in denied])
     return Naming(verdict, missing, gains, witnesses)
+
+
+def _witness(fit: Refit, key: str, by_law: Refit | None) -> ForceWitness | None:
+    """What the measured force says of candidate `key`, by the fit of its law if there is one.
+
+    No smooth follows a narrow band. It is told as a share of what the smooth was fitted as.
+    """
+    plain = force_witness(fit.posterior, fit.mode, key)
+    if by_law is None or plain is None:
+        return plain
+    found = force_witness(by_law.posterior, by_law.mode, by_law.posterior.effects[-1].key)
+    if found is None:
+        return None
+    times = plain.fitted / found.fitted
+    return ForceWitness(times * found.value, abs(times) * found.se, plain.fitted)
 
 
 def leaders(

@@ -268,6 +268,8 @@ class NodeCharts:
         """The part of a place without the scatter along tracks, and the effects' values there."""
         u = self._neutral()
         u[list(self._axes)] = place
+        # Ends of two arms that turn can lie beyond a range, where an effect may not be defined.
+        u = np.clip(u, *self.layout.ranges)
         return place[: len(self.layout.tables)], self.layout.effect_values(u)
 
     def _track_key(self, values: Values) -> tuple[bytes, ...]:

@@ -121,6 +121,39 @@ def test_declared_ones_come_before_those_of_more_evidence(
     assert named.missing == ("release-elevation",)
 
 
+@pytest.mark.parametrize(("more", "named"), [(9.0, "snow-type"), (1.0, "observation-limit")])
+def test_a_limit_comes_last(
+    base: Refit, monkeypatch: pytest.MonkeyPatch, more: float, named: str
+) -> None:
+    """Snow has `more` evidence beside the limit, which leads."""
+    monkeypatch.setattr(naming, "held_out_gain", lambda *_given: 1.0)
+    both = replace(base, evidence=base.evidence + more)
+    monkeypatch.setattr(naming, "refit_with", lambda *_given: both)
+    ranked = [screened("observation-limit"), screened("snow-type"), screened("season")]
+    evidence = {"observation-limit": 19.0, "snow-type": 8.0, "season": 2.0}
+    question = Question(base, dict.fromkeys(evidence, base), NONE)
+    assert name_effects(question, ranked, evidence).missing == (named,)
+
+
+def test_the_force_is_asked_of_the_law_where_there_is_one(
+    base: Refit, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A narrow band that tracks show, of which the smooth is denied."""
+    law = refit(base.observations, Specification(), {}, ("cohesion",))
+    said = {
+        "turbulent-drag": ForceWitness(-0.003, 0.001, 0.004),
+        "cohesion": ForceWitness(0.3, 0.1, 0.2),
+    }
+    monkeypatch.setattr(naming, "force_witness", lambda _posterior, _mode, key: said[key])
+    monkeypatch.setattr(naming, "held_out_gain", lambda *_given: 1.0)
+    question = Question(base, {"turbulent-drag": base}, NONE)
+    ranked, evidence = [screened("turbulent-drag")], {"turbulent-drag": 9.0}
+    assert name_effects(question, ranked, evidence).verdict == "unexplained"
+    found = name_effects(question, ranked, evidence, of_laws={"turbulent-drag": law})
+    assert found.missing == ("turbulent-drag",)
+    assert found.witnesses["turbulent-drag"] == pytest.approx((0.006, 0.002, 0.004))
+
+
 def test_stops_on_ground_too_steep_are_told() -> None:
     """A bench, a steep step of 200 m below it, and a flat run-out: nothing stops on the step."""
     x = np.arange(0.0, 2001.0, 10.0)

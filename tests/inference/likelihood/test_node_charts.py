@@ -49,6 +49,15 @@ def test_blocks_that_parameters_move_are_run_for_each() -> None:
     assert not np.array_equal(weak, strong, equal_nan=True)
 
 
+def test_beyond_its_range_a_parameter_is_at_its_end() -> None:
+    model = posterior(observations(speeds=False), "turbulent-drag")
+    k = model.layout.places["turbulent-drag"].start
+    at_end, beyond = near(model), near(model)
+    at_end[k], beyond[k] = model.layout.slots[k].low, model.layout.slots[k].low - 0.5
+    for got, expected in zip(model.nodes.exact(beyond), model.nodes.exact(at_end), strict=True):
+        np.testing.assert_array_equal(got, expected)
+
+
 @cache
 def in_sight() -> Observations:
     """Events without a detection limit, some with speeds and one beyond the profile."""
