@@ -166,6 +166,7 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
     "of_release": "the release, as in the records",
     "of_columns": "columns of the event, as in the records",
     # A comparison and a diagnosis
+    "number": "{value:g}",
     "up_to": "up to {edge:{form}}{unit}",
     "from_to": "{low:{form}}{unit} to {high:{form}}{unit}",
     "above": "above {edge:{form}}{unit}",
@@ -184,6 +185,8 @@ SENTENCES: dict[str, str | tuple[str, str]] = {
         "{paths:and} has forest ({events} of {total} events).",
         "{paths:and} have forest ({events} of {total} events).",
     ),
+    "change_from": "The records differ most before and after {year:.1f} ({before} and {after} "
+    "events).",
     "stretches": "What holds avalanches back lies on {where:and}, by x along the path.",
     "more_events": "{n} more events: effects of {size:.0f} m show",
     "more_events_ratio": "{n} more events: effects of {size:.4f} H/L show",

@@ -17,6 +17,7 @@ from avahazard.effects.effect import (
     Sites,
     known,
 )
+from avahazard.notes import Note
 
 CHANGE, ALL = "change:", "all"
 CHANGE_SD = 0.2
@@ -37,6 +38,7 @@ def change(path: str) -> Definition:
         facts=partial(_facts_change, path),
         alternatives=partial(_alternatives, path),
         event_columns=True,
+        seen_in=partial(_seen_in, path),
         beyond=1,
     )
 
@@ -81,6 +83,16 @@ def _facts_change(path: str, columns: EventColumns, sites: Sites) -> Facts:
         return float(np.sum((ratio - design @ np.linalg.lstsq(design, ratio, rcond=None)[0]) ** 2))
 
     return min(tried, key=left)
+
+
+def _seen_in(path: str, columns: EventColumns, sites: Sites) -> Note | None:
+    if _lacking_change(path, columns, sites):
+        return None
+    date, time = _facts_change(path, columns, sites)["from_year"], _time(columns)
+    before, after = (
+        int(np.sum(_there(path, columns) & side)) for side in (time < date, time >= date)
+    )
+    return Note("change_from", year=date, before=before, after=after)
 
 
 def _build_change(path: str, facts: Facts) -> FrictionEffect:

@@ -13,6 +13,7 @@ import numpy as np
 
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.columns import RELEASE_SIGMA, EventColumns, build_columns, counted
+from avahazard.effects.effect import known
 from avahazard.effects.site import Site
 from avahazard.inference.model.observations import release_elevations, released_site
 from avahazard.inference.model.release_errors import stated_release_sigma
@@ -174,10 +175,21 @@ class FutureEvents:
 
 
 def classes_of(there: Records, among: EventColumns) -> FutureEvents:
-    """The events of one path as classes of future avalanches, each for one `among` these."""
+    """The events of one path as classes of future avalanches, each for one `among` these.
+
+    They come in the last winter of these: what has changed since the records began has changed.
+    """
     ((path,), (profile,)), events = (there.paths, there.profiles), there.events
     smooth = smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
     site, release = released_site(path, profile, smooth, events)
     elevation = release_elevations(site)[release]
     columns = build_columns(events, {path.path_id: path}, elevation)
-    return FutureEvents(site, release, replace(columns, made=counted(columns, among)))
+    columns = replace(columns, made=counted(columns, among))
+    winters = known(among.winter)
+    if len(winters):
+        latest = float(np.max(winters))
+        ahead = np.nan_to_num(latest - columns.winter)
+        year = np.where(np.isfinite(columns.year), columns.year + ahead, latest)
+        day, winter = columns.day + 365.2425 * ahead, np.full(len(events), latest)
+        columns = replace(columns, year=year, day=day, winter=winter)
+    return FutureEvents(site, release, columns)

@@ -75,6 +75,8 @@ class Intake:
         if key in self.origins:
             file, line = self.origins[key]
             accepted = f"each one once: it is also in {file}, line {line}"
+            if key[0] == "speed":
+                accepted += "; of several readings at one place give the mean"
             self.problems.append(RowProblem(*origin, column, value, accepted))
             return False
         self.origins[key] = origin

@@ -257,13 +257,16 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
     named, coordinate = set(diagnosis.missing), diagnosis.coordinate
     unit = unit_of(coordinate)
 
+    def errors(c: Candidate) -> str:
+        both = (c.error_before_m, c.error_after_m)
+        return " → ".join(filter(None, (in_unit(error, coordinate) for error in both)))
+
     columns = (
         (say("effect"), lambda c: spoken().effect(c.effect)),
         (">" + say("gain, nats"), lambda c: digits(c.screened_gain, ".1f")),
+        (">" + say("evidence, nats"), lambda c: digits(c.evidence_gain, ".1f")),
         (">p", lambda c: chance(c.p_value, floor)),
-        (">" + say("in-sample CRPS, {unit}", unit=unit),
-         lambda c: in_unit(c.error_before_m, coordinate)),
-        (">" + say("with the effect"), lambda c: in_unit(c.error_after_m, coordinate)),
+        (">" + say("in-sample CRPS, {unit}", unit=unit), errors),
         (say("confounded with"),
          lambda c: ", ".join(spoken().effect(key) for key in c.confounded_with) or None),
     )  # fmt: skip
@@ -272,6 +275,7 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
         "ratio of 10, 4.6 nats: of 100). p: chance of such a gain among all candidates if "
         "nothing is missing. CRPS: at the mode of the parameters, not over their posterior."
     )
+    ranks = say("evidence: the log marginal likelihood it adds; it ranks the effects in the lead.")
 
     def stands(c: Candidate) -> bool:
         fitted = not named or c.error_after_m is not None
@@ -282,7 +286,9 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
     folded = say("{n} not significant or not fitted", n=len(rows) - n) if named else ""
     folded = folded or say("{n} not significant", n=len(rows) - n)
     title = say("Candidate effects")
-    return made("candidates", title, columns, rows, [legend], cards=True, shown=n, folded=folded)
+    return made(
+        "candidates", title, columns, rows, [legend, ranks], cards=True, shown=n, folded=folded
+    )
 
 
 SHAPE_ROWS = 5
@@ -323,7 +329,10 @@ def laws_table(diagnosis: Diagnosis) -> Table | None:
 
     def of(name: str, p: LawParameter) -> str:
         values = {"low": p.q05, "median": p.q50, "high": p.q95}
-        told = {key: digits(value, ".3g") for key, value in values.items()}
+        told = {
+            key: digits(value, ".0f" if abs(value) >= 1000.0 else ".3g")
+            for key, value in values.items()
+        }
         return say("{name} {median} ({low} to {high})", name=name, **told)
 
     def values(law: FittedLaw) -> str:

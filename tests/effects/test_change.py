@@ -43,6 +43,13 @@ def test_the_date_that_parts_friction_best_is_chosen() -> None:
     assert 1978.1 < facts["from_year"] < 1980.2
 
 
+def test_the_date_is_noted_with_the_events_on_either_side() -> None:
+    columns = table()
+    note = definition("change:P0").seen_in(columns, ())
+    assert note == "The records differ most before and after 1979.2 (10 and 10 events)."
+    assert definition("change:P0").seen_in(table(n=6), ()) is None
+
+
 def test_only_later_events_of_the_path_change() -> None:
     columns = table()
     design = built("change:P0", columns).design(columns)

@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from avahazard.effects.catalogue import definition
 from avahazard.effects.columns import build_columns, counted
+from avahazard.effects.effect import FrictionEffect
 from avahazard.hazard.future_events import (
     classes_of,
     classes_to_come,
@@ -66,6 +68,22 @@ def test_classes_are_counted_as_the_events_that_they_stand_for() -> None:
     made = classes_of(replace(there, events=events), columns).columns.made
     for name, values in counted(columns, columns).items():
         np.testing.assert_array_equal(made[name], values)
+
+
+def test_they_come_in_the_last_winter_of_the_records() -> None:
+    known = records(4)
+    days: tuple[str | None, ...] = ("1961-12-05", "1990", None, "1998-02-03")
+    dated = [replace(e, date=day) for e, day in zip(known.events, days, strict=True)]
+    there = replace(known, events=tuple(dated))
+    columns = build_columns(dated, {p.path_id: p for p in there.paths}, np.full(4, np.nan))
+    events = classes_to_come(there, "B", 2e4, event_columns=True)[:4]
+    found = classes_of(replace(there, events=events), columns).columns
+    assert found.winter.tolist() == [1998.0] * 4
+    assert found.year.tolist() == [1997.0, 1998.0, 1998.0, 1998.0]
+    np.testing.assert_array_equal(found.day_of_winter, columns.day_of_winter)
+    change = definition("change:all").build({"from_year": 1995.0})
+    assert isinstance(change, FrictionEffect)
+    assert change.design(found).tolist() == [[1.0]] * 4
 
 
 def test_no_more_classes_than_the_runs_can_bear() -> None:

@@ -108,7 +108,9 @@ def diagnose(
         base, screened, alone, expected, known, lambda share: progress(0.3 + 0.45 * share)
     )
     survivors = [c for c in screening.candidates if c.key in fits and c.p_family <= LEVEL]
-    evidence = {c.key: full_fits.evidence_gain(c, fits, base, screening) for c in survivors}
+    evidence = {
+        c.key: full_fits.evidence_gain(c, fits, base, screening, expected) for c in survivors
+    }
     evidence = beside_places(evidence, fits)
     evidence, laws = with_laws(base, fits, evidence)
     evidence = beside_places(evidence, fits, laws)

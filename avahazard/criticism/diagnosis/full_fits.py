@@ -334,18 +334,23 @@ def explained_otherwise(
 
 
 def evidence_gain(
-    candidate: Screened, fits: Mapping[str, Refit], base: Refit, screening: Screening
+    candidate: Screened,
+    fits: Mapping[str, Refit],
+    base: Refit,
+    screening: Screening,
+    expected: Sequence[str] = (),
 ) -> float:
     """Evidence (nats) that a candidate adds.
 
     Never more than it gains in likelihood: where another law has other priors it would be. The
     estimated detection limit has a price of a nat a path, what it gains on average by chance. One
-    of many of a kind, or of many dates, is as likely beforehand as they are together. Two kinds of
-    avalanche must explain more than wrong records do.
+    of many of a kind, or of many dates, is as likely beforehand as they are together, but one that
+    was `expected` is no longer one of many. Two kinds of avalanche must explain more than wrong
+    records do.
     """
     entry = candidate.definition
     price = 0.0
-    if entry.beyond and entry.names_cause:
+    if entry.beyond and entry.names_cause and entry.key not in expected:
         price = np.log(sum(c.definition.family == entry.family for c in screening.candidates))
     fit = fits[candidate.key]
     if entry.alternatives is not None:

@@ -81,7 +81,7 @@ def name_effects(
 def _witness(fit: Refit, key: str, by_law: Refit | None) -> ForceWitness | None:
     """What the measured force says of candidate `key`, by the fit of its law if there is one.
 
-    No smooth follows a narrow band. It is told as a share of what the smooth was fitted as.
+    No smooth follows a narrow band. It is given as a share of what the smooth was fitted as.
     """
     plain = force_witness(fit.posterior, fit.mode, key)
     if by_law is None or plain is None:

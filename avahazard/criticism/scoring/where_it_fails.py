@@ -217,7 +217,8 @@ def terciles(values: Floats, form: str, unit: str = "", leading: int | None = No
 def _number_levels(values: Floats) -> Levels:
     """A column of numbers: few different ones are levels, others are cut at their terciles."""
     if len(np.unique(values[np.isfinite(values)])) <= MAX_LEVELS_OF_NUMBERS:
-        return np.array([f"{v:g}" if np.isfinite(v) else "" for v in values], dtype=np.object_)
+        levels = [Note("number", value=float(v)) if np.isfinite(v) else "" for v in values]
+        return np.array(levels, dtype=np.object_)
     return terciles(values, ".4g")
 
 
