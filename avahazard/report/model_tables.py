@@ -275,7 +275,11 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
         "ratio of 10, 4.6 nats: of 100). p: chance of such a gain among all candidates if "
         "nothing is missing. CRPS: at the mode of the parameters, not over their posterior."
     )
-    ranks = say("evidence: the log marginal likelihood it adds; it ranks the effects in the lead.")
+    legends = [legend]
+    if any(c.evidence_gain is not None for c in diagnosis.candidates):
+        legends.append(
+            say("evidence: the log marginal likelihood it adds; it ranks the effects in the lead.")
+        )
 
     def stands(c: Candidate) -> bool:
         fitted = not named or c.error_after_m is not None
@@ -286,9 +290,7 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
     folded = say("{n} not significant or not fitted", n=len(rows) - n) if named else ""
     folded = folded or say("{n} not significant", n=len(rows) - n)
     title = say("Candidate effects")
-    return made(
-        "candidates", title, columns, rows, [legend, ranks], cards=True, shown=n, folded=folded
-    )
+    return made("candidates", title, columns, rows, legends, cards=True, shown=n, folded=folded)
 
 
 SHAPE_ROWS = 5
