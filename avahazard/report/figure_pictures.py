@@ -118,7 +118,7 @@ def _draw(panel: Axes, one: Figure, key: str, *, last: bool) -> None:
     for along, which in ((x, "x"), (y, "y")):
         _scale(panel, along, which)
     if rows:
-        panel.set_yticks(list(rows.values()), [unescape(name) for name in rows])
+        panel.set_yticks(list(rows.values()), [_plain(name) for name in rows])
         panel.invert_yaxis()
     if not last:
         panel.set(xlabel=None, xticklabels=[])
@@ -133,10 +133,15 @@ def _draw(panel: Axes, one: Figure, key: str, *, last: bool) -> None:
     panel.spines[["top", "right"]].set_visible(False)
 
 
+def _plain(text: str) -> str:
+    """A label of HTML as plain text."""
+    return unescape(text.replace("<br>", "\n"))
+
+
 def _scale(panel: Axes, of: Mapping[str, Any], which: str) -> None:
     """Title, scale, range and ticks of an axis."""
     log = of.get("type") == "log"
-    more: dict[str, Any] = {f"{which}label": unescape(of["title"]["text"].replace("<br>", "\n"))}
+    more: dict[str, Any] = {f"{which}label": _plain(of["title"]["text"])}
     if log:
         more[f"{which}scale"] = "log"
     if "range" in of:

@@ -73,6 +73,15 @@ def test_no_candidates(tmp_path: Path) -> None:
     assert file.stat().st_size > 1000
 
 
+def test_a_pair_stands_on_two_lines(tmp_path: Path) -> None:
+    file = tmp_path / "a.svg"
+    rows = Rows([candidate("interaction:wind*snow_type", 9.0, 0.005)])
+    draw_diagnosis(file, replace(DIAGNOSIS, verdict="adequate", missing=(), candidates=rows))
+    text = file.read_text(encoding="utf-8")
+    assert "<!-- snow_type -->" in text
+    assert "br&gt;" not in text
+
+
 def test_the_title_says_where_data_cannot_tell(tmp_path: Path) -> None:
     file = tmp_path / "a.svg"
     draw_diagnosis(file, replace(DIAGNOSIS, verdict="adequate", missing=(), detectable_share=0.9))
