@@ -28,7 +28,9 @@ KEYS = tuple(catalogue())
 def test_every_effect_and_every_column(snow_database: str) -> None:
     rows = {row.key: row for row in list_effects(snow_database)}
     assert list(rows)[: len(KEYS)] == list(KEYS)
-    assert set(rows) - set(KEYS) == {"covariate:snow_type", "covariate:snow_temperature_c"}
+    columns = {"snow_type", "snow_temperature_c", "orientation", "northness", "eastness"}
+    expected = {f"covariate:{column}" for column in (*columns, "catchment_ha")}
+    assert set(rows) - set(KEYS) == expected
     assert rows["snow-type"].lacking is None
     assert all(row.meaning and row.needs for row in rows.values())
 
