@@ -59,15 +59,8 @@ def name_effects(
     asked = {key: _witness(fit, key, of_laws.get(key)) for key, fit in question.fits.items()}
     witnesses = {key: found for key, found in asked.items() if found is not None}
     declared = [c for c in ranked if c.key in expected and evidence[c.key] > 0.0]
-    leading = leaders(declared, evidence, question.fits, expected) or leaders(
-        ranked, evidence, question.fits, explains=partial(_explains, question)
-    )
-    if leading and leading[0].definition.says_what_is_seen:
-        # What is missed in any other way narrows the stops of a path as well.
-        limit = leading[0].key
-        others = [c for c in ranked if c.key != limit and evidence[c.key] > MARGIN]
-        others = [c for c in others if not _explains(question, limit, c.key)]
-        leading = leaders(others, evidence, question.fits) or leading
+    leading = leaders(declared, evidence, question.fits, expected)
+    leading = leading or _undeclared(question, ranked, evidence)
     gains = {c.key: held_out_gain(fits[c.key], question.base) for c in leading}
     named = [c for c in leading if gains[c.key] > 0.0 and evidence[c.key] > 0.0]
     denied = [c.key for c in named if c.key in witnesses and witnesses[c.key].denies]
@@ -76,6 +69,23 @@ def name_effects(
         return Naming("unexplained", (worst_speeds(question.base),), gains, witnesses)
     verdict, missing = verdict_of([c.definition for c in named if c.key not in denied])
     return Naming(verdict, missing, gains, witnesses)
+
+
+def _undeclared(
+    question: Question, ranked: Sequence[Screened], evidence: Mapping[str, float]
+) -> list[Screened]:
+    """The leaders where nothing was declared beforehand: a detection limit is the last of them.
+
+    What is missed in any other way narrows the stops of a path as well, so that a limit leads only
+    where no other candidate has `MARGIN` of evidence beside it.
+    """
+    found = leaders(ranked, evidence, question.fits, explains=partial(_explains, question))
+    if not found or not found[0].definition.says_what_is_seen:
+        return found
+    limit = found[0].key
+    others = [c for c in ranked if c.key != limit and evidence[c.key] > MARGIN]
+    others = [c for c in others if not _explains(question, limit, c.key)]
+    return leaders(others, evidence, question.fits) or found
 
 
 def _witness(fit: Refit, key: str, by_law: Refit | None) -> ForceWitness | None:

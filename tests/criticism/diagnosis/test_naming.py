@@ -133,6 +133,9 @@ def test_a_limit_comes_last(
     evidence = {"observation-limit": 19.0, "snow-type": 8.0, "season": 2.0}
     question = Question(base, dict.fromkeys(evidence, base), NONE)
     assert name_effects(question, ranked, evidence).missing == (named,)
+    # One that was declared was the only question.
+    declared = name_effects(question, ranked, evidence, ["observation-limit"])
+    assert declared.missing == ("observation-limit",)
 
 
 def test_the_force_is_asked_of_the_law_where_there_is_one(
