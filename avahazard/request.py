@@ -10,7 +10,16 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import KW_ONLY, MISSING, dataclass, field, fields
 from pathlib import Path
 from types import NoneType
-from typing import Any, Literal, TypeVar, cast, get_args, get_origin, get_type_hints
+from typing import (
+    Any,
+    Literal,
+    TypeVar,
+    cast,
+    dataclass_transform,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 from avahazard.records.errors import AvahazardError, did_you_mean
 
@@ -105,12 +114,17 @@ class Field:
         return self.kind(value) if convert else value
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass_transform(frozen_default=True, kw_only_default=True)
+@dataclass(frozen=True, kw_only=True)
 class Request:
     """What a use case is asked; one value may stand for a sequence of one.
 
-    Raises `AvahazardError` where a value is out of range, or none of those that may be chosen.
+    Its classes are frozen dataclasses without a decorator. Raises `AvahazardError` where a value is
+    out of range, or none of those that may be chosen.
     """
+
+    def __init_subclass__(cls) -> None:
+        dataclass(frozen=True, kw_only=True)(cls)
 
     def __post_init__(self) -> None:
         for of in fields_of(type(self)):

@@ -120,7 +120,10 @@ def judge(world: TrueWorld, families: Sequence[str] = tuple(FAMILIES)) -> Line:
             ],
         }
         for family in families:
-            known, source = known_volumes(world.records), VolumeSource(family, as_of=world.as_of)
+            known, source = (
+                known_volumes(world.records),
+                VolumeSource(family=family, as_of=world.as_of),
+            )
             frequency = volume_frequencies(known, world.seed, source).of(path_id)
             returned = return_volume(frequency, YEARS)
             volumes, at = frequency.volumes(), returned.volume_m3

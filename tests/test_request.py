@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -13,7 +12,6 @@ from avahazard.records.errors import AvahazardError
 from avahazard.request import Request, fields_of, many, option
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Asked(Request):
     """All kinds of fields."""
 

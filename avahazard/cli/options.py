@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
@@ -134,7 +133,6 @@ def _filled(request: type[Request], values: dict[str, Any]) -> Request:
         raise typer.BadParameter(str(error)) from error
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class EngineRequest(Request):
     """Who does the work, and how many of them."""
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Literal
 
@@ -13,7 +12,6 @@ from avahazard.request import Request, option
 Family = Literal["gev", "gpd"]
 
 
-@dataclass(frozen=True, slots=True)
 class VolumeSource(Request):
     """Where the frequency of volumes comes from: records, or a table of the user's.
 

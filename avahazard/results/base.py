@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, field, fields, is_dataclass
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar, dataclass_transform, get_args
 
 from avahazard.notes import Note
 from avahazard.records.errors import AvahazardError
@@ -88,15 +88,24 @@ def steps(report: Report, weights: Sequence[float]) -> list[Report]:
     ]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass_transform(frozen_default=True, field_specifiers=(field,))
+@dataclass(frozen=True, repr=False)
 class Result:
-    """A result: its fields are the keys of its JSON, less an underscore after a word of Python."""
+    """A result: its fields are the keys of its JSON, less an underscore after a word of Python.
+
+    Its classes are frozen dataclasses without a decorator, shown in short.
+    """
 
     __pydantic_config__: ClassVar[dict[str, Any]] = {"alias_generator": key_of}
 
-    def __init_subclass__(cls) -> None:
-        """Each result is shown in short: a dataclass does not replace what is there."""
-        type.__setattr__(cls, "__repr__", _in_short)
+    def __init_subclass__(cls, *, kw_only: bool = False) -> None:
+        """Make a dataclass of it."""
+        dataclass(frozen=True, repr=False, kw_only=kw_only)(cls)
+
+    def __repr__(self) -> str:
+        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        parts = [f"{name}={_brief(v)}" for name, v in values.items() if v is not None and v != ()]
+        return f"{type(self).__name__}({', '.join(parts)})"
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as dicts, lists, text, numbers and None: what `--json` prints."""
@@ -193,13 +202,6 @@ def reader_of(kind: Any) -> Callable[[Any], Any]:
 
 
 LONGEST = 60
-
-
-def _in_short(result: Result) -> str:
-    """The class of a result and its fields, those that hold others by their number."""
-    values = {f.name: getattr(result, f.name) for f in fields(result)}
-    parts = [f"{name}={_brief(v)}" for name, v in values.items() if v is not None and v != ()]
-    return f"{type(result).__name__}({', '.join(parts)})"
 
 
 def _brief(value: Any) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from avahazard.notes import Note
@@ -10,7 +10,6 @@ from avahazard.results.base import ABSENT, Result, Rows
 from avahazard.results.comparison import BeforeAndAfter
 
 
-@dataclass(frozen=True, slots=True)
 class ParameterSummary(Result):
     """Posterior of one parameter: mean, standard deviation, mode, 5 and 95 % quantiles."""
 
@@ -22,7 +21,6 @@ class ParameterSummary(Result):
     unit: str
 
 
-@dataclass(frozen=True, slots=True)
 class Convergence(Result):
     """The worst figures over all parameters; `converged` only when all of them pass."""
 
@@ -39,7 +37,6 @@ class Convergence(Result):
         return min(self.ess_bulk_min, self.ess_tail_min)
 
 
-@dataclass(frozen=True, slots=True)
 class InCommon(Result):
     """A column, or one level of it, that goes with the second kind of avalanche.
 
@@ -52,7 +49,6 @@ class InCommon(Result):
     p_value: float
 
 
-@dataclass(frozen=True, slots=True)
 class Kinds(Result):
     """A second kind of avalanche that no column records.
 
@@ -66,7 +62,6 @@ class Kinds(Result):
     in_common: Rows[InCommon]
 
 
-@dataclass(frozen=True, slots=True)
 class Calibration(Result):
     """A calibrated model: what it is made of, its parameters, and whether its chains converged.
 
@@ -99,7 +94,6 @@ class Calibration(Result):
     next: Note | None = field(default=None, metadata=ABSENT)
 
 
-@dataclass(frozen=True, slots=True)
 class EffectParameter(Result):
     """A parameter of an effect: a normal prior cut to its range; at `neutral` it is not there."""
 
@@ -112,7 +106,6 @@ class EffectParameter(Result):
     high: float | None
 
 
-@dataclass(frozen=True, slots=True)
 class EffectEntry(Result):
     """An effect of the catalogue, and what the present data lack for it (None: nothing)."""
 
@@ -122,7 +115,6 @@ class EffectEntry(Result):
     lacking: str | None
 
 
-@dataclass(frozen=True, slots=True)
 class EffectDetails(EffectEntry):
     """One effect in full: what it acts on, and its parameters."""
 
@@ -130,14 +122,12 @@ class EffectDetails(EffectEntry):
     parameters: Rows[EffectParameter]
 
 
-@dataclass(frozen=True, slots=True)
 class WrittenTemplate(Result):
     """An effect file to start from."""
 
     file: str
 
 
-@dataclass(frozen=True, slots=True)
 class ModelSummary(Result):
     """A stored model in short."""
 
@@ -153,7 +143,6 @@ class ModelSummary(Result):
     created: str
 
 
-@dataclass(frozen=True, slots=True)
 class Surroundings(Result):
     """Versions of the package and of what its numbers rest on; the lock file's hash, if any."""
 
@@ -161,7 +150,6 @@ class Surroundings(Result):
     lock_sha256: str | None
 
 
-@dataclass(frozen=True, slots=True)
 class Provenance(Result):
     """All that a model was made of.
 
@@ -185,7 +173,6 @@ class Provenance(Result):
     now: Surroundings
 
 
-@dataclass(frozen=True, slots=True)
 class Difference(Result):
     """A parameter that differs when repeated: its means, and the largest difference of a draw."""
 
@@ -194,7 +181,6 @@ class Difference(Result):
     largest: float
 
 
-@dataclass(frozen=True, slots=True)
 class Rerun(Result):
     """A calibration done again: whether every draw is the same to the last bit, and where not."""
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from avahazard.notes import Note
 from avahazard.results.base import ABSENT, Result, Rows
 
 
-@dataclass(frozen=True, slots=True)
 class RunoutScores(Result):
     """Predicted against recorded runouts, in metres of the record's own coordinate.
 
@@ -27,7 +26,6 @@ class RunoutScores(Result):
     pit_histogram: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class SpeedScores(Result):
     """Predicted against measured speeds, m/s, over all places."""
 
@@ -40,7 +38,6 @@ class SpeedScores(Result):
     noise_floor_m_s: float
 
 
-@dataclass(frozen=True, slots=True)
 class PredictedRecords(Result):
     """Scores of predicted records, those of `runout_x` in x for the events with a profile."""
 
@@ -51,8 +48,7 @@ class PredictedRecords(Result):
     runout_x: RunoutScores | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Scores(PredictedRecords):
+class Scores(PredictedRecords, kw_only=True):
     """In-sample scores; `elpd_loo` (nats) leaves each record out.
 
     `pareto_k_bad` counts events whose leave-one-out weights are not to be trusted.
@@ -62,7 +58,6 @@ class Scores(PredictedRecords):
     pareto_k_refitted: int
 
 
-@dataclass(frozen=True, slots=True)
 class GroupError(Result):
     """The error (mean CRPS, m) of the events of one held-out path or fold."""
 
@@ -71,8 +66,7 @@ class GroupError(Result):
     crps_m: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class HeldOutScores(PredictedRecords):
+class HeldOutScores(PredictedRecords, kw_only=True):
     """Scores held-out `by` path or fold; `runout.crps_m` is the error of the model.
 
     Each of `n_fits` fits is without one group, or, of many paths, a part of them. `parent_crps_m`
@@ -85,7 +79,6 @@ class HeldOutScores(PredictedRecords):
     parent_crps_m: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
 class BudgetPart(Result):
     """Root mean square (m, in the coordinate of the records) of what one source does.
 
@@ -97,7 +90,6 @@ class BudgetPart(Result):
     rms_m: float
 
 
-@dataclass(frozen=True, slots=True)
 class EventBudget(Result):
     """The standard deviations (m) to be expected of one event, by source, and its error.
 
@@ -114,7 +106,6 @@ class EventBudget(Result):
     profile_m: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
 class Failure(Result):
     """One level of an axis along which the model may fail: its bias.
 
@@ -128,7 +119,6 @@ class Failure(Result):
     p_value: float
 
 
-@dataclass(frozen=True, slots=True)
 class SpeedMisfit(Result):
     """Misfit of speeds in one level of an axis, m/s; `p_value` as that of a `Failure`, by track."""
 
@@ -140,7 +130,6 @@ class SpeedMisfit(Result):
     p_value: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
 class MeasuredForce(Result):
     """What resisted an avalanche over a stretch of its track, g sinθ - u du/dξ, in m/s2."""
 
@@ -152,7 +141,6 @@ class MeasuredForce(Result):
     slope_deg: float
 
 
-@dataclass(frozen=True, slots=True)
 class Comparison(Result):
     """A model against the measurements: scores, held-out scores, and where it fails.
 
@@ -175,7 +163,6 @@ class Comparison(Result):
     next: Note | None = field(default=None, metadata=ABSENT)
 
 
-@dataclass(frozen=True, slots=True)
 class PredictedEvent(Result):
     """Where one event will stop: elevation (m), or runout length without a profile."""
 
@@ -191,14 +178,12 @@ class PredictedEvent(Result):
     notes: tuple[Note, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PredictionScores(PredictedRecords):
+class PredictionScores(PredictedRecords, kw_only=True):
     """Predictions against the runouts of the file, in the `coordinate` of the records."""
 
     coordinate: str
 
 
-@dataclass(frozen=True, slots=True)
 class Prediction(Result):
     """All events of a file; `scores` over those that have a runout, None where none has."""
 
@@ -207,7 +192,6 @@ class Prediction(Result):
     notes: tuple[Note, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class Standing(Result):
     """The scores of a model by which it is ranked; errors in metres, `elpd` in nats.
 
@@ -229,7 +213,6 @@ class Standing(Result):
     held_out_crps_x_m: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
 class ErrorFall(Result):
     """By how much (m) the error of held-out records falls, with its 90 % interval."""
 
@@ -243,7 +226,6 @@ CLEAR_NATS, SMALL_RISE = 3.0, 0.02
 share of this that is small in any case."""
 
 
-@dataclass(frozen=True, slots=True)
 class BeforeAndAfter(Result):
     """A parent's scores and its child's; `fall` is None where held-out groups are too few."""
 
@@ -281,7 +263,6 @@ class BeforeAndAfter(Result):
         return not (slight and (self.gain or 0.0) > CLEAR_NATS)
 
 
-@dataclass(frozen=True, slots=True)
 class LadderEntry(Result):
     """One model on the ladder; its scores are as `Standing`, None where it was never compared."""
 
@@ -302,7 +283,6 @@ class LadderEntry(Result):
     notes: tuple[Note, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class Ladder(Result):
     """All models, oldest first, with notes and the step to do now with the best of them."""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from avahazard.notes import Note
 from avahazard.results.base import ABSENT, Result, Rows
@@ -12,7 +12,6 @@ MOST_MISSED = 0.5
 """Share of the scatter's variance that an effect may be and be missed, for an adequate model."""
 
 
-@dataclass(frozen=True, slots=True)
 class MeasuredAmount(Result):
     """An effect's first parameter, less its neutral value, as the measured force has it."""
 
@@ -20,7 +19,6 @@ class MeasuredAmount(Result):
     se: float
 
 
-@dataclass(frozen=True, slots=True)
 class Declared(Result):
     """Effects that were expected before the records were asked, and when that was said (UTC)."""
 
@@ -28,7 +26,6 @@ class Declared(Result):
     at: str
 
 
-@dataclass(frozen=True, slots=True)
 class Shape(Result):
     """A smooth of a state or a column (`of`, in `unit`) with its 90 % credible band at places `x`.
 
@@ -45,7 +42,6 @@ class Shape(Result):
     path: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
 class LawParameter(Result):
     """Posterior quantiles of a law's parameter."""
 
@@ -55,7 +51,6 @@ class LawParameter(Result):
     unit: str
 
 
-@dataclass(frozen=True, slots=True)
 class FittedLaw(Result):
     """A law that a smooth may be, its formula in s, the state; `effect` names its effect file.
 
@@ -70,7 +65,6 @@ class FittedLaw(Result):
     evidence_over_curve: float = 0.0
 
 
-@dataclass(frozen=True, slots=True)
 class Candidate(Result):
     """One effect that could be missing.
 
@@ -100,7 +94,6 @@ class Candidate(Result):
     laws: Rows[FittedLaw] | None = field(default=None, metadata=ABSENT)
 
 
-@dataclass(frozen=True, slots=True)
 class GroupTest(Result):
     """An effect on groups of events (paths, winters, storms), tested by itself beside the others.
 
@@ -113,7 +106,6 @@ class GroupTest(Result):
     spread: float
 
 
-@dataclass(frozen=True, slots=True)
 class Measurement(Result):
     """A measurement, and the nats by which it would part the best explanations."""
 
@@ -121,7 +113,6 @@ class Measurement(Result):
     expected_gain: float
 
 
-@dataclass(frozen=True, slots=True)
 class Pair(Result):
     """Two effects, or three, that are needed together, and what they gain (nats).
 
@@ -137,7 +128,6 @@ class Pair(Result):
     parameters: dict[str, float]
 
 
-@dataclass(frozen=True, slots=True)
 class Diagnosis(Result):
     """The verdict (`adequate`, `missing-effect`, `ambiguous`, `unexplained`) with its reasons.
 

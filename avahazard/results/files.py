@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from avahazard.notes import Note
@@ -14,7 +14,6 @@ from avahazard.results.diagnosis import Diagnosis
 from avahazard.results.hazard import HazardRow
 
 
-@dataclass(frozen=True, slots=True)
 class Created(Result):
     """A database that was made, or was there."""
 
@@ -22,7 +21,6 @@ class Created(Result):
     created: bool
 
 
-@dataclass(frozen=True, slots=True)
 class DatabaseState(Result):
     """The revision of the tables and that of the program; `counts` where the state is `current`."""
 
@@ -33,7 +31,6 @@ class DatabaseState(Result):
     counts: dict[str, int]
 
 
-@dataclass(frozen=True, slots=True)
 class Upgraded(Result):
     """The revisions that a database went from and to, and the copy that was made before."""
 
@@ -43,7 +40,6 @@ class Upgraded(Result):
     backup: str | None = field(default=None, metadata=ABSENT)
 
 
-@dataclass(frozen=True, slots=True)
 class Recomputed(Result):
     """A model calibrated again: whether its draws are those stored; None where it cannot be."""
 
@@ -52,7 +48,6 @@ class Recomputed(Result):
     why_not: str | None
 
 
-@dataclass(frozen=True, slots=True)
 class Checked(Result):
     """Whether a database is whole, what is wrong with it, and what of it was done again."""
 
@@ -62,7 +57,6 @@ class Checked(Result):
     recomputed: Rows[Recomputed] | None = field(default=None, metadata=ABSENT)
 
 
-@dataclass(frozen=True, slots=True)
 class Copied(Result):
     """A database and the file that it was copied to."""
 
@@ -70,7 +64,6 @@ class Copied(Result):
     backup: str
 
 
-@dataclass(frozen=True, slots=True)
 class ImportedRecords(Result):
     """Rows by kind."""
 
@@ -80,7 +73,6 @@ class ImportedRecords(Result):
     speeds: Count
 
 
-@dataclass(frozen=True, slots=True)
 class Import(Result):
     """What an import did, or would do: how it read each file, and each column of it."""
 
@@ -93,7 +85,6 @@ class Import(Result):
     next: Note | None = field(default=None, metadata=ABSENT)
 
 
-@dataclass(frozen=True, slots=True)
 class GuessedColumns(Result):
     """A first `columns.toml` that was written, its guesses, and what they leave open."""
 
@@ -103,7 +94,6 @@ class GuessedColumns(Result):
     open: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class WrittenReport(Result):
     """A report that was written; `lacking` is missing from it, `notes` are on the model."""
 
@@ -117,7 +107,6 @@ class WrittenReport(Result):
     next: Note | None = field(default=None, metadata=ABSENT)
 
 
-@dataclass(frozen=True, slots=True)
 class Layer(Result):
     """A layer of an exported file."""
 
@@ -126,7 +115,6 @@ class Layer(Result):
     crs: str | None
 
 
-@dataclass(frozen=True, slots=True)
 class Export(Result):
     """What an export wrote, with notes on what could not be drawn."""
 
@@ -136,7 +124,6 @@ class Export(Result):
     notes: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class SyntheticDataset(Result):
     """A synthetic dataset on disk; `effects` have their strength and true parameters."""
 
@@ -150,7 +137,6 @@ class SyntheticDataset(Result):
     n_speeds: int
 
 
-@dataclass(frozen=True, slots=True)
 class HiddenEffect(Result):
     """The loop on a synthetic dataset with a hidden effect (`hidden`, by its key).
 
@@ -172,7 +158,6 @@ class HiddenEffect(Result):
     notes: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class Demo(Result):
     """The main job on the twin (calibrations, bounds, files), then a hidden effect: `loop`.
 
@@ -189,7 +174,6 @@ class Demo(Result):
     notes: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class Step(Result):
     """One step: `done` or `up to date`; `found` says in words what came of it."""
 
@@ -198,7 +182,6 @@ class Step(Result):
     found: str
 
 
-@dataclass(frozen=True, slots=True)
 class ProjectRun(Result):
     """A project: its steps in order, the model that its answers are by, and the files written."""
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from avahazard.notes import Note
 from avahazard.results.base import ABSENT, Result, Rows
 
 
-@dataclass(frozen=True, slots=True)
 class ApparentEvent(Result):
     """The friction whose block stops where the record says, and its bracket.
 
@@ -26,7 +25,6 @@ class ApparentEvent(Result):
     mu_reference: float | None = field(default=None, metadata=ABSENT)
 
 
-@dataclass(frozen=True, slots=True)
 class FrictionDensity(Result):
     """Holy's density of the frictions of one path, or of `all`, on a grid.
 
@@ -43,7 +41,6 @@ class FrictionDensity(Result):
     sd: float
 
 
-@dataclass(frozen=True, slots=True)
 class PerturbedParameter(Result):
     """A parameter of a law fitted to the records, and to records moved within their errors."""
 
@@ -53,7 +50,6 @@ class PerturbedParameter(Result):
     sd: float
 
 
-@dataclass(frozen=True, slots=True)
 class PerturbationCheck(Result):
     """What the errors of the records do to the frictions, and to the law fitted to them."""
 
@@ -65,7 +61,6 @@ class PerturbationCheck(Result):
     parameters: dict[str, PerturbedParameter]
 
 
-@dataclass(frozen=True, slots=True)
 class Frictions(Result):
     """Apparent friction of every event, densities, and the check by perturbation.
 
@@ -79,7 +74,6 @@ class Frictions(Result):
     perturbation: PerturbationCheck
 
 
-@dataclass(frozen=True, slots=True)
 class FittedParameter(Result):
     """A parameter of a law by least squares, with its standard error."""
 
@@ -88,7 +82,6 @@ class FittedParameter(Result):
     unit: str
 
 
-@dataclass(frozen=True, slots=True)
 class LeastSquares(Result):
     """A law of friction against volume by least squares."""
 
@@ -100,7 +93,6 @@ class LeastSquares(Result):
     n_events: int
 
 
-@dataclass(frozen=True, slots=True)
 class Fits(Result):
     """All laws, with notes on what was left out."""
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from avahazard.notes import Note
 from avahazard.results.base import ABSENT, Result, Rows
 
 
-@dataclass(frozen=True, slots=True)
 class Quantiles(Result):
     """5, 50 and 95 %."""
 
@@ -18,7 +17,6 @@ class Quantiles(Result):
     q95: float
 
 
-@dataclass(frozen=True, slots=True)
 class Spread(Result):
     """Mean and quantiles in metres; None where they lie beyond the end of the profile.
 
@@ -32,7 +30,6 @@ class Spread(Result):
     q95: float | None
 
 
-@dataclass(frozen=True, slots=True)
 class PlaceQuantiles(Result):
     """5, 50 and 95 % of a place in metres; None where it lies beyond the end of the profile."""
 
@@ -41,7 +38,6 @@ class PlaceQuantiles(Result):
     q95: float | None
 
 
-@dataclass(frozen=True, slots=True)
 class MapPoint(Result):
     """A place on the map: `x` east (or longitude) and `y` north in the system `crs`."""
 
@@ -50,7 +46,6 @@ class MapPoint(Result):
     crs: str
 
 
-@dataclass(frozen=True, slots=True)
 class FarthestRecord(Result):
     """The recorded stop farthest down; `runout_x_m` is None where it is beyond the profile."""
 
@@ -58,7 +53,6 @@ class FarthestRecord(Result):
     date: str | None
 
 
-@dataclass(frozen=True, slots=True)
 class Design(Result):
     """The runout that avalanches of a path exceed once in T years, all volumes mixed.
 
@@ -77,7 +71,6 @@ class Design(Result):
     interval: Note
 
 
-@dataclass(frozen=True, slots=True)
 class VolumeInterval(Result):
     """5 and 95 % of the posterior of a volume, m3."""
 
@@ -85,7 +78,6 @@ class VolumeInterval(Result):
     q95: float
 
 
-@dataclass(frozen=True, slots=True)
 class RunoutInterval(Result):
     """A runout, and in `interval` what varies between its 5 and 95 %."""
 
@@ -94,7 +86,6 @@ class RunoutInterval(Result):
     interval: Note
 
 
-@dataclass(frozen=True, slots=True)
 class YearlyChances(Result):
     """Chances a year along a path, 5, 50 and 95 % over the uncertainty of the parameters."""
 
@@ -103,7 +94,6 @@ class YearlyChances(Result):
     q95: tuple[float, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class ReachChance(Result):
     """Chance that a year's avalanches pass places on the path (m)."""
 
@@ -112,7 +102,6 @@ class ReachChance(Result):
     p_per_year: YearlyChances
 
 
-@dataclass(frozen=True, slots=True)
 class ModelRunout(Result):
     """What one of several models says, and its weight: its design runout, or that of the volume."""
 
@@ -121,7 +110,6 @@ class ModelRunout(Result):
     runout_x_m: PlaceQuantiles
 
 
-@dataclass(frozen=True, slots=True)
 class HazardRow(Result):
     """What is expected on one path for a return period, or of a volume; lengths in m.
 
@@ -179,7 +167,6 @@ def failed_document(path_id: str, reason: str) -> dict[str, Any]:
     }
 
 
-@dataclass(frozen=True, slots=True)
 class Hazard(Result):
     """The rows of all paths, with notes for people."""
 
@@ -187,7 +174,6 @@ class Hazard(Result):
     notes: tuple[Note, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class ReturnLevel(Result):
     """The volume (m3) of a return period, with its posterior."""
 
@@ -198,7 +184,6 @@ class ReturnLevel(Result):
     extrapolated: bool
 
 
-@dataclass(frozen=True, slots=True)
 class YearlyMaximum(Result):
     """A yearly largest volume (m3), and the return period of its rank."""
 
@@ -206,7 +191,6 @@ class YearlyMaximum(Result):
     volume_m3: float
 
 
-@dataclass(frozen=True, slots=True)
 class PathVolumes(Result):
     """The frequency of volumes of one path: the fit in words, its record, and return levels."""
 
@@ -224,7 +208,6 @@ class PathVolumes(Result):
     maxima: Rows[YearlyMaximum]
 
 
-@dataclass(frozen=True, slots=True)
 class Volumes(Result):
     """The entries of all paths, with notes for people."""
 
@@ -232,7 +215,6 @@ class Volumes(Result):
     notes: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class Density(Result):
     """Density of the flow, kg/m3."""
 
@@ -240,7 +222,6 @@ class Density(Result):
     sd: float
 
 
-@dataclass(frozen=True, slots=True)
 class ExceededHere(Result):
     """Speed (m/s) and pressure ρu² (kPa) that a year exceeds at a place with chance 1/T."""
 
@@ -250,7 +231,6 @@ class ExceededHere(Result):
     pressure_kpa: Quantiles
 
 
-@dataclass(frozen=True, slots=True)
 class Place(Result):
     """A place of a path: how often it is reached, and what is exceeded there."""
 
@@ -260,7 +240,6 @@ class Place(Result):
     by_return_period: Rows[ExceededHere]
 
 
-@dataclass(frozen=True, slots=True)
 class Zone(Result):
     """A zone from `from_x_m` to `to_x_m`; the quantiles are None beyond the profile."""
 
@@ -274,7 +253,6 @@ class Zone(Result):
     extrapolated: bool
 
 
-@dataclass(frozen=True, slots=True)
 class PeriodDesign(Result):
     """The design runout of a return period, as `hazard` gives it."""
 
@@ -283,7 +261,6 @@ class PeriodDesign(Result):
     design: Design
 
 
-@dataclass(frozen=True, slots=True)
 class ZonedPath(Result):
     """One path: its design runouts, its zones, the worst first, and what comes to its `places`.
 
@@ -303,7 +280,6 @@ class ZonedPath(Result):
     notes: tuple[Note, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class Zones(Result):
     """The entries of all paths, with notes for people."""
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from avahazard.notes import Note
 from avahazard.results.base import ABSENT, Result, Rows
 
 
-@dataclass(frozen=True, slots=True)
 class PathSummary(Result):
     """A path, its profile's size (m), and its records; None where unknown."""
 
@@ -27,7 +26,6 @@ class PathSummary(Result):
     volume_max_m3: float | None
 
 
-@dataclass(frozen=True, slots=True)
 class Stretch(Result):
     """A stretch of a path, x in m."""
 
@@ -35,8 +33,7 @@ class Stretch(Result):
     to_x_m: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ProfileFit(Result):
+class ProfileFit(Result, kw_only=True):
     """How a profile was regularised: `degree` of a polynomial, or `smoothing` of a spline.
 
     The error of the points `elevation_sigma_m` is given, estimated or assumed (`sigma_from`); their
@@ -57,7 +54,6 @@ class ProfileFit(Result):
     block_m: float
 
 
-@dataclass(frozen=True, slots=True)
 class PathCheck(Result):
     """One path, and whether the block's assumptions hold on it; lengths in m."""
 
@@ -75,7 +71,6 @@ class PathCheck(Result):
     notes: tuple[Note, ...]
 
 
-@dataclass(frozen=True, slots=True)
 class SpeedHere(Result):
     """Speed (m/s) of the block at a place (m)."""
 
@@ -83,7 +78,6 @@ class SpeedHere(Result):
     speed_m_s: float
 
 
-@dataclass(frozen=True, slots=True)
 class RunoutAt(Result):
     """F(μ) and F'(μ) at one friction: where the block stops, m, and how that moves with μ.
 
@@ -99,7 +93,6 @@ class RunoutAt(Result):
     dy_dmu_m: float | None
 
 
-@dataclass(frozen=True, slots=True)
 class RunoutJump(Result):
     """A jump of F between two frictions of its table: none stops the block between the places."""
 
@@ -109,8 +102,7 @@ class RunoutJump(Result):
     to_x_m: float
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Runout(Result):
+class Runout(Result, kw_only=True):
     """One run of the block: where it stops, and its speed on the way.
 
     `status` is stopped, left_profile or not_released; `lift_off_x_m` is where it first lost the
@@ -135,7 +127,6 @@ class Runout(Result):
     notes: tuple[Note, ...] | None = field(default=None, metadata=ABSENT)
 
 
-@dataclass(frozen=True, slots=True)
 class TerrainRunout(Result):
     """The α-β runout of a path by one regression, the shorter of α + sd, the longer of α - sd."""
 
@@ -159,7 +150,6 @@ PERIOD_COLORS = {300.0: "#56b4e9", 100.0: "#0072b2", 30.0: "#e69f00", 10.0: "#d5
 """Return periods (years) whose areas a map has, the largest area first, and their colours."""
 
 
-@dataclass(frozen=True, slots=True)
 class SimulatedPath(Result):
     """The runs of a path: how many there are, and were made now; over which ranges, and how far.
 
@@ -181,7 +171,6 @@ class SimulatedPath(Result):
     seconds: float
 
 
-@dataclass(frozen=True, slots=True)
 class Simulations(Result):
     """The runs of all paths, with notes for people."""
 
@@ -189,7 +178,6 @@ class Simulations(Result):
     notes: tuple[Note, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
 class SimulationPlan(Result):
     """What `simulate` takes before it refines; `measured`: from stored runs, not from cells."""
 
@@ -202,7 +190,6 @@ class SimulationPlan(Result):
     stored_bytes: int
 
 
-@dataclass(frozen=True, slots=True)
 class MappedBy(Result):
     """A path of a map: by which engine, and its largest annual chance in a cell."""
 
@@ -212,7 +199,6 @@ class MappedBy(Result):
     chance_max: float
 
 
-@dataclass(frozen=True, slots=True)
 class ChanceMap(Result):
     """A map of annual chances that was written: its file, what it holds, and its paths."""
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -60,7 +59,6 @@ EFFECT_FILES = Option(
 )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class ImportRequest(Request):
     """How files are read, and what happens to rows that are there already."""
 
@@ -101,7 +99,6 @@ class ImportRequest(Request):
         return Conventions(self.decimal, self.dates, self.unusual, marks)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class CalibrateRequest(Request):
     """What a model is made of, on which events it is calibrated, and how."""
 
@@ -152,7 +149,6 @@ class CalibrateRequest(Request):
     seed: int = option(0, SEED)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class DiagnoseRequest(Request):
     """Which effects are expected beforehand."""
 
@@ -169,7 +165,6 @@ class DiagnoseRequest(Request):
     effect_files: Sequence[Path] = option((), EFFECT_FILES)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class RunoutRequest(Request):
     """The friction of a run of the block, or the model and the volume (m3) that give it."""
 
@@ -211,7 +206,6 @@ def _kappa(texts: Sequence[str]) -> float | str:
         return text
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class FrictionRequest(Request):
     """How sharp the density is, and the model whose effects are at work, if any."""
 
@@ -239,7 +233,6 @@ class FrictionRequest(Request):
             )
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class HazardRequest(Request):
     """Return periods (years) and volumes (m3), and on which paths; none: all with a profile."""
 
@@ -256,7 +249,6 @@ class HazardRequest(Request):
     effect_files: Sequence[Path] = option((), EFFECT_FILES)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class SimulateRequest(Request):
     """On which paths a flow model runs, and for which frictions, volumes (m3) and drag (1/m).
 
@@ -285,7 +277,6 @@ class SimulateRequest(Request):
     release: Path | None = option(None, RELEASE_AREAS)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class ZonesRequest(Request):
     """Zones of which limits, at their return periods and those given, on which paths; none: all."""
 
@@ -315,7 +306,6 @@ class ZonesRequest(Request):
     effect_files: Sequence[Path] = option((), EFFECT_FILES)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class MapRequest(Request):
     """What a map shows: the paths named or all with a profile, the zones of `limits`."""
 
@@ -326,7 +316,6 @@ class MapRequest(Request):
     effect_files: Sequence[Path] = option((), EFFECT_FILES)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class AvaframeRequest(Request):
     """Paths, releases (as for `simulate`) and volumes of AvaFrame projects; draws for each."""
 
@@ -338,7 +327,6 @@ class AvaframeRequest(Request):
     effect_files: Sequence[Path] = option((), EFFECT_FILES)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class VolumesRequest(Request):
     """Return periods (years), where the frequency of volumes comes from, and paths; none: all."""
 
@@ -351,7 +339,6 @@ class VolumesRequest(Request):
     seed: int = option(0, SEED)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class RunRequest(Request):
     """What of a project is done."""
 
@@ -360,7 +347,6 @@ class RunRequest(Request):
     force: bool = option(False, "Do every step again, also what is up to date.")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class ReportRequest(Request):
     """What the document is called, who answers for it, of which place it is; its language."""
 
@@ -373,7 +359,6 @@ class ReportRequest(Request):
     effect_files: Sequence[Path] = option((), EFFECT_FILES)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class SynthRequest(Request):
     """The effects at work, and how much there is of it."""
 

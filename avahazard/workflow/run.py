@@ -54,14 +54,12 @@ Pair = Annotated[list[float], Limits(min_length=2, max_length=2)]
 Name = Annotated[str, Limits(min_length=1, max_length=150)]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class ModelRequest(requests.CalibrateRequest):
     """`[model]`: what `calibrate` is asked for, and the name of the model."""
 
     name: Name = "base"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class RoundsRequest(requests.DiagnoseRequest):
     """`[diagnose]`: what `diagnose` is asked for, and how often what it names is added."""
 

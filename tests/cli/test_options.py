@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -36,7 +35,6 @@ def test_an_option_reads_alike_wherever_it_is() -> None:
     assert {flag: kinds for flag, kinds in found.items() if len(kinds) > 1} == {}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Asked(Request):
     """A request with a pair of numbers."""
 
@@ -61,7 +59,7 @@ def test_what_was_asked_arrives() -> None:
         *("m", "-T", "30", "--return-period", "100", "--path", "P01", "--frequency", "gpd"),
         *("--threshold", "5e3", "--volumes", "v.csv", "--pair", "1", "--far"),
     )
-    source = VolumeSource("gpd", 5e3, Path("v.csv"))
+    source = VolumeSource(family="gpd", threshold_m3=5e3, table=Path("v.csv"))
     request = HazardRequest(return_periods=[30, 100], paths="P01", source=source)
     assert (status, seen) == (0, ["m", request, Asked(pair=("1",)), True])
 

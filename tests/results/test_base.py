@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,6 @@ from avahazard.results.comparison import Ladder
 from tests.results.samples import COMPARISON, LADDER_ENTRY
 
 
-@dataclass(frozen=True, slots=True)
 class Inner(Result):
     """A part."""
 
@@ -23,7 +22,6 @@ class Inner(Result):
     name: str
 
 
-@dataclass(frozen=True, slots=True)
 class Outer(Result):
     """A whole."""
 

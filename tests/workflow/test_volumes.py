@@ -50,11 +50,11 @@ def test_periods_shorter_than_the_time_between_avalanches_have_no_level(twin: st
 
 
 def test_over_a_threshold(twin: str) -> None:
-    source = VolumeSource("gpd", 3e4)
+    source = VolumeSource(family="gpd", threshold_m3=3e4)
     (entry,) = volumes(twin, VolumesRequest(paths=["saint-clement"], source=source)).rows
     assert "generalised Pareto of log volume over 30000 m3 (given)" in entry.method
     (automatic,) = volumes(
-        twin, VolumesRequest(paths=["saint-clement"], source=VolumeSource("gpd"))
+        twin, VolumesRequest(paths=["saint-clement"], source=VolumeSource(family="gpd"))
     ).rows
     assert "(the median)" in automatic.method
 
