@@ -56,8 +56,8 @@ def messages() -> Catalog:
         "jinja2.ext:babel_extract", TEMPLATE, {"_": None, "ngettext": (1, 2)}, options=JINJA
     ):
         found.add(text, locations=[(str(TEMPLATE.relative_to(ROOT)), None)])
-    for text in (*SENTENCES.values(), *_said_of_itself()):
-        found.add(text)
+    for sentence in (*SENTENCES.values(), *_said_of_itself()):
+        found.add(sentence if isinstance(sentence, str) else tuple(sentence))
     for key in (*catalogue(), *(prefix + "{column}" for prefix in MADE)):
         found.add(key, context=EFFECT)
     return found
