@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from avahazard.cli.options import StoredModel, answers, argument, flag, output_file
-from avahazard.cli.output import ask, emit, table
+from avahazard.cli.output import Shown, Whole, ask, emit, table
 from avahazard.notes import counted
 from avahazard.records.errors import AvahazardError
 from avahazard.results import files as results
 from avahazard.workflow.requests import AvaframeRequest, ReportRequest, SynthRequest
 
 
-def _created(console: Console, found: results.Created) -> None:
+def _created(found: results.Created) -> Iterator[Shown]:
     done = "was created" if found.created else "exists"
-    console.print(f"The database {found.database} {done}.", soft_wrap=True)
+    yield Whole(f"The database {found.database} {done}.")
 
 
 @answers("database.init_database", _created)
@@ -40,12 +40,12 @@ db = typer.Typer(
 )
 
 
-def _upgraded(console: Console, found: results.Upgraded) -> None:
+def _upgraded(found: results.Upgraded) -> Iterator[Shown]:
     words = f"went from revision {found.from_} to {found.to}"
     if found.from_ == found.to:
         words = "is up to date"
     copied = "" if found.backup is None else f"Copied it to {found.backup} before.\n"
-    console.print(f"{copied}The database {found.database} {words}.", soft_wrap=True)
+    yield Whole(f"{copied}The database {found.database} {words}.")
 
 
 @db.command()
@@ -59,14 +59,12 @@ def upgrade() -> None:
     """
 
 
-def _status(console: Console, found: results.DatabaseState) -> None:
-    console.print(f"Database: {found.database}", soft_wrap=True)
-    console.print(
-        f"Tables: {found.state} (revision {found.revision or 'none'}, this program's is "
-        f"{found.head})"
-    )
+def _status(found: results.DatabaseState) -> Iterator[Shown]:
+    yield Whole(f"Database: {found.database}")
+    own = f"(revision {found.revision or 'none'}, this program's is {found.head})"
+    yield f"Tables: {found.state} {own}"
     if found.counts:
-        console.print(table("", ("holds", ">number"), found.counts.items()))
+        yield table("", ("holds", ">number"), found.counts.items())
 
 
 @db.command()
@@ -81,13 +79,13 @@ def status() -> None:
     """
 
 
-def _checked(console: Console, found: results.Checked) -> None:
-    console.print(f"The database {found.database} is whole.", soft_wrap=True)
+def _checked(found: results.Checked) -> Iterator[Shown]:
+    yield Whole(f"The database {found.database} is whole.")
     for model in found.recomputed or ():
         words = "as stored, to the last bit"
         if not model.identical:
             words = f"could not be held against it: {model.why_not}"
-        console.print(f"{model.model} calibrated again: {words}", soft_wrap=True)
+        yield Whole(f"{model.model} calibrated again: {words}")
 
 
 @db.command()
@@ -110,8 +108,8 @@ def check(
     emit(found, _checked)
 
 
-def _copied(console: Console, found: results.Copied) -> None:
-    console.print(f"Copied {found.database} to {found.backup}.", soft_wrap=True)
+def _copied(found: results.Copied) -> Iterator[Shown]:
+    yield Whole(f"Copied {found.database} to {found.backup}.")
 
 
 @db.command()
@@ -125,9 +123,9 @@ def backup(target: Annotated[str, argument("The new file.", "FILE")]) -> None:
     """
 
 
-def _written(console: Console, found: results.WrittenReport) -> None:
+def _written(found: results.WrittenReport) -> Iterator[Shown]:
     size = f"paths {found.n_paths}, events {found.n_events}, {found.bytes / 1e6:.1f} MB"
-    console.print(f"{found.file}: {size}. Open it in a browser.", soft_wrap=True)
+    yield Whole(f"{found.file}: {size}. Open it in a browser.")
 
 
 @answers("report.write_report", _written, notes=lambda found: (*found.lacking, *found.notes))
@@ -148,9 +146,9 @@ def report(
     """
 
 
-def _exported(console: Console, found: results.Export) -> None:
+def _exported(found: results.Export) -> Iterator[Shown]:
     rows = [(x.layer, x.n_features, x.crs) for x in found.layers]
-    console.print(table(found.file, ("layer", ">features", "crs"), rows))
+    yield table(found.file, ("layer", ">features", "crs"), rows)
 
 
 def export(
@@ -188,14 +186,11 @@ def export(
     emit(found, _exported)
 
 
-def _synthetic(console: Console, found: results.SyntheticDataset) -> None:
+def _synthetic(found: results.SyntheticDataset) -> Iterator[Shown]:
     size = f"{counted(found.n_events, 'event')} on {counted(found.n_paths, 'path')}"
-    for words in (
-        f"{size}, {found.n_left_profile} beyond the profile, {found.n_speeds} speeds.",
-        f"Hidden effects: {', '.join(found.effects) or 'none'}.",
-        *found.files,
-    ):
-        console.print(words, soft_wrap=True)
+    yield Whole(f"{size}, {found.n_left_profile} beyond the profile, {found.n_speeds} speeds.")
+    yield Whole(f"Hidden effects: {', '.join(found.effects) or 'none'}.")
+    yield from map(Whole, found.files)
 
 
 @answers("synth.synthesise", _synthetic)

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import timedelta
 from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any
 
-from rich.console import Console
-
 from avahazard.cli.options import CalibratedModel, answers, argument, flag, output_file
-from avahazard.cli.output import SafeConsole, ask, emit, settings, show, show_next, table, warn
+from avahazard.cli.output import SafeConsole, Shown, ask, emit, settings, show_next, table, warn
 from avahazard.notes import Note, counted, grouped
 from avahazard.report import tables
 from avahazard.results.hazard import HazardRow, Zones
@@ -34,7 +32,7 @@ def volumes(
       avahazard volumes --frequency gpd --threshold 20000
     """
     found = ask("hazard.volumes", request=replace(request, paths=paths or ()))
-    emit(found, lambda console, _: show(console, tables.volumes_table(found.rows)))
+    emit(found, lambda found: [tables.volumes_table(found.rows)])
 
 
 MOST_ROWS = 500
@@ -69,9 +67,7 @@ def hazard(
     found = ask("hazard.run_hazard", names=names, request=request)
     emit(
         found,
-        lambda console, found: show_bounds(
-            console, list(islice(found.rows(), MOST_ROWS)), found.failed
-        ),
+        lambda found: show_bounds(list(islice(found.rows(), MOST_ROWS)), found.failed),
         document=lambda found: found.documents(),
         notes=_beside_windows,
     )
@@ -89,54 +85,57 @@ def _beside_windows(found: Any) -> list[Note]:
     return grouped(note for note in found.notes if note.key != WINDOW)
 
 
-def show_windows(console: Console, notes: Iterable[Note]) -> None:
-    """Print of which paths the rate rests on the years in which any path has records."""
+def show_windows(notes: Iterable[Note]) -> Iterator[Shown]:
+    """Show of which paths the rate rests on the years in which any path has records."""
     for note in grouped(note for note in notes if note.key == WINDOW):
-        console.print(f"{note[:1].upper()}{note[1:]}")
+        yield f"{note[:1].upper()}{note[1:]}"
 
 
 def show_bounds(
-    console: Console, rows: Sequence[HazardRow], failed: Mapping[str, str] | None = None
-) -> None:
-    """Print the rows of `hazard`: design runouts, else runouts of volumes; all, if asked for.
+    rows: Sequence[HazardRow], failed: Mapping[str, str] | None = None
+) -> Iterator[Shown]:
+    """Show the rows of `hazard`: design runouts, else runouts of volumes; all, if asked for.
 
     First, where rates rest on the years of the data set; last, why paths `failed`.
     """
     verbose = settings().verbose
-    show_windows(console, (note.about(row.path_id) for row in rows for note in row.notes))
+    yield from show_windows(note.about(row.path_id) for row in rows for note in row.notes)
     periods = [row for row in rows if row.return_period_years is not None]
     given = [row for row in rows if row.return_period_years is None]
     if periods:
-        show(console, tables.design_table(periods))
+        yield tables.design_table(periods)
     if rows and rows[0].by_model:
-        show(console, tables.models_table(rows))
+        yield tables.models_table(rows)
     if verbose or given:
-        show(console, tables.volume_runout_table(rows if verbose else given))
+        yield tables.volume_runout_table(rows if verbose else given)
     if verbose:
-        for made in (tables.apart_table, tables.period_volumes_table, tables.points_table):
-            show(console, made(rows))
+        yield from (
+            tables.apart_table(rows),
+            tables.period_volumes_table(rows),
+            tables.points_table(rows),
+        )
     elif periods:
-        console.print("Volumes, their runouts and places on the map: avahazard --verbose hazard …")
+        yield "Volumes, their runouts and places on the map: avahazard --verbose hazard …"
     if failed:
-        console.print(table("Left out", ("path", "why"), list(failed.items())))
+        yield table("Left out", ("path", "why"), list(failed.items()))
 
 
 FEW_PATHS = 8
 """Paths whose design runouts and speeds stand beside their zones without being asked for."""
 
 
-def show_zones(console: Console, found: Zones) -> None:
-    """Print zones; of few paths, or if all is asked for, design runouts and speeds too."""
+def show_zones(found: Zones) -> Iterator[Shown]:
+    """Show zones; of few paths, or if all is asked for, design runouts and speeds too."""
     entries = found.rows
-    show_windows(console, (note for entry in entries for note in entry.notes))
+    yield from show_windows(note for entry in entries for note in entry.notes)
     whole = settings().verbose or len(entries) <= FEW_PATHS
     if whole:
-        show(console, tables.design_table(entries))
-    show(console, tables.zones_table(entries))
+        yield tables.design_table(entries)
+    yield tables.zones_table(entries)
     if whole:
-        show(console, tables.speeds_table(entries))
+        yield tables.speeds_table(entries)
     else:
-        console.print("Design runouts, speeds and pressures: avahazard --verbose zones …")
+        yield "Design runouts, speeds and pressures: avahazard --verbose zones …"
 
 
 @answers("hazard.zones", show_zones, notes=_beside_windows)
@@ -182,19 +181,19 @@ def simulate(
         emit(ask("simulate.simulate_paths", request=asked), show_simulations)
 
 
-def _plan(console: Console, plan: SimulationPlan) -> None:
+def _plan(plan: SimulationPlan) -> Iterator[Shown]:
     done = f", {plan.n_done} of them stored already" if plan.n_done else ""
-    console.print(f"{counted(plan.n_runs, 'run')}{done}.")
+    yield f"{counted(plan.n_runs, 'run')}{done}."
     by = "the mean of stored runs" if plan.measured else "a guess from the number of cells"
-    console.print(
+    yield (
         f"Time: about {timedelta(seconds=round(plan.seconds))} (h:min:s) with {plan.workers} "
         f"workers, {plan.seconds_per_run:.0f} s a run ({by}). Refinement can take three times as "
         f"long.\nDatabase: about {plan.stored_bytes / 1e6:.2g} MB."
     )
 
 
-def show_simulations(console: Console, found: Simulations) -> None:
-    """Print how many runs each path has, and how far they came."""
+def show_simulations(found: Simulations) -> Iterator[Shown]:
+    """Show how many runs each path has, and how far they came."""
     rows = [
         (
             row.path_id,
@@ -210,15 +209,15 @@ def show_simulations(console: Console, found: Simulations) -> None:
         for row in found.rows
     ]
     heads = ("path", ">runs", ">new", "friction", "volume m³", "stop x m", ">left")
-    console.print(table("Runs of com1DFA", heads, rows))
+    yield table("Runs of com1DFA", heads, rows)
 
 
-def show_map(console: Console, found: ChanceMap) -> None:
-    """Print what a map holds."""
+def show_map(found: ChanceMap) -> Iterator[Shown]:
+    """Show what a map holds."""
     rows = [(row.path_id, row.engine, row.n_runs, f"{row.chance_max:.3f}") for row in found.paths]
     title = f"{found.file}: {found.crs}, cells of {found.cell_m:g} m"
-    console.print(table(title, ("path", "engine", ">runs", ">largest chance a year"), rows))
-    console.print(f"It holds: {', '.join(found.bands)}.")
+    yield table(title, ("path", "engine", ">runs", ">largest chance a year"), rows)
+    yield f"It holds: {', '.join(found.bands)}."
 
 
 @answers("map.draw_map", show_map)

@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.console import Console
 
 from avahazard.cli.options import EffectFiles, StoredModel, answers, argument, flag, picture
-from avahazard.cli.output import ask, emit, settings, show, table, warn
+from avahazard.cli.output import Shown, Whole, ask, emit, settings, table, warn
 from avahazard.criticism.screening.screen import LEVEL
 from avahazard.inference.model.choices import METHODS
 from avahazard.notes import Note, counted
@@ -27,20 +26,19 @@ from avahazard.results.diagnosis import Candidate, Diagnosis
 from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
 
 
-def show_calibration(console: Console, model: results.Calibration) -> None:
-    """Print what a calibration found."""
-    console.print(f"{model.model}: {_parts(model)}", soft_wrap=True)
-    show(console, model_tables.parameters_table(model))
-    for words in [] if model.kinds is None else sentences.kinds_text(model.kinds):
-        console.print(words, soft_wrap=True)
-    show(console, model_tables.kinds_table(model))
+def show_calibration(model: results.Calibration) -> Iterator[Shown]:
+    """Show what a calibration found."""
+    yield Whole(f"{model.model}: {_parts(model)}")
+    yield model_tables.parameters_table(model)
+    yield from map(Whole, sentences.kinds_text(model.kinds) if model.kinds else ())
+    yield model_tables.kinds_table(model)
     checks = model.diagnostics
     rhat = "infinite" if checks.rhat_max is None else f"{checks.rhat_max:.3f}"
-    console.print(
+    yield (
         f"{counted(model.n_events, 'event')}; {model.chains} chains of {model.draws} "
         f"draws, seed {model.seed}; {checks.acceptance:.0%} accepted."
     )
-    console.print(
+    yield (
         f"{'Converged' if checks.converged else 'Not converged'}: R-hat {rhat}, effective sample "
         f"size at least {round(checks.ess_min)}."
     )
@@ -80,9 +78,9 @@ def calibrate(
     """
 
 
-def _models(console: Console, found: Rows[results.ModelSummary]) -> None:
+def _models(found: Rows[results.ModelSummary]) -> Iterator[Shown]:
     if not found:
-        console.print("There are no models yet: make one with `avahazard calibrate NAME`.")
+        yield "There are no models yet: make one with `avahazard calibrate NAME`."
         return
     rows = [
         (
@@ -96,7 +94,7 @@ def _models(console: Console, found: Rows[results.ModelSummary]) -> None:
         for row in found
     ]
     columns = ("model", "effects", "law, method", ">events", "converged", "made")
-    console.print(table("", columns, rows))
+    yield table("", columns, rows)
 
 
 @answers("calibrate.show_models", _models)
@@ -109,11 +107,11 @@ def models() -> None:
     """
 
 
-def _model(console: Console, found: results.Calibration) -> None:
-    show_calibration(console, found)
+def _model(found: results.Calibration) -> Iterator[Shown]:
+    yield from show_calibration(found)
     line = f"Stored {str(found.created).replace('T', ' ').removesuffix('Z')} (UTC)"
     parent = f", from {found.parent}" if found.parent else ""
-    console.print(f"{line}{parent}, on the records {found.data_fingerprint[:12]}….")
+    yield f"{line}{parent}, on the records {found.data_fingerprint[:12]}…."
 
 
 def model(
@@ -138,7 +136,7 @@ def model(
         warn(Note("stale", model=name))
 
 
-def _provenance(console: Console, found: results.Provenance) -> None:
+def _provenance(found: results.Provenance) -> Iterator[Shown]:
     made = found.made_with
     rows = [
         ("stored (UTC)", found.created),
@@ -151,10 +149,10 @@ def _provenance(console: Console, found: results.Provenance) -> None:
         ("effect files, SHA-256", found.effect_sha256),
         ("lock, SHA-256", None if made is None else made.lock_sha256),
     ]
-    console.print(table(f"Provenance of {found.model}", ("", "value"), rows))
+    yield table(f"Provenance of {found.model}", ("", "value"), rows)
     was = {} if made is None else made.versions
     versions = [(key, was.get(key), now) for key, now in found.now.versions.items()]
-    console.print(table("", ("version of", "then", "now"), versions))
+    yield table("", ("version of", "then", "now"), versions)
 
 
 def _specified(key: str, value: Any) -> str | None:
@@ -166,13 +164,13 @@ def _specified(key: str, value: Any) -> str | None:
     return (", ".join(value) or None) if isinstance(value, list | tuple) else str(value)
 
 
-def _rerun(console: Console, found: results.Rerun) -> None:
+def _rerun(found: results.Rerun) -> Iterator[Shown]:
     if found.identical:
-        console.print(f"{found.model}: identical, every draw of {found.n_parameters} parameters.")
+        yield f"{found.model}: identical, every draw of {found.n_parameters} parameters."
         return
     rows = [(key, d.stored_mean, d.new_mean, d.largest) for key, d in found.differences.items()]
     columns = ("", ">stored mean", ">mean now", ">largest difference")
-    console.print(table(f"{found.model}: not identical", columns, rows))
+    yield table(f"{found.model}: not identical", columns, rows)
 
 
 @answers("calibrate.rerun", _rerun)
@@ -185,10 +183,10 @@ def rerun(name: StoredModel, effect_files: EffectFiles = None) -> None:
     """
 
 
-def _child(console: Console, found: results.Calibration) -> None:
-    show_calibration(console, found)
+def _child(found: results.Calibration) -> Iterator[Shown]:
+    yield from show_calibration(found)
     assert found.comparison is not None
-    console.print(sentences.before_and_after_text(found.comparison), soft_wrap=True)
+    yield Whole(sentences.before_and_after_text(found.comparison))
 
 
 @answers("calibrate.add", _child)
@@ -209,13 +207,13 @@ def add(
     """
 
 
-def _effects(console: Console, found: Rows[results.EffectEntry]) -> None:
+def _effects(found: Rows[results.EffectEntry]) -> Iterator[Shown]:
     cells = [
         (row.key, row.needs, "yes" if row.lacking is None else f"no: {row.lacking}")
         for row in found
     ]
-    console.print(table("Effects", ("effect", "needs", "supported by these data?"), cells))
-    console.print("More on one: avahazard effect KEY. Your own: avahazard effect new FILE.")
+    yield table("Effects", ("effect", "needs", "supported by these data?"), cells)
+    yield "More on one: avahazard effect KEY. Your own: avahazard effect new FILE."
 
 
 @answers("effects.list_effects", _effects)
@@ -248,16 +246,16 @@ def effect(
     written = ask("effects.write_effect_file", file=file)
     then = f"avahazard add MODEL KEY --as NEW --effect-file {written.file}"
     words = f"Written: {written.file}\nChange it, then: {then}"
-    emit(written, lambda console, _: console.print(words, soft_wrap=True))
+    emit(written, lambda _: [Whole(words)])
 
 
-def _effect(console: Console, effect: results.EffectDetails) -> None:
-    console.print(f"{effect.key}: {effect.meaning}")
+def _effect(effect: results.EffectDetails) -> Iterator[Shown]:
+    yield f"{effect.key}: {effect.meaning}"
     if effect.acts_on:
-        console.print(f"It acts on: {effect.acts_on}.")
-    console.print(f"It needs: {effect.needs}.")
+        yield f"It acts on: {effect.acts_on}."
+    yield f"It needs: {effect.needs}."
     answer = "support it" if effect.lacking is None else f"do not support it: {effect.lacking}"
-    console.print(f"These data {answer}.")
+    yield f"These data {answer}."
     if effect.parameters:
         cells = [
             (
@@ -270,7 +268,7 @@ def _effect(console: Console, effect: results.EffectDetails) -> None:
             for p in effect.parameters
         ]
         columns = ("parameter", "unit", ">neutral", ">prior", ">range")
-        console.print(table("", columns, cells))
+        yield table("", columns, cells)
 
 
 def _range(low: float | None, high: float | None) -> str:
@@ -280,18 +278,18 @@ def _range(low: float | None, high: float | None) -> str:
     return f"{least} to {most}"
 
 
-def show_comparison(console: Console, found: Comparison) -> None:
-    """Print scores, the budget of errors, and where the model fails."""
+def show_comparison(found: Comparison) -> Iterator[Shown]:
+    """Show scores, the budget of errors, and where the model fails."""
     scores = found.scores
-    show(console, model_tables.scores_table(found.coordinate, model_tables.compared_parts(found)))
-    for words in sentences.error_text(found):
-        console.print(words)
+    yield model_tables.scores_table(found.coordinate, model_tables.compared_parts(found))
+    yield from sentences.error_text(found)
     if scores.elpd_loo is not None:
         se = "" if scores.elpd_loo_se is None else f" ± {scores.elpd_loo_se:.1f}"
-        console.print(f"elpd, each record left out in turn: {scores.elpd_loo:.1f}{se} nats.")
-    for made in (model_tables.budget_table, model_tables.misfit_table, model_tables.failures_table):
-        show(console, made(found))
-    console.print(sentences.failure_text(found))
+        yield f"elpd, each record left out in turn: {scores.elpd_loo:.1f}{se} nats."
+    yield model_tables.budget_table(found)
+    yield model_tables.misfit_table(found)
+    yield model_tables.failures_table(found)
+    yield sentences.failure_text(found)
 
 
 def _notes(found: Comparison) -> Iterator[str]:
@@ -321,70 +319,66 @@ ALONE = 0.05
 CANDIDATES_SHOWN = 8
 
 
-def show_diagnosis(console: Console, found: Diagnosis) -> None:
-    """Print the verdict, the candidates, and what else was found."""
-    console.print(sentences.verdict_text(found, found.model), soft_wrap=True)
+def show_diagnosis(found: Diagnosis) -> Iterator[Shown]:
+    """Show the verdict, the candidates, and what else was found."""
+    yield Whole(sentences.verdict_text(found, found.model))
     if found.declared is not None:
         words = ", ".join(found.declared.effects)
-        console.print(f"Declared beforehand ({found.declared.at}), tested first: {words}.")
+        yield f"Declared beforehand ({found.declared.at}), tested first: {words}."
     candidates = model_tables.candidates_table(found)
-    show(console, replace(candidates, shown=max(candidates.shown or 0, CANDIDATES_SHOWN)))
+    yield replace(candidates, shown=max(candidates.shown or 0, CANDIDATES_SHOWN))
     best = found.candidates[0] if found.candidates else None
     if found.missing and best is not None and best.effect in found.missing:
-        console.print(best.physics, soft_wrap=True)
-    show(console, model_tables.shape_table(found))
-    show(console, model_tables.laws_table(found))
+        yield Whole(best.physics)
+    yield model_tables.shape_table(found)
+    yield model_tables.laws_table(found)
     if found.effect_file is not None:
-        console.print(f"Written: {found.effect_file}", soft_wrap=True)
+        yield Whole(f"Written: {found.effect_file}")
     elif found.lawful is not None:
         words = f"avahazard diagnose {found.model} --write-effect FILE"
-        console.print(f"The first as an effect file: {words}", soft_wrap=True)
+        yield Whole(f"The first as an effect file: {words}")
     if found.verdict == "adequate" and best is not None:
-        _nearest(console, best, len(found.candidates))
-    _findings(console, found)
+        yield from _nearest(best, len(found.candidates))
+    yield from _findings(found)
     # Where an effect is named it is added first; what parts it from others comes after.
     if found.verdict != "missing-effect" or settings().verbose:
-        show(console, model_tables.measure_table(found))
+        yield model_tables.measure_table(found)
 
 
-def _nearest(console: Console, best: Candidate, n_tried: int) -> None:
+def _nearest(best: Candidate, n_tried: int) -> Iterator[Shown]:
     """A candidate that would count had it been the only question."""
     if best.p_value_alone < ALONE and best.p_value > LEVEL:
         alone = "< 0.001" if best.p_value_alone < 0.001 else f"= {best.p_value_alone:.3f}"
-        console.print(
+        yield Whole(
             f"{best.effect} comes nearest: p {alone} by itself, "
             f"{best.p_value:.2f} as the best of {n_tried}. The first counts only where it was "
-            "declared beforehand (--expect).",
-            soft_wrap=True,
+            "declared beforehand (--expect)."
         )
 
 
-def _findings(console: Console, found: Diagnosis) -> None:
+def _findings(found: Diagnosis) -> Iterator[Shown]:
     """What else was found, beside the candidates, as what the measured force says of them."""
     for c in found.candidates[:CANDIDATES_SHOWN]:
         if c.force_witness is not None:
             value, se = c.force_witness.value, c.force_witness.se
             fitted = ", ".join(f"{k} {v:.3g}" for k, v in c.parameters.items())
-            console.print(
-                f"The measured force has {value:.2g} ± {se:.2g} of {c.effect} (fitted: {fitted}).",
-                soft_wrap=True,
+            yield Whole(
+                f"The measured force has {value:.2g} ± {se:.2g} of {c.effect} (fitted: {fitted})."
             )
     if found.impossible_stops:
         n = len(found.impossible_stops)
-        console.print(
+        yield Whole(
             f"{n} recorded {'stop' if n == 1 else 'stops'} on ground too steep for a block to stop "
-            f"there: {', '.join(found.impossible_stops[:6])}{', …' if n > 6 else ''}.",
-            soft_wrap=True,
+            f"there: {', '.join(found.impossible_stops[:6])}{', …' if n > 6 else ''}."
         )
     if found.heavy_tails:
-        console.print(
+        yield Whole(
             "Friction scatters with heavy tails: Student's t was used. Look at wrong records: "
-            f"{', '.join(found.suspect_events[:6]) or 'none stands out'}.",
-            soft_wrap=True,
+            f"{', '.join(found.suspect_events[:6]) or 'none stands out'}."
         )
     for effect, loss in found.still_needed.items():
         need = "is still needed" if loss > 0 else "is no longer needed"
-        console.print(f"{effect} {need} (evidence {loss:+.1f} nats).")
+        yield f"{effect} {need} (evidence {loss:+.1f} nats)."
 
 
 @answers("diagnose.diagnose_model", show_diagnosis)
@@ -400,13 +394,11 @@ def diagnose(name: StoredModel, *, request: DiagnoseRequest) -> None:
     """
 
 
-def show_ladder(console: Console, found: Ladder) -> None:
-    """Print all models with their errors, and which of these are by other held-out groups."""
-    show(console, model_tables.ladder_table(found.rows))
-    for row in found.rows:
-        for note in row.notes:
-            if note.key == "held_out_by_event":
-                console.print(str(note))
+def show_ladder(found: Ladder) -> Iterator[Shown]:
+    """Show all models with their errors, and which of these are by other held-out groups."""
+    yield model_tables.ladder_table(found.rows)
+    notes = (note for row in found.rows for note in row.notes)
+    yield from (str(note) for note in notes if note.key == "held_out_by_event")
 
 
 EXTRA = {"noise_floor_m", "noise_floor_crps_m"}
@@ -432,12 +424,12 @@ def ladder(
     """
 
 
-def show_prediction(console: Console, found: Prediction) -> None:
-    """Print the events with their predicted runouts, and the scores where runouts are given."""
-    show(console, model_tables.predicted_table(found.events))
+def show_prediction(found: Prediction) -> Iterator[Shown]:
+    """Show the events with their predicted runouts, and the scores where runouts are given."""
+    yield model_tables.predicted_table(found.events)
     if found.scores is not None:
         scores = [("these events", found.scores)]
-        show(console, model_tables.scores_table(found.scores.coordinate, scores))
+        yield model_tables.scores_table(found.scores.coordinate, scores)
 
 
 @answers(

@@ -19,6 +19,7 @@ import typer
 from rich import box
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.containers import Lines
+from rich.padding import Padding
 from rich.segment import Segment
 from rich.table import Table
 from rich.text import Text
@@ -33,8 +34,14 @@ from avahazard.report.tables import cell
 from avahazard.report.words import OPEN
 from avahazard.results.base import plain
 
-Render = Callable[[Console, Any], None]
-"""Prints a result for people."""
+Shown = str | Table | Padding | report_tables.Table | None
+"""Words, a table, a table of the report with how to read it; nothing for None."""
+Render = Callable[[Any], Iterable[Shown]]
+"""Gives what people are shown of a result."""
+
+
+class Whole(str):
+    """Words that stay on their lines, however long: names of files and commands can be copied."""
 
 
 class CliSettings(NamedTuple):
@@ -172,7 +179,7 @@ def emit(
     else:
         console = SafeConsole()
         with speaking(TERMINAL):
-            render(console, found)
+            show(console, render(found))
         show_next(console, getattr(found, "next", None))
     warn(*notes(found))
 
@@ -204,10 +211,16 @@ def warn(*texts: str) -> None:
         SafeConsole(stderr=True).print(Text(f"Note: {safe(text)}", style="yellow"), soft_wrap=True)
 
 
-def show(console: Console, found: report_tables.Table | None) -> None:
-    """Print a table and how to read it; nothing for None. Folded rows are counted."""
-    if found is None:
-        return
+def show(console: Console, parts: Iterable[Shown]) -> None:
+    """Print what people are shown, one after the other. Folded rows of tables are counted."""
+    for part in parts:
+        if isinstance(part, report_tables.Table):
+            _show_table(console, part)
+        elif part is not None:
+            console.print(part, soft_wrap=isinstance(part, Whole))
+
+
+def _show_table(console: Console, found: report_tables.Table) -> None:
     rows = found.rows if settings().verbose else found.rows[: found.shown]
     if rows or not found.rows:
         console.print(table(found.title, found.columns, rows))

@@ -8,26 +8,24 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 from rich.padding import Padding
 
 from avahazard.cli.hazard import show_bounds
 from avahazard.cli.models import show_calibration
 from avahazard.cli.options import answers
-from avahazard.cli.output import table
+from avahazard.cli.output import Shown, Whole, table
 from avahazard.report.sentences import before_and_after_text, verdict_text
 from avahazard.report.words import coordinate_text
 from avahazard.results.files import Demo, HiddenEffect, ProjectRun
 from avahazard.workflow.requests import RunRequest
 
 
-def _show_project(console: Console, found: ProjectRun) -> None:
+def _show_project(found: ProjectRun) -> Iterator[Shown]:
     rows = [(step.step, step.state, step.found) for step in found.steps]
-    console.print(table(f"Project {found.project}", ("step", "state", "found"), rows))
+    yield table(f"Project {found.project}", ("step", "state", "found"), rows)
     by = f"The results are those of the model {found.model}, in {found.database}:"
-    console.print(by, soft_wrap=True)
-    for file in found.files:
-        console.print(f"  {file}", soft_wrap=True)
+    yield Whole(by)
+    yield from (Whole(f"  {file}") for file in found.files)
 
 
 @answers("run.run_project", _show_project)
@@ -48,16 +46,16 @@ def run(
     """
 
 
-def _show_demo(console: Console, found: Demo) -> None:
-    console.print(found.twin)
-    console.print("Do not use them to judge a real place.\n")
+def _show_demo(found: Demo) -> Iterator[Shown]:
+    yield found.twin
+    yield "Do not use them to judge a real place.\n"
     for model in (found.model, found.gibbs):
-        show_calibration(console, model)
-        console.print()
-    console.print("The twin was made with a = 0.519, n = 3.36e-07 1/m3, sigma = 0.158.\n")
-    show_bounds(console, found.hazard)
-    show_loop(console, found.loop)
-    console.print("\nFiles:")
+        yield from show_calibration(model)
+        yield ""
+    yield "The twin was made with a = 0.519, n = 3.36e-07 1/m3, sigma = 0.158.\n"
+    yield from show_bounds(found.hazard)
+    yield from show_loop(found.loop)
+    yield "\nFiles:"
     database, bounds, picture, report, *data = found.files
     for words, file in (
         ("database", database),
@@ -68,13 +66,13 @@ def _show_demo(console: Console, found: Demo) -> None:
         ("database of the synthetic dataset", found.loop.database),
         ("its records", str(Path(found.loop.files[-1]).parent)),
     ):
-        console.print(f"  {words}: {file}", soft_wrap=True)
-    console.print("\nGo on with it, for example:")
+        yield Whole(f"  {words}: {file}")
+    yield "\nGo on with it, for example:"
     for place, words in ((database, f"model {found.model.model}"), (found.loop.database, "ladder")):
-        console.print(f"  avahazard --db {place} {words}", soft_wrap=True)
-    console.print(f"\nOne file to open, in a browser: {found.loop.report}", soft_wrap=True)
+        yield Whole(f"  avahazard --db {place} {words}")
+    yield Whole(f"\nOne file to open, in a browser: {found.loop.report}")
     last = found.loop.child or found.loop.model
-    console.print(
+    yield (
         f"It is the report of the model “{last.model}” of the synthetic dataset: where "
         "it fails, what was found, and the error that is left."
     )
@@ -98,14 +96,14 @@ def demo(
     """
 
 
-def show_loop(console: Console, found: HiddenEffect) -> None:
-    """Print the steps of the loop and its result."""
-    console.print(
+def show_loop(found: HiddenEffect) -> Iterator[Shown]:
+    """Show the steps of the loop and its result."""
+    yield (
         f"\nA synthetic dataset: {found.model.n_events} events on {found.n_paths} paths, with an "
         "effect that its first model lacks."
     )
     for k, line in enumerate(_story(found), 1):
-        console.print(Padding(f"{k}. {line}", (0, 0, 0, 2), expand=False))
+        yield Padding(f"{k}. {line}", (0, 0, 0, 2), expand=False)
 
 
 def _story(found: HiddenEffect) -> Iterator[str]:

@@ -11,12 +11,12 @@ from statistics import median
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
 from avahazard.cli.options import OnePath, answers, argument, flag, picture
-from avahazard.cli.output import SafeConsole, ask, emit, show, table
+from avahazard.cli.output import SafeConsole, Shown, Whole, ask, emit, table
 from avahazard.report.model_tables import fits_table
 from avahazard.report.tables import alpha_beta_table, cell, paths_table, thinned
+from avahazard.report.words import digits
 from avahazard.results.base import Rows
 from avahazard.results.files import GuessedColumns, Import
 from avahazard.results.friction import ApparentEvent, Frictions, PerturbationCheck
@@ -66,36 +66,32 @@ def import_(
     emit(found, _imported)
 
 
-def _imported(console: Console, found: Import) -> None:
+def _imported(found: Import) -> Iterator[Shown]:
     if found.dry_run:
         headings = ("column", "meaning", "unit", "first values")
         for (file, form), read in groupby(found.understood, lambda c: (c.file, c.form)):
             cells = [(c.column, c.meaning, c.unit, ", ".join(c.values)) for c in read]
-            console.print(table(f"{file}: {form}", headings, cells))
+            yield table(f"{file}: {form}", headings, cells)
     title = "Would be imported (nothing was stored)" if found.dry_run else "Imported"
     rows = [(kind, *counts.values()) for kind, counts in found.records.to_dict().items()]
-    console.print(table(title, ("", ">new", ">unchanged", ">updated"), rows))
+    yield table(title, ("", ">new", ">unchanged", ">updated"), rows)
 
 
-def _guessed(console: Console, found: GuessedColumns) -> None:
+def _guessed(found: GuessedColumns) -> Iterator[Shown]:
     columns = ("column", "seems to be", "unit", ">confidence", "because")
     for file, guesses in groupby(found.guesses, lambda guess: guess.table):
         rows = [(g.source, g.column, g.unit, f"{g.confidence:.0%}", g.reason) for g in guesses]
-        console.print(table(f"Columns of {file}", columns, rows))
+        yield table(f"Columns of {file}", columns, rows)
     for text in found.open:
-        console.print(f"Open: {text}", soft_wrap=True)
-    console.print(
+        yield Whole(f"Open: {text}")
+    yield Whole(
         f"Written to {found.written}: read it, correct it, then avahazard import "
-        f"{shlex.join(found.files)} --dry-run",
-        soft_wrap=True,
+        f"{shlex.join(found.files)} --dry-run"
     )
 
 
-def _paths(console: Console, found: Rows[PathSummary]) -> None:
-    if found:
-        show(console, paths_table(found))
-    else:
-        console.print("There are no paths yet: import some.")
+def _paths(found: Rows[PathSummary]) -> Iterator[Shown]:
+    yield paths_table(found) if found else "There are no paths yet: import some."
 
 
 @answers("path.list_paths", _paths)
@@ -109,7 +105,7 @@ def paths() -> None:
     """
 
 
-def _path(console: Console, found: PathCheck) -> None:
+def _path(found: PathCheck) -> Iterator[Shown]:
     fit = found.fit
     how = (
         f"Legendre polynomial of degree {fit.degree}"
@@ -132,7 +128,7 @@ def _path(console: Console, found: PathCheck) -> None:
         ("smallest radius of curvature m", found.min_curvature_radius_m),
         ("length of the flow m", found.flow_length_m),
     )
-    console.print(table("", (found.path_id, ">"), rows))
+    yield table("", (found.path_id, ">"), rows)
 
 
 @answers("path.view_path", _path)
@@ -150,13 +146,13 @@ SHOWN = 10
 """Places in the table of speeds for people."""
 
 
-def _runout(console: Console, found: Runout) -> None:
-    console.print(_how_it_ended(found), soft_wrap=True)
+def _runout(found: Runout) -> Iterator[Shown]:
+    yield Whole(_how_it_ended(found))
     if found.status != "not_released":
         rows = [(f"{p.x_m:.0f}", f"{p.speed_m_s:.1f}") for p in thinned(found.speeds, SHOWN)]
-        console.print(table("", (">x m", ">speed m/s"), rows))
-        console.print(f"Largest speed {found.speed_max_m_s:.1f} m/s.")
-    show_table(console, found)
+        yield table("", (">x m", ">speed m/s"), rows)
+        yield f"Largest speed {found.speed_max_m_s:.1f} m/s."
+    yield from show_table(found)
 
 
 def _lift_off(found: Runout) -> Iterator[str]:
@@ -195,8 +191,8 @@ CURVE_COLUMNS = (">μ", ">stop x m", ">elevation m", ">dx/dμ m", ">dy/dμ m", "
 CURVE_WORDS = {"stopped": "", "left_profile": "beyond the profile", "not_released": "does not move"}
 
 
-def show_table(console: Console, found: Runout) -> None:
-    """Print F(μ) at some frictions, and its largest jumps; nothing without a table."""
+def show_table(found: Runout) -> Iterator[Shown]:
+    """Show F(μ) at some frictions, and its largest jumps; nothing without a table."""
     if found.table is None:
         return
     stopped = [k for k, row in enumerate(found.table) if row.status == "stopped"]
@@ -205,29 +201,25 @@ def show_table(console: Console, found: Runout) -> None:
     rows = [
         (
             f"{row.mu:.4g}",
-            _cell_m(row.runout_x_m, 1),
-            _cell_m(row.runout_elevation_m, 1),
-            _cell_m(row.dx_dmu_m, 0),
-            _cell_m(row.dy_dmu_m, 0),
+            digits(row.runout_x_m, ".1f"),
+            digits(row.runout_elevation_m, ".1f"),
+            digits(row.dx_dmu_m, ".0f"),
+            digits(row.dy_dmu_m, ".0f"),
             CURVE_WORDS[row.status],
         )
         for row in thinned(shown, MOST_FRICTIONS)
     ]
     by = f", with the effects of {found.model}" if found.model else ""
-    console.print(table(f"F(μ) on {found.path_id}{by}", CURVE_COLUMNS, rows))
-    console.print("dx/dμ, dy/dμ: by how much stop and elevation move per unit of friction (F′).")
+    yield table(f"F(μ) on {found.path_id}{by}", CURVE_COLUMNS, rows)
+    yield "dx/dμ, dy/dμ: by how much stop and elevation move per unit of friction (F′)."
     jumps = sorted(found.jumps or (), key=lambda jump: -abs(jump.from_x_m - jump.to_x_m))
     for jump in jumps[:MOST_JUMPS]:
-        console.print(
+        yield (
             f"F jumps between μ = {jump.mu_low:.4f} and {jump.mu_high:.4f}: no friction stops the "
             f"block\nbetween x = {jump.to_x_m:.0f} m and {jump.from_x_m:.0f} m."
         )
     if len(jumps) > MOST_JUMPS:
-        console.print(f"{len(jumps) - MOST_JUMPS} smaller jumps: see --json.")
-
-
-def _cell_m(value: float | None, digits: int) -> str | None:
-    return None if value is None else f"{value:.{digits}f}"
+        yield f"{len(jumps) - MOST_JUMPS} smaller jumps: see --json."
 
 
 def friction(
@@ -247,7 +239,7 @@ def friction(
     emit(found, _by_path if path_id is None else _by_event)
 
 
-def _by_path(console: Console, found: Frictions) -> None:
+def _by_path(found: Frictions) -> Iterator[Shown]:
     kappas = {density.path_id: density.kappa for density in found.density}
     groups: dict[str | None, list[ApparentEvent]] = {}
     for event in found.events:
@@ -270,17 +262,17 @@ def _by_path(console: Console, found: Frictions) -> None:
             )
         )
     columns = ("path", ">events", ">lowest μ", ">median", ">highest", ">κ", "not unique")
-    console.print(table(_friction_title(found), columns, rows))
-    _perturbation(console, found.perturbation)
+    yield table(_friction_title(found), columns, rows)
+    yield from _perturbation(found.perturbation)
 
 
-def _by_event(console: Console, found: Frictions) -> None:
+def _by_event(found: Frictions) -> Iterator[Shown]:
     rows = [(event.event_id, event.mu, event.mu_sd, _event_status(event)) for event in found.events]
-    console.print(table(_friction_title(found), ("event", ">μ", ">sd", "status"), rows))
+    yield table(_friction_title(found), ("event", ">μ", ">sd", "status"), rows)
     for density in found.density[:1]:
         peak = density.mu[density.pdf.index(max(density.pdf))]
-        console.print(f"Density: κ = {cell(density.kappa)}, highest at μ = {peak:.3f}.")
-    _perturbation(console, found.perturbation)
+        yield f"Density: κ = {cell(density.kappa)}, highest at μ = {peak:.3f}."
+    yield from _perturbation(found.perturbation)
 
 
 def _friction_title(found: Frictions) -> str:
@@ -300,20 +292,20 @@ def _event_status(event: ApparentEvent) -> str:
     return str(event.status)
 
 
-def _perturbation(console: Console, check: PerturbationCheck) -> None:
+def _perturbation(check: PerturbationCheck) -> Iterator[Shown]:
     if check.mu_sd_median is None or check.mu_sd_max is None:
         return
-    console.print(
+    yield (
         f"Records perturbed within their errors {check.n_replicates} times: μ varies by "
         f"{check.mu_sd_median:.3f} (sd, median event), {check.mu_sd_max:.3f} at most."
     )
     if check.law:
         columns = (f"{check.law} law", ">value", ">± se", ">mean, perturbed", ">± sd")
         rows = [(name, p.value, p.se, p.mean, p.sd) for name, p in check.parameters.items()]
-        console.print(table("", columns, rows))
+        yield table("", columns, rows)
 
 
-@answers("friction.fit_laws", lambda console, found: show(console, fits_table(found)))
+@answers("friction.fit_laws", lambda found: [fits_table(found)])
 def fit(
     path_id: Annotated[
         str | None,
@@ -332,7 +324,7 @@ def fit(
     """
 
 
-@answers("path.alpha_beta_paths", lambda console, found: show(console, alpha_beta_table(found)))
+@answers("path.alpha_beta_paths", lambda found: [alpha_beta_table(found)])
 def alpha_beta(
     path_id: Annotated[
         str | None, argument("The path_id of a path; all where none is given.", "[PATH]")

@@ -14,6 +14,7 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from avahazard.cli.main import app
+from avahazard.cli.output import show
 from avahazard.cli.project import _show_demo, show_loop
 from avahazard.report.language import TERMINAL, speaking
 from avahazard.results.base import Rows
@@ -66,13 +67,13 @@ def found(run: tuple[Path, Any, str]) -> Demo:
 
 @speaking(TERMINAL)
 def printed(found: Demo, capsys: pytest.CaptureFixture[str]) -> str:
-    _show_demo(Console(width=80, markup=False, highlight=False), found)
+    show(Console(width=80, markup=False, highlight=False), _show_demo(found))
     return capsys.readouterr().out
 
 
 @speaking(TERMINAL)
 def loop_words(found: Demo, capsys: pytest.CaptureFixture[str]) -> str:
-    show_loop(Console(width=80, markup=False, highlight=False), found.loop)
+    show(Console(width=80, markup=False, highlight=False), show_loop(found.loop))
     return capsys.readouterr().out
 
 

@@ -12,7 +12,7 @@ from rich.console import Console
 from typer.testing import Result
 
 from avahazard.cli.hazard import show_zones
-from avahazard.cli.output import CliSettings
+from avahazard.cli.output import CliSettings, show
 from avahazard.results.base import Rows
 from avahazard.results.hazard import Zones
 from tests.report.zone_entries import entry
@@ -71,15 +71,15 @@ def test_of_many_paths_only_zones_are_shown(monkeypatch: pytest.MonkeyPatch) -> 
 
     console = Console(width=80)
     with console.capture() as brief:
-        show_zones(console, paths(25))
+        show(console, show_zones(paths(25)))
     with monkeypatch.context() as asked, console.capture() as whole:
         asked.setattr("avahazard.cli.hazard.settings", lambda: CliSettings(verbose=True))
-        show_zones(console, paths(25))
+        show(console, show_zones(paths(25)))
     assert len(brief.get().splitlines()) <= 80
     assert "avahazard --verbose zones" in brief.get()
     assert untold(whole.get(), "Design runout", "Largest speed") == []
     with console.capture() as few:
-        show_zones(console, paths(3))
+        show(console, show_zones(paths(3)))
     assert untold(few.get(), "Design runout", "Largest speed") == []
 
 
