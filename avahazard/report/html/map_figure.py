@@ -12,23 +12,9 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
 from avahazard.records.collection import TerrainCrop
+from avahazard.report.html import figure as fig
 from avahazard.report.html.content import FlowView, PathView, PlanView
-from avahazard.report.html.figure import (
-    BAR_PLACES,
-    BLACK,
-    INK,
-    ROW_COLORS,
-    WIDE_MARGIN,
-    Figure,
-    Trace,
-    axis,
-    event_marks,
-    label,
-    layout,
-    line,
-    marks,
-    runout_bar,
-)
+from avahazard.report.html.figure import Figure, Trace
 from avahazard.report.language import say, spoken
 from avahazard.report.words import case, metres
 from avahazard.results.hazard import HazardRow
@@ -52,10 +38,10 @@ def scale_bar(east: Span, north: Span, degrees: bool, *, right: bool = False) ->
     if right:
         x0 = east[1] - INSET * wide - length * unit
     x1, up = x0 + length * unit, TICK * high
-    return line(
+    return fig.line(
         [x0, x0, x0, 0.5 * (x0 + x1), x1, x1, x1],
         [y0, y0 - up, y0, y0, y0, y0, y0 - up],
-        INK,
+        fig.INK,
         2.0,
         mode="lines+text",
         meta="scale",
@@ -73,7 +59,7 @@ def round_length(most: float) -> float:
 
 NORTH_ARROW = {
     "xref": "paper", "yref": "paper", "x": 0.97, "y": 0.98, "ax": 0, "ay": 34, "text": "<b>N</b>",
-    "showarrow": True, "arrowhead": 2, "arrowwidth": 2, "arrowcolor": INK, "yanchor": "top",
+    "showarrow": True, "arrowhead": 2, "arrowwidth": 2, "arrowcolor": fig.INK, "yanchor": "top",
 }  # fmt: skip
 """An arrow to the top of the map, which is north."""
 
@@ -133,24 +119,24 @@ def map_figure(k: int, view: PathView) -> Figure | None:
     if plan is None or view.smooth is None or view.release_x is None:
         return None
     degrees = plan.crs is None
-    data: list[Trace] = [line(plan.east, plan.north, INK, 1.6, name=say("path"))]
+    data: list[Trace] = [fig.line(plan.east, plan.north, fig.INK, 1.6, name=say("path"))]
     for period, color in PERIOD_COLORS.items() if plan.flow else ():
         look = {"symbol": "square", "size": 14, "color": color, "opacity": TINT}
-        data.append(marks([None], [None], look, name=period_text(period)))
+        data.append(fig.marks([None], [None], look, name=period_text(period)))
     for zone in view.drawn_zones:
-        name = label(say("zone: {zone}", zone=say(zone.zone)))
-        ends = plan.at(np.linspace(zone.from_x_m, zone.to_x_m, BAR_PLACES))
-        data.append(line(*ends, zone.color, 12.0, "%{fullData.name}", name=name, opacity=0.5))
-    for number, row in enumerate(view.rows[: len(ROW_COLORS)]):
-        data += _runout(plan, row, ROW_COLORS[number], 9.0 - 1.5 * number)
+        name = fig.label(say("zone: {zone}", zone=say(zone.zone)))
+        ends = plan.at(np.linspace(zone.from_x_m, zone.to_x_m, fig.BAR_PLACES))
+        data.append(fig.line(*ends, zone.color, 12.0, "%{fullData.name}", name=name, opacity=0.5))
+    for number, row in enumerate(view.rows[: len(fig.ROW_COLORS)]):
+        data += _runout(plan, row, fig.ROW_COLORS[number], 9.0 - 1.5 * number)
     stops = [e for e in view.events if e.stop_x_m is not None]
     if stops:
         names = {view.path.path_id: view.name}
-        look = {"symbol": "circle-open", "size": 7, "color": INK, "line": {"width": 1.2}}
+        look = {"symbol": "circle-open", "size": 7, "color": fig.INK, "line": {"width": 1.2}}
         there = plan.at([e.stop_x_m for e in stops])
-        data.append(event_marks(*there, look, stops, names, name=say("recorded stops")))
-    look = {"symbol": "triangle-down", "size": 11, "color": BLACK}
-    data.append(marks(*plan.at([view.release_x]), look, say("release"), name=say("release")))
+        data.append(fig.event_marks(*there, look, stops, names, name=say("recorded stops")))
+    look = {"symbol": "triangle-down", "size": 11, "color": fig.BLACK}
+    data.append(fig.marks(*plan.at([view.release_x]), look, say("release"), name=say("release")))
     east, north, ratio = _ranges(plan)
     lowest = plan.east[np.argmin(plan.north)]
     data.append(scale_bar(east, north, degrees, right=bool(lowest < 0.5 * (east[0] + east[1]))))
@@ -160,19 +146,19 @@ def map_figure(k: int, view: PathView) -> Figure | None:
 
 def period_text(period: float) -> str:
     """What the colour of a return period (years) says."""
-    return label(say("comes here once in {years} years", years=spoken().number(f"{period:g}")))
+    return fig.label(say("comes here once in {years} years", years=spoken().number(f"{period:g}")))
 
 
 def _layout(plan: PlanView, east: Span, north: Span, ratio: float) -> dict[str, Any]:
     across, upwards, ticks = say("easting (m)"), say("northing (m)"), "d"
     if plan.crs is None:
         across, upwards, ticks = say("longitude (°)"), say("latitude (°)"), ".3f"
-    places = layout(
-        axis(across, nticks=5, tickformat=ticks, range=list(east)),
-        axis(upwards, nticks=6, tickformat=ticks, range=list(north),
+    places = fig.layout(
+        fig.axis(across, nticks=5, tickformat=ticks, range=list(east)),
+        fig.axis(upwards, nticks=6, tickformat=ticks, range=list(north),
              scaleanchor="x", scaleratio=ratio),
         height=520,
-        margin=WIDE_MARGIN,
+        margin=fig.WIDE_MARGIN,
         annotations=[NORTH_ARROW],
     )  # fmt: skip
     if plan.ground is not None:
@@ -207,4 +193,4 @@ def _runout(plan: PlanView, row: HazardRow, color: str, width: float) -> list[Tr
         name = say("design runout, {case}", case=of)
     own = {"color": color, "width": max(width, 3.0), "legendgroup": f"row {of}", "opacity": 0.65}
     look = {"symbol": "diamond", "size": 10, "color": color, "line": {"color": "white", "width": 1}}
-    return runout_bar(plan.at, found, float(plan.x[-1]), name, own, look)
+    return fig.runout_bar(plan.at, found, float(plan.x[-1]), name, own, look)

@@ -17,6 +17,7 @@ from avahazard.notes import Note, grouped, placed
 from avahazard.report import model_tables, sentences, tables, words
 from avahazard.report.html import (
     brief,
+    figure,
     model_figures,
     record_figures,
     score_figures,
@@ -113,7 +114,7 @@ def _environment() -> Environment:
         finalize=kept_together,
     )
     environment.install_gettext_callables(say, plural)  # type: ignore[attr-defined]
-    pictures = (model_figures, record_figures, score_figures, vector_pictures)
+    pictures = (figure, model_figures, record_figures, score_figures, vector_pictures)
     texts = (brief, model_tables, sentences, tables, words)
     functions = (every_note, fall_text, map_figure, notes_of, path_figure, script_json)
     for used in (*pictures, *texts, *functions):

@@ -9,27 +9,9 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.physics.smooth_profile import SmoothProfile
+from avahazard.report.html import figure as fig
 from avahazard.report.html.content import EventView, LoopView, PathView, StateView
-from avahazard.report.html.figure import (
-    BLACK,
-    BLUE,
-    GROUND,
-    INK,
-    ROW_COLORS,
-    WIDE_MARGIN,
-    Figure,
-    States,
-    Trace,
-    area,
-    axis,
-    error_bar,
-    event_marks,
-    label,
-    layout,
-    line,
-    marks,
-    runout_bar,
-)
+from avahazard.report.html.figure import Figure, States, Trace
 from avahazard.report.language import say
 from avahazard.report.words import case, integer, volume_text, years
 from avahazard.results.hazard import HazardRow, Place, PlaceQuantiles, ReachChance, Spread, Zone
@@ -54,7 +36,7 @@ def runout_traces(
             return x, smooth.height(x) + above
 
         look = _tick(9.0 + width, 1.0 + width / 3.0, color)
-        return runout_bar(at, found, smooth.x_max, name, {**own, "width": width, **more}, look)
+        return fig.runout_bar(at, found, smooth.x_max, name, {**own, "width": width, **more}, look)
 
     if row.design:
         traces += bar(row.design.runout_x_m, say("design runout, {case}", case=of), 6.0)
@@ -77,7 +59,8 @@ def _spread(
     density = np.interp(x, middle, 1.0 / width)
     upper = density / density.max() * HUMP * float(np.ptp(smooth.height(ground_places(smooth))))
     base = smooth.height(x) + above
-    return [area(x, base, base + upper, color, legendgroup=group, showlegend=False, opacity=0.3)]
+    own = {"legendgroup": group, "showlegend": False, "opacity": 0.3}
+    return [fig.area(x, base, base + upper, color, **own)]
 
 
 def ground_places(smooth: SmoothProfile) -> Floats:
@@ -89,7 +72,7 @@ STEP = 0.055
 """Distance of the bars from the ground and from each other, as a share of the drop."""
 FOOT, TOP = 0.13, 0.08
 """Room under and over the ground, as shares of the drop."""
-MOST_ROWS = len(ROW_COLORS)
+MOST_ROWS = len(fig.ROW_COLORS)
 
 
 def profile_range(smooth: SmoothProfile, n_rows: int) -> list[float]:
@@ -108,18 +91,18 @@ def profile_traces(view: PathView, smooth: SmoothProfile, release: float) -> lis
     foot = float(y.min()) - FOOT * drop
     hover = say("x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}")
     traces = [
-        area(x, np.full(len(x), foot), y, GROUND, name=say("ground"), showlegend=False),
-        line(x, y, INK, 1.4, hover, name=say("profile, smoothed"), showlegend=False),
+        fig.area(x, np.full(len(x), foot), y, fig.GROUND, name=say("ground"), showlegend=False),
+        fig.line(x, y, fig.INK, 1.4, hover, name=say("profile, smoothed"), showlegend=False),
     ]
     traces += _zones(view.drawn_zones, foot, drop)
     for level, row in enumerate(view.rows[:MOST_ROWS], start=1):
         above = level * STEP * drop
-        traces += runout_traces(smooth, row, ROW_COLORS[level - 1], above, first=level == 1)
+        traces += runout_traces(smooth, row, fig.ROW_COLORS[level - 1], above, first=level == 1)
     traces += _alpha_beta(view, smooth, 0.5 * STEP * drop)
-    look: dict[str, Any] = {"symbol": "triangle-down", "size": 11, "color": BLACK}
+    look: dict[str, Any] = {"symbol": "triangle-down", "size": 11, "color": fig.BLACK}
     hover = say("release: x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}")
     own = {"name": say("release"), "cliponaxis": False}
-    traces.append(marks([release], [float(smooth.height(release))], look, hover, **own))
+    traces.append(fig.marks([release], [float(smooth.height(release))], look, hover, **own))
     stops = [e for e in view.events if e.stop_x_m is not None]
     if stops:
         places = np.array([e.stop_x_m for e in stops], dtype=np.float64)
@@ -127,11 +110,11 @@ def profile_traces(view: PathView, smooth: SmoothProfile, release: float) -> lis
         hover = say("stopped at x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}")
         own = {"name": say("recorded stops"), "cliponaxis": False}
         y = smooth.height(np.clip(places, smooth.x_min, smooth.x_max))
-        traces.append(event_marks(places, y, _tick(13, 1.3), stops, names, hover, **own))
+        traces.append(fig.event_marks(places, y, _tick(13, 1.3), stops, names, hover, **own))
     return traces
 
 
-def _tick(size: float, width: float, color: str = INK) -> dict[str, Any]:
+def _tick(size: float, width: float, color: str = fig.INK) -> dict[str, Any]:
     """A mark that is a line upwards."""
     return {"symbol": "line-ns-open", "size": size, "color": color,
             "line": {"width": width, "color": color}}  # fmt: skip
@@ -154,8 +137,8 @@ def _alpha_beta(view: PathView, smooth: SmoothProfile, below: float) -> list[Tra
         y = float(smooth.height(place)) - (1.0 + number) * below
         look = {"symbol": "star", "size": 12, "color": color}
         name = say("α-β, {coefficients}", coefficients=by)
-        bar = error_bar([low], [place], [high], color)
-        traces.append(marks([place], [y], look, hover, name=name, error_x=bar))
+        bar = fig.error_bar([low], [place], [high], color)
+        traces.append(fig.marks([place], [y], look, hover, name=name, error_x=bar))
     return traces
 
 
@@ -164,9 +147,9 @@ def _zones(zones: Sequence[Zone], foot: float, drop: float) -> list[Trace]:
     traces, y = [], [foot + 0.03 * drop] * 2
     for zone in zones:
         of = say(zone.zone)
-        name, hover = label(say("zone: {zone}", zone=of)), label(of) + ": x %{x:.0f} m"
+        name, hover = fig.label(say("zone: {zone}", zone=of)), fig.label(of) + ": x %{x:.0f} m"
         x = [zone.from_x_m, zone.to_x_m]
-        traces.append(line(x, y, zone.color, 10.0, hover, name=name))
+        traces.append(fig.line(x, y, zone.color, 10.0, hover, name=name))
     return traces
 
 
@@ -183,8 +166,8 @@ def reach_traces(reach: ReachChance) -> list[Trace]:
     name = say("chance to be reached in a year")
     hover = say("x {x} m: {chance} a year", x="%{x:.0f}", chance="%{y:.2g}")
     return [
-        area(x, low, high, "rgba(0,114,178,0.18)", showlegend=False),
-        line(x, middle, BLUE, 2.0, hover, name=name, showlegend=False),
+        fig.area(x, low, high, "rgba(0,114,178,0.18)", showlegend=False),
+        fig.line(x, middle, fig.BLUE, 2.0, hover, name=name, showlegend=False),
     ]
 
 
@@ -197,8 +180,8 @@ def speed_traces(view: PathView) -> list[Trace]:
     for found in view.speeds:
         of = case(found.row)
         hover = say("{case}: {speed} m/s at x {x} m", case=of, speed="%{y:.1f}", x="%{x:.0f}")
-        color = ROW_COLORS[cases.index(of) % len(ROW_COLORS)]
-        traces.append(line(found.x, found.speed, color, 2.0, hover, **_speed_of(of)))
+        color = fig.ROW_COLORS[cases.index(of) % len(fig.ROW_COLORS)]
+        traces.append(fig.line(found.x, found.speed, color, 2.0, hover, **_speed_of(of)))
     return traces
 
 
@@ -213,7 +196,8 @@ def _quantiles(places: Sequence[Place], rows: Sequence[HazardRow]) -> list[Trace
     known = [row.return_period_years for row in rows]
     traces, x = [], [place.x_m for place in places]
     for k, period in enumerate(periods):
-        color = ROW_COLORS[(known.index(period) if period in known else k) % len(ROW_COLORS)]
+        number = known.index(period) if period in known else k
+        color = fig.ROW_COLORS[number % len(fig.ROW_COLORS)]
         of = years(period)
         entries = [place.by_return_period[k] for place in places]
         for key, width, dash in (("q50", 2.0, "solid"), ("q95", 1.0, "dash"), ("q05", 1.0, "dot")):
@@ -229,7 +213,7 @@ def _quantiles(places: Sequence[Place], rows: Sequence[HazardRow]) -> list[Trace
             # Where no row has its colour in the legend.
             own = _speed_of(of, legend=key == "q50" and period not in known)
             own["customdata"] = [getattr(e.pressure_kpa, key) for e in entries]
-            traces.append(line(x, speeds, color, width, hover, dash=dash, **own))
+            traces.append(fig.line(x, speeds, color, width, hover, dash=dash, **own))
     return traces
 
 
@@ -268,14 +252,15 @@ def stops_traces(
         by_parent = say("90 % by “{model}”", model=before.key)
         traces.append(_bands(before, shown, rows, by_parent, BEFORE, 5.0))
     band = len(traces)
-    traces.append(_bands(states[name], shown, rows, say("90 % of the model shown"), BLUE, 2.4))
+    traces.append(_bands(states[name], shown, rows, say("90 % of the model shown"), fig.BLUE, 2.4))
     median = say("median of the model shown: x {x} m", x="%{x:.0f}")
-    dot = {"color": BLUE, "size": 4}
-    traces.append(marks(states[name].x[shown, 1], rows, dot, median, showlegend=False))
+    dot = {"color": fig.BLUE, "size": 4}
+    traces.append(fig.marks(states[name].x[shown, 1], rows, dot, median, showlegend=False))
     hover = say("stopped at x {x} m", x="%{x:.0f}")
     selected = [events[k] for k in shown]
     stops = [event.stop_x_m for event in selected]
-    traces.append(event_marks(stops, rows, _tick(8, 1.6), selected, names, hover, showlegend=False))
+    look, own = _tick(8, 1.6), {"showlegend": False}
+    traces.append(fig.event_marks(stops, rows, look, selected, names, hover, **own))
     changes: dict[str, Mapping[int, Trace]] = {
         key: {band: {"x": _ends(state, shown)}, band + 1: {"x": state.x[shown, 1]}}
         for key, state in states.items()
@@ -287,7 +272,7 @@ def _bands(
     state: StateView, shown: Sequence[int], rows: Floats, name: str, color: str, width: float
 ) -> Trace:
     y = [v for row in rows.tolist() for v in (row, row, None)]
-    return line(_ends(state, shown), y, color, width, name=label(name))
+    return fig.line(_ends(state, shown), y, color, width, name=fig.label(name))
 
 
 def _ends(state: StateView, shown: Sequence[int]) -> list[float | None]:
@@ -324,7 +309,7 @@ def path_figure(
     bands = [float(np.max(state.x[shown, 2])) for state in models if shown]
     end = shown_end(view, view.smooth, bands)
     ground = profile_traces(view, view.smooth, view.release_x)
-    heights = axis(say("elevation (m)"), range=profile_range(view.smooth, len(view.rows)))
+    heights = fig.axis(say("elevation (m)"), range=profile_range(view.smooth, len(view.rows)))
     panels: list[tuple[list[Trace], dict[str, Any], int]] = [(ground, heights, PROFILE_PX)]
     states: States = {}
     if loop is not None and shown:
@@ -333,16 +318,17 @@ def path_figure(
             key: {len(ground) + number: trace for number, trace in change.items()}
             for key, change in changes.items()
         }
-        rows = axis(say("records"), range=[0.0, len(shown) + 1.0], showticklabels=False)
+        rows = fig.axis(say("records"), range=[0.0, len(shown) + 1.0], showticklabels=False)
         px = int(np.clip(ROW_PX * len(shown), LEAST_PX, MOST_PX))
         panels.append((traces, {**rows, "ticks": "", "showgrid": False}, px))
     speeds = speed_traces(view)
     if speeds:
         of_speed = say("speed (m/s)") if drag else say("speed without drag (m/s)")
-        panels.append((speeds, axis(of_speed, rangemode="tozero"), PANEL_PX))
+        panels.append((speeds, fig.axis(of_speed, rangemode="tozero"), PANEL_PX))
     reach = next((row.reach for row in view.rows if row.reach), None)
     if reach is not None:
-        panels.append((reach_traces(reach), axis(say("annual probability"), **ONCE_IN), PANEL_PX))
+        upwards = fig.axis(say("annual probability"), **ONCE_IN)
+        panels.append((reach_traces(reach), upwards, PANEL_PX))
     total = sum(px for _, _, px in panels) + GAP_PX * (len(panels) - 1)
     data: list[Trace] = []
     axes: dict[str, Any] = {}
@@ -353,8 +339,10 @@ def path_figure(
         axes[f"yaxis{name}"] = {**y_axis, "domain": [(top - px) / total, top / total]}
         top -= px + GAP_PX
     last = "y" if len(panels) == 1 else f"y{len(panels)}"
-    x_axis = axis(say("distance along the path x (m)"), anchor=last, range=[view.smooth.x_min, end])
-    whole = layout(x_axis, axes.pop("yaxis"), height=total + 130, margin=WIDE_MARGIN, **axes)
+    shown_x = [view.smooth.x_min, end]
+    across = fig.axis(say("distance along the path x (m)"), anchor=last, range=shown_x)
+    axes |= {"height": total + 130, "margin": fig.WIDE_MARGIN}
+    whole = fig.layout(across, axes.pop("yaxis"), **axes)
     return Figure(f"path-{k}", say("Along the path"), data, whole, states=states)
 
 

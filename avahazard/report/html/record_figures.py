@@ -9,31 +9,15 @@ from typing import Any
 import numpy as np
 
 from avahazard.arrays import Bools, Floats
+from avahazard.report.html import figure as fig
 from avahazard.report.html.content import EventView, LoopView, PathView, StateView
-from avahazard.report.html.figure import (
-    BLACK,
-    BLUE,
-    ORANGE,
-    VERMILION,
-    Figure,
-    Trace,
-    area,
-    axis,
-    by_path,
-    error_bar,
-    event_marks,
-    label,
-    layout,
-    line,
-    marks,
-    rows_axis,
-)
+from avahazard.report.html.figure import Figure, Trace
 from avahazard.report.language import say, spoken
 from avahazard.report.words import axis_text, shape_text
 from avahazard.results.base import RATIO
 
 KINDS = ("elevation", "x", "length", RATIO)
-DASHED = {"color": BLACK, "width": 1.0, "dash": "dash"}
+DASHED = {"color": fig.BLACK, "width": 1.0, "dash": "dash"}
 Names = dict[str, str]
 
 
@@ -55,7 +39,7 @@ def _predicted(
     states = loop.models
     data: list[Trace] = []
     changes: dict[str, dict[int, Trace]] = {state.key: {} for state in states}
-    for name, marker, members in by_path(events, stopped, names):
+    for name, marker, members in fig.by_path(events, stopped, names):
         for state in states:
             low, middle, high = state.predicted[members].T
             bars = {"error_x.array": high - middle, "error_x.arrayminus": middle - low}
@@ -71,7 +55,8 @@ def _predicted(
         data.append(_equal(float(ends.min()), float(ends.max())))
     inside = int(np.sum((low <= observed) & (observed <= high)))
     counts = {"stopped": len(stopped), "inside": inside, "left": len(rows) - len(stopped)}
-    places = layout(axis(predicted, **_range(stopped, states)), axis(recorded), height=520)
+    across = fig.axis(predicted, **_range(stopped, states))
+    places = fig.layout(across, fig.axis(recorded), height=520)
     return Figure(f"predicted-{coordinate}", title, data, places, counts=counts, states=changes)
 
 
@@ -88,13 +73,14 @@ def _against(
     low, middle, high = expected.T
     values = {"predicted": "%{x:" + form, "recorded": "%{y:" + form}
     hover = say("predicted {predicted}, recorded {recorded}", **values)
-    bar = error_bar(low, middle, high, marker["color"], thickness=0.7, width=0)
+    bar = fig.error_bar(low, middle, high, marker["color"], thickness=0.7, width=0)
     own = {"error_x": bar, "name": name, "opacity": 0.8}
-    return event_marks(middle, recorded, marker, events, names, hover, **own)
+    return fig.event_marks(middle, recorded, marker, events, names, hover, **own)
 
 
 def _equal(low: float, high: float) -> Trace:
-    return line([low, high], [low, high], BLACK, 1.0, dash="dash", name=say("predicted = recorded"))
+    ends, name = [low, high], say("predicted = recorded")
+    return fig.line(ends, ends, fig.BLACK, 1.0, dash="dash", name=name)
 
 
 def _titles(coordinate: str) -> tuple[str, str, str]:
@@ -142,17 +128,17 @@ def residuals_figure(events: Sequence[EventView], names: Names, loop: LoopView) 
     hover = say("predicted minus recorded: {error}", error="%{y:.4f}" if ratio else "%{y:.0f} m")
     data: list[Trace] = []
     changes: dict[str, dict[int, Trace]] = {state.key: {} for state in states}
-    for name, look, rows in by_path(events, with_volume, names):
+    for name, look, rows in fig.by_path(events, with_volume, names):
         for state in states:
             changes[state.key][len(data)] = {"y": state.error[rows]}
         selected = [events[k] for k in rows]
         x, more = [e.volume_m3 for e in selected], {"name": name, "opacity": 0.8}
-        data.append(event_marks(x, own.error[rows], look, selected, names, hover, **more))
+        data.append(fig.event_marks(x, own.error[rows], look, selected, names, hover, **more))
     most = ROOM * max(float(np.nanmax(np.abs(state.error))) for state in states)
     upwards = say("predicted minus recorded ({unit})", unit="H/L" if ratio else "m")
-    volumes = axis(say("volume (m³)"), type="log", exponentformat="power", dtick=1)
+    volumes = fig.axis(say("volume (m³)"), type="log", exponentformat="power", dtick=1)
     zero = {"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": 0, "y1": 0, "line": DASHED}
-    places = layout(volumes, axis(upwards, range=[-most, most]), shapes=[zero])
+    places = fig.layout(volumes, fig.axis(upwards, range=[-most, most]), shapes=[zero])
     return Figure("residuals", say("What the model misses"), data, places, states=changes)
 
 
@@ -177,7 +163,8 @@ def failed_figure(events: Sequence[EventView], names: Names, loop: LoopView) -> 
     ends = [v for k in known for v in (events[k].stop_x_m, before.x[k, 1]) if v is not None]
     data.append(_equal(min(ends), max(ends)))
     title = say("Where “{model}” failed: recorded against predicted", model=before.key)
-    return Figure("failed", title, data, layout(axis(across), axis(upwards), height=460))
+    whole = fig.layout(fig.axis(across), fig.axis(upwards), height=460)
+    return Figure("failed", title, data, whole)
 
 
 def _kinds(
@@ -185,7 +172,7 @@ def _kinds(
 ) -> Iterator[tuple[str, str, list[int]]]:
     """Words, colour and `rows` of those where the model holds, and of those where it fails."""
     fails = say("where “{model}” fails", model=state.key)
-    for name, color, which in ((say("elsewhere"), BLUE, False), (fails, VERMILION, True)):
+    for name, color, which in ((say("elsewhere"), fig.BLUE, False), (fails, fig.VERMILION, True)):
         if selected := [row for row in rows if bool(failed[row]) is which]:
             yield name, color, selected
 
@@ -205,27 +192,27 @@ def suspect_figure(events: Sequence[EventView], names: Names, loop: LoopView) ->
     x, y = [values[k] for k in rows[order]], found.explained[rows[order]]
     band = None if found.band is None else found.band[:, rows[order]]
     if band is not None and not texts:
-        data.append(area(x, band[0], band[1], BAND, name=say("90 % credible interval")))
+        data.append(fig.area(x, band[0], band[1], BAND, name=say("90 % credible interval")))
     for name, color, selected in _kinds(before, before.failed, rows.tolist()):
         look = {"color": color, "size": 7, "opacity": 0.8}
         at, of = [values[k] for k in selected], [events[k] for k in selected]
         up = found.missed[selected]
-        data.append(event_marks(at, up, look, of, names, "%{y:+.2f}", name=name))
+        data.append(fig.event_marks(at, up, look, of, names, "%{y:+.2f}", name=name))
     if texts:
-        look = {"color": ORANGE, "size": 24, "symbol": "line-ew-open", "line": {"width": 3}}
+        look = {"color": fig.ORANGE, "size": 24, "symbol": "line-ew-open", "line": {"width": 3}}
         first = [x.index(value) for value in dict.fromkeys(x)]
-        ticks = marks([x[k] for k in first], y[first], look, name=explained)
+        ticks = fig.marks([x[k] for k in first], y[first], look, name=explained)
         if band is not None:
-            ticks["error_y"] = error_bar(band[0, first], y[first], band[1, first], ORANGE)
+            ticks["error_y"] = fig.error_bar(band[0, first], y[first], band[1, first], fig.ORANGE)
         data.append(ticks)
     else:
-        data.append(line(x, y, ORANGE, 2.5, name=explained))
+        data.append(fig.line(x, y, fig.ORANGE, 2.5, name=explained))
     across = say("log friction added by the effect")
     if found.column is not None:
-        across = label(axis_text(found.column))
+        across = fig.label(axis_text(found.column))
     kind = {"type": "category", "categoryorder": "category ascending"} if texts else {}
-    upwards = axis(say("log friction beyond the law"), zeroline=True)
-    places = layout(axis(across, **kind), upwards)
+    upwards = fig.axis(say("log friction beyond the law"), zeroline=True)
+    places = fig.layout(fig.axis(across, **kind), upwards)
     return Figure("suspect", say("Missing effect: {effects}", effects=effects), data, places)
 
 
@@ -243,17 +230,17 @@ def force_shape_figure(events: Sequence[EventView], names: Names, loop: LoopView
     across, upwards = shape_text(shape)
     place = {e.event_id: k for k, e in enumerate(events)}
     of = np.array([place[event] for event in force.event], dtype=np.int64)
-    data = [area(shape.x, shape.q05, shape.q95, BAND, name=say("90 % credible interval"))]
+    data = [fig.area(shape.x, shape.q05, shape.q95, BAND, name=say("90 % credible interval"))]
     for words, color, rows in _kinds(before, before.failed[of], range(len(of))):
         look = {"color": color, "size": 5, "opacity": 0.6}
         bar = {"type": "data", "array": force.sd[rows], "thickness": 0.5, "width": 0}
         x, y, selected = force.x[rows], force.y[rows], [events[k] for k in of[rows]]
         own = {"name": words, "error_y": bar}
-        data.append(event_marks(x, y, look, selected, names, "%{y:+.2f}", **own))
+        data.append(fig.event_marks(x, y, look, selected, names, "%{y:+.2f}", **own))
     hover = "%{x:.4g}: %{y:+.3g}"
     fitted = say("{effect}, median", effect=name)
-    data.append(line(shape.x, shape.q50, ORANGE, 3.0, hover, name=fitted))
-    places = layout(axis(across), axis(upwards, zeroline=True))
+    data.append(fig.line(shape.x, shape.q50, fig.ORANGE, 3.0, hover, name=fitted))
+    places = fig.layout(fig.axis(across), fig.axis(upwards, zeroline=True))
     if len(of):
         # To where speeds were measured: farther the curve rests on the stops alone.
         end = min(max(shape.x), ROOM * float(np.max(force.x)))
@@ -276,32 +263,32 @@ def record_figure(events: Sequence[EventView], paths: Sequence[PathView]) -> Fig
     if not dated:
         return None
     rows = list(dict.fromkeys(_row(e, names) for e in dated))
-    rows += [label(view.name) for view in paths if label(view.name) not in rows]
+    rows += [fig.label(view.name) for view in paths if fig.label(view.name) not in rows]
     data: list[Trace] = []
     known = [v for v in paths if None not in (v.path.observed_from, v.path.observed_to)]
     if known:
         x = [year for v in known for year in (v.path.observed_from, v.path.observed_to, None)]
-        y = [name for v in known for name in (label(v.name), label(v.name), None)]
-        data.append(line(x, y, ORANGE, 2.0, name=say("observed years"), opacity=0.6))
+        y = [name for v in known for name in (fig.label(v.name), fig.label(v.name), None)]
+        data.append(fig.line(x, y, fig.ORANGE, 2.0, name=say("observed years"), opacity=0.6))
     for name, color, symbol, left in (
-        (say("stopped on the profile"), BLUE, "circle", False),
-        (say("beyond the profile"), VERMILION, "diamond-open", True),
+        (say("stopped on the profile"), fig.BLUE, "circle", False),
+        (say("beyond the profile"), fig.VERMILION, "diamond-open", True),
     ):
         selected = [e for e in dated if e.left_profile is left]
         size = [_size(e.volume_m3) for e in selected]
         marker = {"color": color, "symbol": symbol, "opacity": 0.65, "size": size}
         if selected:
             x, y = [e.year for e in selected], [_row(e, names) for e in selected]
-            data.append(event_marks(x, y, marker, selected, names, name=name))
-    upwards = rows_axis(rows, tickfont={"size": 11})
-    places = layout(axis(say("year")), upwards, height=130 + ROW_PX * len(rows))
+            data.append(fig.event_marks(x, y, marker, selected, names, name=name))
+    upwards = fig.rows_axis(rows, tickfont={"size": 11})
+    places = fig.layout(fig.axis(say("year")), upwards, height=130 + ROW_PX * len(rows))
     return Figure("record", say("The record through the years"), data, places)
 
 
 def _row(event: EventView, names: Mapping[str, str]) -> str:
     if event.path_id is None:
         return say("no path")
-    return label(names.get(event.path_id, event.path_id))
+    return fig.label(names.get(event.path_id, event.path_id))
 
 
 def _size(volume_m3: float | None) -> float:

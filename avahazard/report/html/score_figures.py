@@ -7,20 +7,8 @@ from itertools import cycle
 
 from avahazard.criticism.scoring.error_budget import UNEXPLAINED
 from avahazard.criticism.screening.screen import LEVEL
-from avahazard.report.html.figure import (
-    BLUE,
-    COLORS,
-    ORANGE,
-    SYMBOLS,
-    VERMILION,
-    Figure,
-    axis,
-    bars,
-    label,
-    layout,
-    marks,
-    rows_axis,
-)
+from avahazard.report.html import figure as fig
+from avahazard.report.html.figure import Figure
 from avahazard.report.language import say, spoken
 from avahazard.report.words import (
     SIGNIFICANT,
@@ -75,24 +63,24 @@ def ladder_figure(ladder: Sequence[LadderEntry], name: str) -> Figure | None:
         return None
     coordinate = rows[0].coordinate or "mixed"
     unit = unit_of(coordinate)
-    errors = axis(say("held-out CRPS, {unit}", unit=unit), rangemode="tozero")
-    places = layout(errors, rows_axis(), height=120 + 34 * len(rows), bargap=0.35)
+    errors = fig.axis(say("held-out CRPS, {unit}", unit=unit), rangemode="tozero")
+    places = fig.layout(errors, fig.rows_axis(), height=120 + 34 * len(rows), bargap=0.35)
     floors = [row.noise_floor_crps_m for row in rows if row.noise_floor_crps_m is not None]
     if floors:
         floor, size = min(floors), amount(min(floors), coordinate, 0)
-        look = {"color": VERMILION, "width": 2, "dash": "dash"}
+        look = {"color": fig.VERMILION, "width": 2, "dash": "dash"}
         ends = {"y0": 0, "y1": 1, "x0": floor, "x1": floor}
         places["shapes"] = [{"type": "line", "yref": "paper", **ends, "line": look}]
         places["annotations"] = [
             {"x": floor, "y": 1, "yref": "paper", "yanchor": "bottom", "xanchor": "left",
              "showarrow": False, "text": say("measurement-error floor: {error}", error=size),
-             "font": {"color": VERMILION, "size": 12}}
+             "font": {"color": fig.VERMILION, "size": 12}}
         ]  # fmt: skip
         places["margin"]["t"] = 28
-    drawn = bars(
+    drawn = fig.bars(
         [row.held_out_crps_m for row in rows],
-        [label(row.model) for row in rows],
-        [BLUE if row.model == name else PALE for row in rows],
+        [fig.label(row.model) for row in rows],
+        [fig.BLUE if row.model == name else PALE for row in rows],
         f"%{{y}}: %{{x:.4g}} {unit}",
         text=[_changed(row, rows) for row in rows],
         textposition="auto",
@@ -126,20 +114,20 @@ def budget_figure(
     coordinate = next(iter(comparisons.values())).coordinate
     ratio, unit = coordinate == RATIO, unit_of(coordinate)
     longest = max(sum(v * v for v in bar.values()) for bar in found.values())
-    data, names = [], [label(name) for name in found]
+    data, names = [], [fig.label(name) for name in found]
     for source, color in parts_in_order(found).items():
         metres = [bar.get(source, 0.0) for bar in found.values()]
         size = f"%{{customdata:{'.4f' if ratio else '.1f'}}} {unit}"
         seen = [v * v >= LEAST_SHARE * longest for v in metres]
         text = [amount(v, coordinate, 0) if s else "" for v, s in zip(metres, seen, strict=True)]
         inside = {"textposition": "inside", "insidetextanchor": "middle", "textangle": 0}
-        own = {"name": label(part_text(source)), "text": text, "customdata": metres, **inside}
+        own = {"name": fig.label(part_text(source)), "text": text, "customdata": metres, **inside}
         hover = f"%{{y}}, %{{fullData.name}}: {size}"
-        data.append(bars([v * v for v in metres], names, color, hover, **own))
+        data.append(fig.bars([v * v for v in metres], names, color, hover, **own))
     squares = say("square of the error") + ("" if ratio else " (m²)")
     form = {"nticks": 4, "exponentformat": "none", "separatethousands": True}
-    across, height = axis(squares, rangemode="tozero", **form), 190 + 40 * len(found)
-    places = layout(across, rows_axis(), height, barmode="stack", bargap=0.35)
+    across, height = fig.axis(squares, rangemode="tozero", **form), 190 + 40 * len(found)
+    places = fig.layout(across, fig.rows_axis(), height, barmode="stack", bargap=0.35)
     return Figure("budget", say("Where the error comes from"), data, places)
 
 
@@ -156,12 +144,12 @@ def effects_figure(diagnosis: Diagnosis) -> Figure | None:
     most = max(max(row.chance_gain, row.screened_gain) for row in rows)
     floor = 1.0 / (diagnosis.n_worlds + 1)
     colors = [
-        VERMILION if row.effect in diagnosis.missing
-        else ORANGE if row.p_value <= LEVEL
-        else BLUE
+        fig.VERMILION if row.effect in diagnosis.missing
+        else fig.ORANGE if row.p_value <= LEVEL
+        else fig.BLUE
         for row in rows
     ]  # fmt: skip
-    gains = marks(
+    gains = fig.marks(
         [max(row.screened_gain, 0.0) for row in rows],
         names,
         {"color": colors, "size": 11, "symbol": "diamond"},
@@ -170,18 +158,20 @@ def effects_figure(diagnosis: Diagnosis) -> Figure | None:
         textposition="middle right",
         cliponaxis=False,
         name=say("with the effect"),
-        text=[label(f"p {chance(row.p_value, floor)}") for row in rows],
+        text=[fig.label(f"p {chance(row.p_value, floor)}") for row in rows],
     )
-    alone = bars([row.chance_gain for row in rows], names, "#CFCFCF", name=say("chance alone"))
-    across = axis(say("gain, nats"), range=[0.0, 1.4 * most])
-    places = layout(across, rows_axis(), height=120 + 28 * len(rows))
+    alone = fig.bars([row.chance_gain for row in rows], names, "#CFCFCF", name=say("chance alone"))
+    across = fig.axis(say("gain, nats"), range=[0.0, 1.4 * most])
+    places = fig.layout(across, fig.rows_axis(), height=120 + 28 * len(rows))
     return Figure("effects", say("Candidate effects"), [alone, gains], places)
 
 
 def _short(effect: str) -> str:
     """The name of an effect; of an interaction its columns alone, one below the other."""
     one, both, other = effect.partition(":")[2].partition("*")
-    return f"{label(one)} ×<br>{label(other)}" if both else label(spoken().effect(effect))
+    if both:
+        return f"{fig.label(one)} ×<br>{fig.label(other)}"
+    return fig.label(spoken().effect(effect))
 
 
 def bias_figure(found: Comparison) -> Figure | None:
@@ -193,19 +183,19 @@ def bias_figure(found: Comparison) -> Figure | None:
     rows = found.where_it_fails[:MOST_ROWS]
     if not rows:
         return None
-    names = [label(f"{axis_text(r.axis)}: {level_text(r.level)} ({r.n})") for r in rows]
+    names = [fig.label(f"{axis_text(r.axis)}: {level_text(r.level)} ({r.n})") for r in rows]
     data = []
     for name, color, fails in (
-        ("beyond chance", VERMILION, True),
+        ("beyond chance", fig.VERMILION, True),
         ("not significant", PALE, False),
     ):
         selected = [k for k, row in enumerate(rows) if (row.p_value < SIGNIFICANT) is fails]
         if selected:
             x, y = [rows[k].bias_m for k in selected], [names[k] for k in selected]
-            data.append(bars(x, y, color, f"%{{y}}: %{{x:+.4g}} {unit}", name=name))
-    across = axis(f"predicted minus recorded ({unit})", zeroline=True)
-    upwards = rows_axis(names, categoryorder="array")
-    places = layout(across, upwards, height=130 + 24 * len(rows), barmode="overlay")
+            data.append(fig.bars(x, y, color, f"%{{y}}: %{{x:+.4g}} {unit}", name=name))
+    across = fig.axis(f"predicted minus recorded ({unit})", zeroline=True)
+    upwards = fig.rows_axis(names, categoryorder="array")
+    places = fig.layout(across, upwards, height=130 + 24 * len(rows), barmode="overlay")
     return Figure("bias", "Where it fails", data, places)
 
 
@@ -215,13 +205,13 @@ def force_figure(force: Sequence[MeasuredForce]) -> Figure:
     data, hover = [], "%{fullData.name}: %{x:.1f} m/s, %{y:.1f} m/s²"
     for k, event in enumerate(events):
         selected = [row for row in force if row.event_id == event]
-        color, symbol = COLORS[k % len(COLORS)], SYMBOLS[k % len(SYMBOLS)]
+        color, symbol = fig.COLORS[k % len(fig.COLORS)], fig.SYMBOLS[k % len(fig.SYMBOLS)]
         u, force_by = [row.speed_m_s for row in selected], [row.force_m_s2 for row in selected]
         look = {"color": color, "symbol": symbol, "size": 6}
-        own = {"name": label(event), "showlegend": len(events) <= len(COLORS)}
+        own = {"name": fig.label(event), "showlegend": len(events) <= len(fig.COLORS)}
         sd = [row.sd_m_s2 for row in selected]
         bar = {"type": "data", "array": sd, "thickness": 0.7, "width": 0}
-        data.append(marks(u, force_by, look, hover, error_y=bar, **own))
-    upwards = axis(say("resisting force per mass (m/s²)"), zeroline=True)
-    places = layout(axis(say("speed (m/s)")), upwards)
+        data.append(fig.marks(u, force_by, look, hover, error_y=bar, **own))
+    upwards = fig.axis(say("resisting force per mass (m/s²)"), zeroline=True)
+    places = fig.layout(fig.axis(say("speed (m/s)")), upwards)
     return Figure("force", say("Force measured along the tracks"), data, places)
