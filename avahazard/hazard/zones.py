@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from importlib.resources import files
 from typing import Annotated
 
 import numpy as np
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from avahazard.arrays import Floats
 from avahazard.effects.site import Site
@@ -33,33 +35,30 @@ from avahazard.results import hazard as results
 from avahazard.results.base import Rows
 
 
-@dataclass(frozen=True, slots=True)
-class Rule:
+class Rule(Strict):
     """Holds where `pressure_kpa_min` is exceeded once in `return_period_years` on average.
 
     With a least pressure of 0 it holds wherever an avalanche of that return period comes at all.
     """
 
-    return_period_years: float
-    pressure_kpa_min: float = 0.0
+    return_period_years: Annotated[float, Field(gt=1.0, allow_inf_nan=False)]
+    pressure_kpa_min: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = 0.0
 
 
-@dataclass(frozen=True, slots=True)
-class ZoneLimits:
+class ZoneLimits(Strict):
     """A zone: a place is in it where one of its `rules` holds and no worse zone's does."""
 
-    name: str
-    color: str
-    rules: tuple[Rule, ...]
+    name: Annotated[str, Field(min_length=1)]
+    color: Annotated[str, Field(pattern="^#[0-9a-fA-F]{6}$"), AfterValidator(str.lower)]
+    rules: Annotated[list[Rule], Field(min_length=1, alias="rule")]
 
 
-@dataclass(frozen=True, slots=True)
-class ZoneSystem:
+class ZoneSystem(Strict):
     """Zones, the worst first; `notes` say what of the regulation the model cannot answer."""
 
-    name: str
-    zones: tuple[ZoneLimits, ...]
-    notes: tuple[str, ...] = ()
+    zones: Annotated[list[ZoneLimits], Field(min_length=1, alias="zone")]
+    notes: list[str] = Field(default_factory=list)
+    name: str = ""
 
     @property
     def return_periods(self) -> tuple[float, ...]:
@@ -67,69 +66,15 @@ class ZoneSystem:
         return tuple(sorted({r.return_period_years for z in self.zones for r in z.rules}))
 
 
-RED, BLUE, YELLOW = "#c8102e", "#0072b2", "#f0e442"
-
-SWISS = ZoneSystem(
-    "swiss",
-    # Guideline of 1984 (BFF and SLF), as the canton of Valais states it: red (building is
-    # prohibited) is 30 kN/m2 or more at up to 300 years, or any pressure at up to 30 years; blue
-    # (building has conditions) is less than 30 kN/m2 at 30 to 300 years.
-    (
-        ZoneLimits("red", RED, (Rule(300.0, 30.0), Rule(30.0))),
-        ZoneLimits("blue", BLUE, (Rule(300.0),)),
-    ),
-    (
-        "swiss: yellow (powder under 3 kPa, flowing avalanches rarer than 300 years) and the "
-        "powder part of blue are outside this model.",
-    ),
-)
-FRENCH = ZoneSystem(
-    "french",
-    # Guide PPRN Avalanches (2015): the hundred-year reference avalanche (ARC) gives red where it
-    # is strong, 30 kPa or more, and blue below; the exceptional one (ARE, about 300 years), yellow.
-    (
-        ZoneLimits("red", RED, (Rule(100.0, 30.0),)),
-        ZoneLimits("blue", BLUE, (Rule(100.0),)),
-        ZoneLimits("yellow", YELLOW, (Rule(300.0),)),
-    ),
-    (
-        "french: the limits are those of pressure alone; powder, land use and the judgement of "
-        "the service that makes the plan are outside this model.",
-    ),
-)
-AUSTRIAN = ZoneSystem(
-    "austrian",
-    # Guideline of the WLV (BMLFUW 2011): the design event comes once in about 150 years; red
-    # (building is prohibited) is over 10 kN/m2, yellow (it has conditions) from 1 to 10 kN/m2.
-    (
-        ZoneLimits("red", RED, (Rule(150.0, 10.0),)),
-        ZoneLimits("yellow", YELLOW, (Rule(150.0, 1.0),)),
-    ),
-    (
-        "austrian: the limits are those of the pressure of the design event alone; powder, "
-        "frequent events and the judgement of the service are outside this model.",
-    ),
-)
-PRESETS = {limits.name: limits for limits in (SWISS, FRENCH, AUSTRIAN)}
+_TEXT = (files("avahazard.hazard") / "zones.toml").read_text("utf-8")
+PRESETS = {
+    name: ZoneSystem.model_validate({"name": name, **limits})
+    for name, limits in tomllib.loads(_TEXT).items()
+}
 EXAMPLE = (
     'A zone is written: [[zone]], name = "red", color = "#c8102e", and for each rule '
     "[[zone.rule]], return_period_years = 300, pressure_kpa_min = 30."
 )
-
-
-class _Rule(Strict):
-    return_period_years: Annotated[float, Field(gt=1.0, allow_inf_nan=False)]
-    pressure_kpa_min: Annotated[float, Field(ge=0.0, allow_inf_nan=False)] = 0.0
-
-
-class _Zone(Strict):
-    name: Annotated[str, Field(min_length=1)]
-    color: Annotated[str, Field(pattern="^#[0-9a-fA-F]{6}$")]
-    rule: Annotated[list[_Rule], Field(min_length=1)]
-
-
-class _Limits(Strict):
-    zone: Annotated[list[_Zone], Field(min_length=1)]
 
 
 def read_limits(name: str, text: str) -> ZoneSystem:
@@ -139,16 +84,12 @@ def read_limits(name: str, text: str) -> ZoneSystem:
     place at fault, where it is no TOML, a value is missing, unknown or out of its range, or two
     zones have one name.
     """
-    found = read_toml(name, text, _Limits, EXAMPLE)
-    names = [zone.name for zone in found.zone]
+    found = read_toml(name, text, ZoneSystem, EXAMPLE)
+    names = [zone.name for zone in found.zones]
     for twice in names:
         if names.count(twice) > 1:
             raise AvahazardError(f"{name} has two zones '{twice}'.", "Give each its own name.")
-    zones = (
-        ZoneLimits(zone.name, zone.color.lower(), tuple(Rule(**dict(rule)) for rule in zone.rule))
-        for zone in found.zone
-    )
-    return ZoneSystem(name, tuple(zones))
+    return found.model_copy(update={"name": name})
 
 
 LEAST_RATE = 1e-30

@@ -34,7 +34,7 @@ from avahazard.report.model_tables import failing_speeds
 from avahazard.report.picture import require_picture
 from avahazard.request import many
 from avahazard.results import hazard as results
-from avahazard.results.base import Report, Rows, plain, silent
+from avahazard.results.base import Report, Rows, silent
 from avahazard.store.records import load_records
 from avahazard.store.results import AVERAGE, BOUNDS, ZONES, read_run
 from avahazard.store.session import reading
@@ -376,7 +376,7 @@ def zones_work(
     frequencies = volume_frequencies(survey.volumes, request.seed, request.source)
     answer = partial(zones_of_path, model, frequencies, wanted, periods, request, notes)
     settings = {
-        "limits": plain(wanted),
+        "limits": wanted.model_dump(),
         "return_periods": periods,
         "density": request.density,
         "density_sd": request.density_sd,

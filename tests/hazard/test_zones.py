@@ -11,13 +11,9 @@ from avahazard.effects.catalogue import definition
 from avahazard.hazard.exceedance import exceeded_runout
 from avahazard.hazard.extremes import EventVolumes, annual_rate, one_volume
 from avahazard.hazard.zones import (
-    AUSTRIAN,
-    FRENCH,
     N_PLACES,
-    SWISS,
+    PRESETS,
     Exceeded,
-    Rule,
-    ZoneLimits,
     ZoneSystem,
     _behind,
     _notes,
@@ -41,6 +37,8 @@ from tests.hazard.zones_parabola import (
     observations,
     one,
 )
+
+SWISS, FRENCH, AUSTRIAN = (PRESETS[name] for name in ("swiss", "french", "austrian"))
 
 RATE = 0.2
 
@@ -212,14 +210,29 @@ rule = [{ return_period_years = 300 }]
 """
 
 
+def told(limits: ZoneSystem) -> dict[str, list[tuple[float, float]]]:
+    return {
+        zone.name: [(rule.return_period_years, rule.pressure_kpa_min) for rule in zone.rules]
+        for zone in limits.zones
+    }
+
+
+def zone(*rules: tuple[float, float]) -> ZoneSystem:
+    """One zone by rules of return period and least pressure."""
+    names = ("return_period_years", "pressure_kpa_min")
+    rule = [dict(zip(names, values, strict=True)) for values in rules]
+    zones = [{"name": "a", "color": "#000000", "rule": rule}]
+    return ZoneSystem.model_validate({"name": "one", "zone": zones})
+
+
 def test_the_zones_of_a_file() -> None:
-    assert read_limits("own.toml", GOOD) == ZoneSystem(
-        "own.toml",
-        (
-            ZoneLimits("red", "#c8102e", (Rule(300.0, 30.0), Rule(30.0, 0.0))),
-            ZoneLimits("blue", "#0072b2", (Rule(300.0, 0.0),)),
-        ),
-    )
+    found = read_limits("own.toml", GOOD)
+    assert found.name == "own.toml"
+    assert [(zone.name, zone.color) for zone in found.zones] == [
+        ("red", "#c8102e"),
+        ("blue", "#0072b2"),
+    ]
+    assert told(found) == {"red": [(300.0, 30.0), (30.0, 0.0)], "blue": [(300.0, 0.0)]}
 
 
 def test_the_example_of_the_documentation() -> None:
@@ -265,12 +278,6 @@ def test_one_message_that_says_where(old: str, new: str, message: str) -> None:
 
 
 def test_the_limits_of_two_countries() -> None:
-    def told(limits: ZoneSystem) -> dict[str, list[tuple[float, float]]]:
-        return {
-            zone.name: [(rule.return_period_years, rule.pressure_kpa_min) for rule in zone.rules]
-            for zone in limits.zones
-        }
-
     assert told(SWISS) == {"red": [(300.0, 30.0), (30.0, 0.0)], "blue": [(300.0, 0.0)]}
     assert told(FRENCH) == {
         "red": [(100.0, 30.0)],
@@ -319,7 +326,7 @@ def test_pressure_ends_at_the_runout_not_at_the_next_place() -> None:
     # 40 kPa up to the place before the stop, 10 m on.
     pressure = np.where(PLACES_X <= 600.0, 40.0, 0.0)[None]
     found = zone_pieces(
-        ZoneSystem("one", (ZoneLimits("a", "#000000", (Rule(100.0, 30.0),)),)),
+        zone((100.0, 30.0)),
         PLACES_X,
         {100.0: Exceeded(np.array([610.0]), pressure)},
     )
@@ -329,7 +336,7 @@ def test_pressure_ends_at_the_runout_not_at_the_next_place() -> None:
 def test_above_a_place_in_a_zone_all_is_in_it() -> None:
     pressure = np.where((PLACES_X > 300.0) & (PLACES_X < 500.0), 5.0, 50.0)
     pressure = np.where(PLACES_X > 900.0, 0.0, pressure)[None]
-    limits = ZoneSystem("one", (ZoneLimits("a", "#000000", (Rule(100.0, 30.0),)),))
+    limits = zone((100.0, 30.0))
     (found,) = zone_pieces(limits, PLACES_X, {100.0: Exceeded(np.array([920.0]), pressure)})
     assert 900.0 < found.to_x_m < 920.0
 
@@ -337,7 +344,7 @@ def test_above_a_place_in_a_zone_all_is_in_it() -> None:
 def test_quantiles_over_the_draws_and_beyond_the_profile() -> None:
     runout = np.linspace(400.0, 1300.0, 1000)
     runout[runout > 1100.0] = np.inf
-    limits = ZoneSystem("one", (ZoneLimits("a", "#000000", (Rule(100.0),)),))
+    limits = zone((100.0, 0.0))
     exceeded = {100.0: Exceeded(runout, np.zeros((1000, len(PLACES_X))))}
     (found,) = zone_pieces(limits, PLACES_X, exceeded)
     assert (found.to_x_m, found.beyond, found.to_x_q95_m) == (
@@ -347,10 +354,8 @@ def test_quantiles_over_the_draws_and_beyond_the_profile() -> None:
     )
     assert found.to_x_q05_m == pytest.approx(445.0, abs=1.0)
     far = {100.0: Exceeded(np.full(3, np.inf), np.full((3, len(PLACES_X)), 50.0))}
-    for rule in (Rule(100.0), Rule(100.0, 30.0)):
-        (found,) = zone_pieces(
-            ZoneSystem("one", (ZoneLimits("a", "#000000", (rule,)),)), PLACES_X, far
-        )
+    for rule in ((100.0, 0.0), (100.0, 30.0)):
+        (found,) = zone_pieces(zone(rule), PLACES_X, far)
         assert (found.to_x_m, found.beyond, found.to_x_q05_m) == (PLACES_X[-1], True, None)
 
 
