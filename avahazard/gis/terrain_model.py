@@ -7,7 +7,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Any
-from xml.sax.saxutils import escape
 
 import numpy as np
 import rasterio
@@ -51,8 +50,7 @@ class TerrainModel:
         """Which points `[n, 2]` lie between the centres of four cells."""
         places, slack = np.array(self.grid_places(xy)), 1e-6
         last = np.array([[self.source.height], [self.source.width]]) - 1
-        inside: Bools = np.all((places >= -slack) & (places <= last + slack), axis=0)
-        return inside
+        return np.asarray(np.all((places >= -slack) & (places <= last + slack), axis=0))
 
     def elevations(self, xy: Floats) -> Floats:
         """Elevations (m) `[n]` at points `[n, 2]`, linear between cell centres; NaN by a gap."""
@@ -69,11 +67,8 @@ class TerrainModel:
         right = min(self.source.width, int(np.floor(column.max())) + 2)
         window = Window.from_slices((top, bottom), (left, right))
         cells = self.source.read(1, window=window, masked=True).astype(np.float64)
-        places = np.array([row - top, column - left])
-        values = map_coordinates(
-            self._metres(cells.filled(np.nan)), places, order=1, mode="nearest"
-        )
-        return np.asarray(values, np.float64)
+        places, values = np.array([row - top, column - left]), self._metres(cells.filled(np.nan))
+        return np.asarray(map_coordinates(values, places, order=1, mode="nearest"), np.float64)
 
     def _metres(self, cells: Floats) -> Floats:
         cells = cells * self.source.scales[0] + self.source.offsets[0]
@@ -166,8 +161,7 @@ def _readable(file: FilePath) -> str:
 
 
 def _described(file: FilePath, header: Mapping[str, str]) -> str:
-    """A virtual raster: of one coordinate the header gives the corner, of the other the centre."""
-    columns, rows = header["ncols"], header["nrows"]
+    """A grid whose header gives the corner of one coordinate, the centre of the other."""
     try:
         cell = float(header["cellsize"])
         west, south = (
@@ -178,17 +172,8 @@ def _described(file: FilePath, header: Mapping[str, str]) -> str:
         )
     except (KeyError, ValueError):
         return str(file)
-    nodata = header.get("nodata_value", "-9999")
-    with rasterio.open(file) as plain:
-        system = plain.crs.to_wkt() if plain.crs else ""
-    return (
-        f'<VRTDataset rasterXSize="{columns}" rasterYSize="{rows}">'
-        f"<SRS>{escape(system)}</SRS>"
-        f"<GeoTransform>{west}, {cell}, 0, {south + int(rows) * cell}, 0, {-cell}</GeoTransform>"
-        f'<VRTRasterBand dataType="Float64" band="1"><NoDataValue>{escape(nodata)}</NoDataValue>'
-        f"<SimpleSource><SourceFilename>{escape(str(file.resolve()))}</SourceFilename>"
-        "</SimpleSource></VRTRasterBand></VRTDataset>"
-    )
+    east, north = west + int(header["ncols"]) * cell, south + int(header["nrows"]) * cell
+    return f"vrt://{file.resolve()}?a_ullr={west},{north},{east},{south}"
 
 
 def _has_cells(transform: rasterio.Affine) -> bool:

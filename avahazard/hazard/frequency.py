@@ -24,6 +24,7 @@ from avahazard.hazard.trend import (
 )
 from avahazard.hazard.volume_records import (
     FEWEST_TELLING,
+    OWN_YEARS,
     DatedVolumes,
     PooledPaths,
     RegionVolumes,
@@ -368,7 +369,7 @@ class Frequencies:
         if record is None or self.table is not None:
             return []
         notes = self.trend.notes(self.source.as_of)
-        if record.own_years:
+        if record.window == OWN_YEARS:
             return notes
         seasons = Note("of_winters" if record.seasons == "winters" else "of_years")
         first, last = record.first_year, record.last_year

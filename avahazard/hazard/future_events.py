@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import beta
 
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.columns import RELEASE_SIGMA, EventColumns, build_columns, counted
@@ -43,8 +44,6 @@ class ReleaseZone:
 
     def elevations(self, n: int = N_RELEASES) -> Floats:
         """Elevations (m) `[n]` in the middle of n equally probable parts, lowest first."""
-        from scipy.stats import beta  # noqa: PLC0415 (slow)
-
         share = beta.ppf((np.arange(n) + 0.5) / n, self.a, self.b)
         return np.asarray(self.low_m + (self.high_m - self.low_m) * share)
 

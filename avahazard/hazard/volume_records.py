@@ -27,8 +27,9 @@ from avahazard.hazard.volume_source import Family
 from avahazard.records.collection import WINTER_STARTS, Covariate, Event, Path
 from avahazard.records.errors import AvahazardError
 
+OWN_YEARS = "observed_from to observed_to"
 WINDOWS = {
-    (False, False): "observed_from to observed_to",
+    (False, False): OWN_YEARS,
     (False, True): "observed_from to the last record of any path",
     (True, False): "the first record of any path to observed_to",
     (True, True): "the first to the last record of any path",
@@ -69,11 +70,6 @@ class VolumeRecord:
     def seasons(self) -> str:
         """What its years are called."""
         return "winters" if self.year_starts == WINTER_STARTS else "years"
-
-    @property
-    def own_years(self) -> bool:
-        """Whether the path itself says in which years it was watched."""
-        return self.window == WINDOWS[False, False]
 
     def observed_years(self) -> Ints:
         """The years, less those not observed."""
@@ -327,10 +323,11 @@ class RegionVolumes:
     @cached_property
     def together(self) -> PooledPaths:
         """What all paths with enough values say together, by all workers."""
-        telling = [p for p in self.records if len(self.sample(p)) >= FEWEST_TELLING]
+        samples = [(self.sample(p), self.error(p)) for p in self.records]
+        telling = [(values, error) for values, error in samples if len(values) >= FEWEST_TELLING]
         pieces = (telling[k : k + PATHS_AT_ONCE] for k in range(0, len(telling), PATHS_AT_ONCE))
-        samples = ([(self.sample(p), self.error(p)) for p in piece] for piece in pieces)
-        return _sum_of(spread_map(_told_by, self.family, samples))
+        total = sum(spread_map(_told_by, self.family, pieces), NOTHING_TOLD)
+        return PooledPaths(len(telling), sum(len(values) for values, _ in telling), total)
 
     def others(self, path_id: str, likelihood: Floats) -> PooledPaths:
         """The same without a path, whose `likelihood` is given."""
@@ -341,21 +338,12 @@ class RegionVolumes:
         return PooledPaths(n_paths - 1, n_values - n, total - _told(self.family, likelihood))
 
 
-def _sum_of(parts: Iterable[PooledPaths]) -> PooledPaths:
-    """The sum of parts, added in their order."""
-    n_paths, n_values, total = 0, 0, np.zeros((len(LOG_SCALES), len(SHAPES)))
-    for part in parts:
-        n_paths, n_values = n_paths + part.n_paths, n_values + part.n_values
-        total = total + part.likelihood
-    return PooledPaths(n_paths, n_values, total)
+NOTHING_TOLD = np.zeros((len(LOG_SCALES), len(SHAPES)))
 
 
-def _told_by(family: Family, samples: Sequence[tuple[Floats, float]]) -> PooledPaths:
+def _told_by(family: Family, samples: Sequence[tuple[Floats, float]]) -> Floats:
     """What some paths say together, of each its sample and the error of that."""
-    return _sum_of(
-        PooledPaths(1, len(sample), _told(family, _likelihood(family, sample, error)))
-        for sample, error in samples
-    )
+    return sum((_told(family, _likelihood(family, *one)) for one in samples), NOTHING_TOLD)
 
 
 def _told(family: Family, likelihood: Floats) -> Floats:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from avahazard.arrays import Floats
 from avahazard.kernels import kernel
@@ -112,28 +113,14 @@ def difference_error(x: Floats, y: Floats) -> tuple[float, float]:
 
     Such differences are zero on any cubic; what ground adds makes it too large.
     """
-    error = float(np.sqrt(_mean_square_difference(x, y)))
-    return error, 0.5 * float(np.sqrt(VARIANCE_OF_DIFFERENCES / (len(x) - DIFFERENCES)))
-
-
-@kernel
-def _mean_square_difference(x: Floats, y: Floats) -> float:
-    """Mean square of the fourth differences, each over the sum of squares of its weights."""
-    n = len(x) - DIFFERENCES
-    total = 0.0
-    for i in range(n):
-        # Scaled by the width of each window, so that no product runs out of range.
-        width = x[i + DIFFERENCES] - x[i]
-        difference, squares = 0.0, 0.0
-        for j in range(i, i + DIFFERENCES + 1):
-            apart = 1.0
-            for k in range(i, i + DIFFERENCES + 1):
-                if k != j:
-                    apart *= (x[j] - x[k]) / width
-            difference += y[j] / apart
-            squares += 1.0 / (apart * apart)
-        total += difference * difference / squares
-    return total / n
+    n = DIFFERENCES + 1
+    place, height = sliding_window_view(x, n), sliding_window_view(y, n)
+    # Scaled by the width of each window, so that no product runs out of range.
+    apart = (place[:, :, None] - place[:, None]) / (place[:, -1:, None] - place[:, :1, None])
+    weight = 1.0 / np.prod(apart + np.eye(n), axis=2)
+    squares = np.sum(weight * height, axis=1) ** 2 / np.sum(weight**2, axis=1)
+    relative = 0.5 * np.sqrt(VARIANCE_OF_DIFFERENCES / len(squares))
+    return float(np.sqrt(np.mean(squares))), float(relative)
 
 
 class Smoothing:

@@ -80,12 +80,6 @@ class RunoutCurve:
         """Cells that are not straight (the rule above), `[…, n_friction - 1]`."""
         return discontinuous_cells(self.x, self.status)
 
-    def is_discontinuous(self, cell: int) -> bool:
-        """Whether one cell of one curve is `discontinuous`, which the cells beside it decide."""
-        first = max(cell - 1, 0)
-        some = slice(first, cell + 3)
-        return bool(discontinuous_cells(self.x[some], self.status[some])[cell - first])
-
     @property
     def jumps(self) -> Bools:
         """Cells from one stop to the next over which F jumps, `[…, n_friction - 1]`."""

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import json
 import re
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache, partial
-from importlib.resources import files
 from pathlib import Path as FilePath
 from typing import NamedTuple
 
@@ -18,7 +16,7 @@ from avahazard.records.cells import LIKELY_MARKS, RANGE
 from avahazard.records.conventions import ISO, is_number, read_dates
 from avahazard.records.errors import Problems
 from avahazard.records.intake import Guess
-from avahazard.records.meanings import MEANINGS, known_unit, squash
+from avahazard.records.meanings import MEANINGS, NAMES, known_unit, squash
 from avahazard.records.rows import PathRow
 from avahazard.records.sheet import read_tables
 from avahazard.records.table import FileTable, SheetLayout
@@ -168,9 +166,8 @@ def _like(name: str) -> dict[str, tuple[str, float]]:
 @cache
 def _squashed() -> dict[str, dict[str, str]]:
     """Of each column the words that are written for it, with their letters and digits."""
-    known = tomllib.loads((files("avahazard.records") / "column_words.toml").read_text("utf-8"))
     return {
-        column: {word: squash(word) for word in (*words, column)} for column, words in known.items()
+        column: {word: squash(word) for word in (*words, column)} for column, words in NAMES.items()
     }
 
 

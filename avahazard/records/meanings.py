@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 import re
+import tomllib
 import unicodedata
 from collections import Counter
 from collections.abc import Iterable
 from functools import cache
+from importlib.resources import files
 from typing import Any, Literal, NamedTuple
 
 from rapidfuzz.distance import OSA
@@ -33,67 +35,22 @@ class Meaning(NamedTuple):
 
 
 ABOVE_SEA = "m a.s.l."
-ELEVATION = Limits((-12_000.0, 9_000.0), (-6_000.0, 8_900.0))  # trenches and summits
-ALONG = Limits((-2e6, 2e6), (-1e5, 1e5))
-LENGTH = Limits((0.0, 1e6), (0.0, 1e5))
-ERROR = Limits((0.0, 1e5), (0.0, 1_000.0))
-# From a snowball to the largest slides of the sea floor, some 2e13 m3.
-VOLUME = Limits((1e-3, 1e15), (1.0, 1e9))
-# From a laboratory's chute to the sea floor, and to what falls almost freely.
-HEIGHT = Limits((1e-3, 20_000.0), (1.0, 6_000.0))
-REACH = Limits((1e-3, 2e6), (1.0, 1e6))
-RATIO = Limits((1e-6, 1e3), (1e-3, 10.0))
-
+_COLUMNS = tomllib.loads((files("avahazard.records") / "columns.toml").read_text("utf-8"))
 MEANINGS: dict[str, Meaning] = {
-    "path_id": Meaning("the path", content="name"),
-    "event_id": Meaning("the event", content="name"),
-    "name": Meaning("name of the path", content="text"),
-    "location": Meaning("where the path is", content="text"),
-    "orientation": Meaning("orientation of the path", content="text"),
-    "section": Meaning("channelled or open", content="text"),
-    "catchment_ha": Meaning("catchment area", "ha", Limits((0.0, 1e8), (0.0, 1e5))),
-    "release_elevation_m": Meaning("elevation of the release", ABOVE_SEA, ELEVATION),
-    "release_sigma_m": Meaning(
-        "error of the release elevation (sd)", "m", further=("paths", "events")
-    ),
-    "observed_from": Meaning("first year of observation"),
-    "observed_to": Meaning("last year of observation"),
-    "observed_below_m": Meaning("stops above are undetected", ABOVE_SEA, ELEVATION),
-    "not_observed": Meaning("years in which nobody looked", content="text", further=("paths",)),
-    "width_m": Meaning("width of the flow", "m", further=("paths",)),
-    "x_m": Meaning("horizontal distance from the top", "m", ALONG),
-    "y_m": Meaning("elevation of the point", ABOVE_SEA, ELEVATION),
-    "elevation_sigma_m": Meaning("error of the elevation (sd)", "m"),
-    "land_cover": Meaning("land cover from this point on", content="text"),
-    "easting_m": Meaning("easting", "m"),
-    "northing_m": Meaning("northing", "m"),
-    "crs": Meaning("coordinate system", content="text"),
-    "lon": Meaning("longitude", "degrees"),
-    "lat": Meaning("latitude", "degrees"),
-    "date": Meaning("date, or year", content="date"),
-    "runout_elevation_m": Meaning("elevation of the stop", ABOVE_SEA, ELEVATION),
-    "runout_x_m": Meaning("horizontal distance of the stop", "m", ALONG),
-    "runout_sigma_m": Meaning("error of the runout (sd)", "m", ERROR),
-    "left_profile": Meaning("ran past the profile's end", content="flag"),
-    "volume_m3": Meaning("volume of the deposit", "m3", VOLUME),
-    "deposit_length_m": Meaning("length of the deposit", "m", LENGTH),
-    "deposit_width_m": Meaning("width of the deposit", "m", LENGTH),
-    "deposit_thickness_m": Meaning(
-        "thickness of the deposit", "m", Limits((0.0, 5_000.0), (0.0, 100.0))
-    ),
-    "volume_rel_sigma": Meaning("error of log volume (sd)", "", Limits((0.0, 10.0), (0.0, 2.5))),
-    "snow_type": Meaning("type of snow", content="text", further=("events",)),
-    "fall_height_m": Meaning("height of fall H", "m", HEIGHT),
-    "runout_length_m": Meaning("horizontal reach L", "m", REACH),
-    "h_over_l": Meaning("H over L", "", RATIO),
-    "elevation_m": Meaning("elevation of the speed", ABOVE_SEA, ELEVATION),
-    "speed_m_s": Meaning("speed", "m/s", Limits((0.0, 500.0), (0.0, 150.0))),
-    "speed_sigma_m_s": Meaning("error of the speed (sd)", "m/s", Limits((0.0, 500.0), (0.0, 50.0))),
-    "return_period_years": Meaning("return period", "years"),
-    "year": Meaning("year"),
+    name: Meaning(
+        told["words"],
+        told.get("unit", ""),
+        Limits(tuple(told["possible"]), tuple(told["usual"])) if "possible" in told else None,
+        told.get("content", "number"),
+        tuple(told.get("further", ())),
+    )
+    for name, told in _COLUMNS.items()
+    if "words" in told
 }
-
-
+_LIMITS = {name: meaning.limits for name, meaning in MEANINGS.items() if meaning.limits}
+ELEVATION, RATIO = _LIMITS["y_m"], _LIMITS["h_over_l"]
+NAMES: dict[str, list[str]] = {n: told["names"] for n, told in _COLUMNS.items() if "names" in told}
+"""Words for columns in several languages, by which a guess knows them."""
 UNITS = re.compile(r"_(?:m_s|m3|m2|m|ha)$")
 SHORTEST_NEAR = 6  # letters: shorter words are too often one letter apart
 

@@ -155,7 +155,6 @@ def test_the_winters_of_the_data_set_without_observed_years() -> None:
     assert (record.first_year, record.last_year, record.n_years) == (2006, 2022, 17)
     assert record.events_per_year == pytest.approx(2 / 17)
     assert record.window == "the first to the last record of any path"
-    assert not record.own_years
     with pytest.raises(AvahazardError, match="No event of path r is dated"):
         volume_record(none, window)
     frequencies = volume_frequencies([sparse, other, none], 1)

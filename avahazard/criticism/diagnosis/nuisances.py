@@ -95,7 +95,7 @@ def _n_crossed(base: Refit, key: str) -> int:
     """Offsets besides those of the largest grouping, were these groups granted too."""
     wider, more = with_effects(base.observations, base.specification, (key,), granted=True)
     effects = build_effects(wider, {**base.facts, **more}, base.own)
-    return offset_plan(effects, base.observations.columns).n_crossed
+    return int(np.sum(offset_plan(effects, base.observations.columns).rest >= 0))
 
 
 def heavier_tails(model: FittedModel) -> float | None:

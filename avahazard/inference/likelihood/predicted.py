@@ -153,7 +153,7 @@ def _speeds_of(
         curve = near.curve[release]
         passes = curve.left | (curve.x > track.stop_x)
         ends = np.flatnonzero(passes[:-1] & ~passes[1:])
-        over = [cell for cell in ends.tolist() if curve.is_discontinuous(cell)]
+        over = ends[curve.discontinuous[ends]].tolist()
     if not over:
         return TrackSpeeds(speeds, -1, np.zeros(len(track.x)))
     square = squares_to_rest(cells, node_of(cells.x, release_x), track.stop_x, track.x)

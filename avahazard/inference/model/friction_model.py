@@ -139,11 +139,6 @@ class OffsetPlan:
         others = self.of != np.argmax(counts)
         return np.where(others, np.cumsum(others) - 1, -1)
 
-    @property
-    def n_crossed(self) -> int:
-        """Number of offsets that are not of the largest grouping."""
-        return int(np.sum(self.rest >= 0))
-
     def shift(self, offsets: Floats) -> Floats:
         """Sum of the offsets `[n_offsets]` that each event has, `[n_events]`."""
         row = np.append(offsets, 0.0)

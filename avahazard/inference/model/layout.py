@@ -240,8 +240,8 @@ class Layout:
 
     def spread_values(self, u: Floats) -> Floats:
         """Spreads of log friction at coordinates u `[..., n_slots]`, `[..., n_groupings]`."""
-        slots, scales = self._spreads
-        return np.asarray(u[..., slots] * scales)
+        slots = list(self.spreads.values())
+        return np.asarray(u[..., slots] * np.array([self.slots[k].scale for k in slots]))
 
     def effect_values(self, u: Floats) -> dict[str, Floats]:
         """Parameter values by effect key; exactly neutral where the coordinate is."""
@@ -257,12 +257,6 @@ class Layout:
     @cached_property
     def _in_log(self) -> list[int]:
         return [k for k, slot in enumerate(self.slots) if slot.lognormal]
-
-    @cached_property
-    def _spreads(self) -> tuple[list[int], Floats]:
-        """Slots and scales of the spreads."""
-        slots = list(self.spreads.values())
-        return slots, np.array([self.slots[k].scale for k in slots])
 
     @cached_property
     def _prior(self) -> Floats:
