@@ -17,7 +17,7 @@ KNOWN_FROM = 0.1
 
 @contextmanager
 def show_progress(*, log: bool = True) -> Iterator[Report]:
-    """Give a function `report(what, done, total)` for a use case to call as it goes on.
+    """Give a function `report(what, share)` for a use case to call as it goes on.
 
     Nothing is shown for what takes less than two seconds. A terminal or a notebook then gets one
     bar, which says what is being done; a log file gets a line now and then, unless `log` is false.
@@ -40,10 +40,9 @@ class Clock:
         self.started = self.base = self.shown = self.share = 0.0
         self.steps = 0
 
-    def tell(self, done: float, total: float) -> tuple[float, str]:
+    def tell(self, share: float) -> tuple[float, str]:
         """The share to show, and what is left in words; no words while that is not known."""
-        now = time.monotonic()
-        share = min(max(done / total, 0.0), 1.0) if total > 0 else 0.0
+        now, share = time.monotonic(), min(max(share, 0.0), 1.0)
         if not self.steps or share < self.share:
             self.started, self.base, self.steps = now, self.shown, self.steps + 1
         self.share = share
@@ -70,8 +69,8 @@ def _bar() -> Iterator[Report]:
     )
     task = bar.add_task("", total=1.0, percent="", left="")
 
-    def report(what: str, done: float, total: float) -> None:
-        share, words = clock.tell(done, total)
+    def report(what: str, share: float) -> None:
+        share, words = clock.tell(share)
         bar.update(task, description=what, completed=share, percent=_percent(share), left=words)
         if not bar.live.is_started and time.monotonic() - began >= PATIENCE_S:
             bar.start()
@@ -86,11 +85,11 @@ def _bar() -> Iterator[Report]:
 def _lines() -> Report:
     clock, said = Clock(), time.monotonic() + PATIENCE_S - LINE_EVERY_S
 
-    def report(what: str, done: float, total: float) -> None:
+    def report(what: str, share: float) -> None:
         nonlocal said
-        share, words = clock.tell(done, total)
+        share, words = clock.tell(share)
         now = time.monotonic()
-        if now - said >= LINE_EVERY_S and total > 0:
+        if now - said >= LINE_EVERY_S:
             said = now
             parts = filter(None, (f"{what}: {_percent(share)}%", words))
             print(", ".join(parts), file=sys.stderr, flush=True)

@@ -232,7 +232,7 @@ def diagnosed_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
             diagnosed,
             "base",
             DiagnoseRequest(plot=folder / "candidates.png"),
-            lambda _what, done, _total: told.append(done),
+            lambda _what, share: told.append(share),
         )
         (folder / "diagnosis.json").write_text(json.dumps(found.to_dict()), encoding="utf-8")
         (folder / "told.json").write_text(json.dumps(told), encoding="utf-8")

@@ -36,7 +36,7 @@ def test_short_things_show_nothing(
     with progress.show_progress() as report:
         for i in range(10):
             clock[0] += 0.15
-            report("sampling", i, 10)
+            report("sampling", i / 10)
     assert isinstance(sys.stderr, StringIO)
     assert sys.stderr.getvalue() == ""
 
@@ -46,7 +46,7 @@ def test_a_log_gets_a_line_now_and_then_with_the_time_left(
 ) -> None:
     with progress.show_progress() as report:
         for i in range(20):
-            report("sampling", i, 20)
+            report("sampling", i / 20)
             clock[0] += 1.0
     captured = capsys.readouterr()
     assert captured.out == ""
@@ -58,7 +58,7 @@ def test_a_terminal_gets_a_bar(clock: list[float], monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(sys, "stderr", terminal)
     with progress.show_progress() as report:
         for i in range(5):
-            report("sampling", i, 5)
+            report("sampling", i / 5)
             clock[0] += 1.0
     assert "sampling" in terminal.getvalue()
 
@@ -68,7 +68,7 @@ def test_one_bar_for_all_that_is_done(clock: list[float], monkeypatch: pytest.Mo
     monkeypatch.setattr(sys, "stderr", terminal)
     with progress.show_progress() as report:
         for i, what in enumerate(["reading", "sampling", "sampling", "writing", "writing"]):
-            report(what, i, 5)
+            report(what, i / 5)
             clock[0] += 2.0
         text = terminal.getvalue()
     assert "100 %" not in text
@@ -81,12 +81,12 @@ def test_the_time_left_is_not_told_before_it_is_known(
 ) -> None:
     with progress.show_progress() as report:
         for share in (0.0, 0.02, 0.05, 0.2):
-            report("sampling", share, 1.0)
+            report("sampling", share)
             clock[0] += 10.0
         # Another step has the rest of the bar, and is timed by itself.
-        report("more", 0.0, 1.0)
+        report("more", 0.0)
         clock[0] += 10.0
-        report("more", 0.5, 1.0)
+        report("more", 0.5)
     lines = capsys.readouterr().err.splitlines()
     assert lines == [
         "sampling: 2%",
@@ -109,10 +109,10 @@ def test_the_bar_of_recorded_runs_is_monotone_and_its_time_left_true(
     """After a tenth of the work within a factor of two, or a moment."""
     run, teller, last = RUNS[name], progress.Clock(), 0.0
     begin = clock[0]
-    teller.tell(0.0, 1.0)
+    teller.tell(0.0)
     for seconds, share in run["told"]:
         clock[0] = begin + seconds
-        shown, words = teller.tell(share, 1.0)
+        shown, words = teller.tell(share)
         assert shown >= last
         last = shown
         if words and "step" not in words:

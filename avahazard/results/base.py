@@ -58,8 +58,8 @@ def key_of(field: str) -> str:
 
 Row_co = TypeVar("Row_co", covariant=True)
 Draw = Callable[[Path, Any], None]
-Report = Callable[[str, float, float], None]
-"""Called as long work goes on: what is done, how much of it, of how much in all."""
+Report = Callable[[str, float], None]
+"""Called as long work goes on: what is done, and how much of it, from 0 to 1."""
 ABSENT = {"absent": True}
 """Metadata of a field that is left out of the JSON where it is None."""
 PICTURES: dict[type, Draw] = {}
@@ -68,7 +68,7 @@ RATIO = "h_over_l"
 """The coordinate of records of which H/L alone is known; keys that end in `_m` then hold H/L."""
 
 
-def silent(_what: str, _done: float, _total: float) -> None:
+def silent(_what: str, _share: float) -> None:
     """A `Report` that does nothing."""
 
 
@@ -79,9 +79,8 @@ def steps(report: Report, weights: Sequence[float]) -> list[Report]:
     """
     whole = float(sum(weights))
 
-    def step(start: float, weight: float, what: str, done: float, total: float) -> None:
-        share = min(max(done / total, 0.0), 1.0) if total > 0.0 else 0.0
-        report(what, start + weight * share, 1.0)
+    def step(start: float, weight: float, what: str, share: float) -> None:
+        report(what, start + weight * min(max(share, 0.0), 1.0))
 
     return [
         partial(step, sum(weights[:k]) / whole, weight / whole) for k, weight in enumerate(weights)

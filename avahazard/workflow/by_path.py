@@ -182,12 +182,12 @@ def _results(
     tasks = path_tasks(database, work.survey, work.path_ids, done)
     shared = work.answer, work.survey.others
     began, n = time.monotonic(), len(work.path_ids)
-    report(work.what, len(done) / max(n, 1), 1.0)
+    report(work.what, len(done) / max(n, 1))
     for k, found in enumerate(spread_map(path_answer, shared, tasks), 1):
         yield found
         rate, there = k / max(time.monotonic() - began, 1e-9), len(done) + k
         share = (there + 0.5 + STARTING) / (n + STARTING) if there < n else 1.0
-        report(f"{work.what}: {there} of {n} paths, {rate:.2g} a second", share, 1.0)
+        report(f"{work.what}: {there} of {n} paths, {rate:.2g} a second", share)
 
 
 def path_answer(shared: tuple[Answer, tuple[Event, ...]], task: PathTask) -> PathResult:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime as dt
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -87,7 +88,8 @@ def calibrate(
     if request.prior:
         specification = with_given_priors(specification, request.prior, effects, observations)
     check_method(method, specification)
-    report(f"Calibrating {name}", 0.0, 1.0)
+    progress = partial(report, f"Calibrating {name}")
+    progress(0.0)
     found = calibrate_model(
         observations,
         specification,
@@ -96,13 +98,13 @@ def calibrate(
         n_chains=request.chains,
         n_draws=METHODS[method].n_draws if request.draws is None else request.draws,
         seed=request.seed,
-        progress=lambda share: report(f"Calibrating {name}", share, 1.0),
+        progress=progress,
     )
     result = calibration_result(found, name, records, seed=request.seed)
     document = request_document(request)
     with writing(database) as session:
         save_calibrated(session, found, result, paths=tuple(paths), request=document)
-    report(f"Calibrating {name}", 1.0, 1.0)
+    progress(1.0)
     return replace(result, next=next_step(database, name))
 
 
@@ -293,12 +295,12 @@ def add(
         seed=theirs.seed,
         own=definitions,
         start=start_from(parent, assemble(observations, specification, facts, definitions)),
-        progress=lambda share: tell[0](f"Calibrating {new_name}", share, 1.0),
+        progress=partial(tell[0], f"Calibrating {new_name}"),
     )
     result = calibration_result(found, new_name, training, seed=theirs.seed, parent=name)
-    after = comparison(new_name, found, lambda share: tell[1](f"Comparing {new_name}", share, 1.0))
+    after = comparison(new_name, found, partial(tell[1], f"Comparing {new_name}"))
     if fresh:
-        before = comparison(name, parent, lambda share: tell[2](f"Comparing {name}", share, 1.0))
+        before = comparison(name, parent, partial(tell[2], f"Comparing {name}"))
     alike = before
     if before is not None and before.held_out.by != after.held_out.by:
         alike = comparison(name, parent, effects=found.posterior.effects)
@@ -397,7 +399,7 @@ def rerun(
         seed=told.seed,
         own=own,
         start=start,
-        progress=lambda share: report(f"Calibrating {name} again", share, 1.0),
+        progress=partial(report, f"Calibrating {name} again"),
     )
     again = dict(zip(found.chains.names, np.moveaxis(found.chains.draws, -1, 0), strict=True))
     differences = {

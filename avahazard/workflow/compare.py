@@ -74,7 +74,7 @@ def compare(
     stored, _ = load_stored(database, name, effect_files)
     require_friction_scatter(stored)
     require_unchanged(stored)
-    found = comparison(name, stored, lambda share: report(f"Comparing {name}", share, 1.0))
+    found = comparison(name, stored, partial(report, f"Comparing {name}"))
     found = replace(found, notes=(*notes_of_fit(stored), *_on_held_out(found)))
     with writing(database) as session:
         if parent := stored.calibration.parent:

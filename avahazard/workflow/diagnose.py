@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from avahazard.criticism.diagnosis.diagnose import diagnose
@@ -68,7 +69,7 @@ def diagnose_model(
         own,
         expected=expect,
         seed=request.seed,
-        progress=lambda share: report(f"Diagnosing {name}", share, 1.0),
+        progress=partial(report, f"Diagnosing {name}"),
     )
     told = found.result
     # What is missing may be what the paths differ by.

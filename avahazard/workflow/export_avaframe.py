@@ -91,7 +91,7 @@ def write_projects(
     with tempfile.TemporaryDirectory(prefix=".avahazard-", dir=whole.parent) as beside:
         part = FilePath(beside) / "projects"
         for k, path in enumerate(paths):
-            report("Writing AvaFrame projects", k, len(paths))
+            report("Writing AvaFrame projects", k / len(paths))
             path_id = path.path_id
             # Volume matters to the flow even where friction does not change with it.
             volumes = frequencies.of(path_id).volumes()
@@ -107,7 +107,7 @@ def write_projects(
         if whole.exists():
             whole.rmdir()
         part.rename(whole)
-    report("Writing AvaFrame projects", len(paths), len(paths))
+    report("Writing AvaFrame projects", 1.0)
     if not flows:
         notes = (Note("friction_of_block", model=name), *notes)
     layers = Rows(Layer(p.path_id, request.draws, p.ground.crop.crs) for p in paths)

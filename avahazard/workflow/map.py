@@ -138,7 +138,7 @@ def map_parts(
     parts: list[MapPart] = []
     left_out: list[str] = []
     for k, path_id in enumerate(named):
-        report("Drawing the map", k, len(named))
+        report("Drawing the map", k / len(named))
         path, crop = by_name[path_id], crops[path_id]
         part = None if crop is None else _part(records, path, crop, runs)
         if part is None or (flows and not part.runs):
@@ -148,7 +148,7 @@ def map_parts(
         avalanches = path_hazard(model, records, path_id, volumes, seed=request.seed).avalanches
         _fill(part, avalanches, limits)
         parts.append(part)
-    report("Drawing the map", len(named), len(named))
+    report("Drawing the map", 1.0)
     if not parts:
         raise AvahazardError(
             f"There is nothing to draw: {', '.join(left_out)} have no terrain"

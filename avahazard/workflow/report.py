@@ -90,7 +90,7 @@ def write_report(
         raise AvahazardError(
             f"{file} cannot be written: {error.strerror}.", "Name another file: -o FILE.html."
         ) from error
-    report("Writing the report", 1.0, 1.0)
+    report("Writing the report", 1.0)
     return WrittenReport(
         model=name,
         file=str(file),
@@ -133,18 +133,18 @@ def gather(
             if (ground := load_terrain(session, profile.path_id)) is not None
         }
     diagnoses = {model: diagnosis for model, diagnosis in told.items() if diagnosis}
-    report("Writing the report", 0.07, 1.0)
+    report("Writing the report", 0.07)
     found, _ = frictions.apparent_friction(stored)
-    report("Writing the report", 0.1, 1.0)
+    report("Writing the report", 0.1)
     events = event_views(only_paths(records, stored.paths).events, stored, found.mu)
-    report("Writing the report", 0.14, 1.0)
+    report("Writing the report", 0.14)
     baseline = alpha_beta_paths(database) if records.profiles else ()
     flows = flow_views(database, stored, records)
     paths = path_views(stored, records, events, rows, baseline, zones, grounds, flows)
     shown = {view.path.path_id for view in paths}
-    report("Writing the report", 0.4, 1.0)
+    report("Writing the report", 0.4)
     loop = loop_view(database, stored, models, comparisons, diagnoses)
-    report("Writing the report", 0.9, 1.0)
+    report("Writing the report", 0.9)
     model = next(model for model in models if model.name == name)
     there = {
         "profiles": records.profiles,

@@ -87,11 +87,11 @@ def simulate_paths(database: str, request: SimulateRequest, report: Report = sil
         words = f"Simulating, round {turn + 1}"
         # Each round to come is taken to have as many runs as this one.
         whole = len(made) + len(tasks) * (rounds - turn)
-        report(words, len(made), whole)
+        report(words, len(made) / whole)
         for task in spread_map(_run, shared, tasks):
             made.append(task)
-            report(words, len(made), whole)
-    report("Simulating", 1.0, 1.0)
+            report(words, len(made) / whole)
+    report("Simulating", 1.0)
     n_new = Counter(path for path, _, _ in made)
     rows = Rows(_row(p.path_id, _of(database, p, request), n_new[k]) for k, p in enumerate(paths))
     return Simulations(rows, notes if made else (*notes, Note("simulated_before")))

@@ -34,7 +34,7 @@ def test_the_stored_model_is_the_one_that_is_told(my_twin: str) -> None:
         my_twin,
         "m",
         CalibrateRequest(**FEW, seed=3),
-        lambda _what, done, total: told.append(done / total),
+        lambda _what, share: told.append(share),
     )
     stored, records = load_stored(my_twin, "m")
     assert found.next == "avahazard compare m"

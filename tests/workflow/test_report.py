@@ -53,7 +53,7 @@ def test_equal_databases_give_equal_files(report_database: str, tmp_path: Path) 
     told: list[float] = []
     one, other = tmp_path / "one.html", tmp_path / "other.html"
     document = write_report(
-        report_database, "m", one, ReportRequest(), lambda _what, done, _total: told.append(done)
+        report_database, "m", one, ReportRequest(), lambda _what, share: told.append(share)
     )
     other.write_text("an older one")
     write_report(report_database, "m", other, ReportRequest())
