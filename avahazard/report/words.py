@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Mapping
+from importlib.resources import files
 
 from avahazard.records.collection import Event
 from avahazard.report.language import plural, say, spoken
@@ -11,6 +13,10 @@ from avahazard.results.base import RATIO
 from avahazard.results.diagnosis import Shape
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, Spread
 
+NAMES: dict[str, dict[str, str]] = tomllib.loads(
+    (files("avahazard.report") / "words.toml").read_text("utf-8")
+)
+"""By what they are of, names by key."""
 RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 OPEN = "…"
 """An end of an interval beyond the profile, where a terminal has little room."""
@@ -25,13 +31,8 @@ def some(*sentences: object) -> list[str]:
 
 def coordinate_text(coordinate: str) -> str:
     """What was recorded of a stop, in words."""
-    return {
-        "elevation": say("elevation"),
-        "x": say("distance along the path"),
-        "length": say("runout length"),
-        RATIO: say("the ratio H/L"),
-        "mixed": say("elevation or distance"),
-    }[coordinate]
+    name = NAMES["coordinate"][coordinate]
+    return say(name)
 
 
 def digits(value: float | None, form: str) -> str | None:
@@ -142,60 +143,28 @@ def unit_text(unit: str) -> str:
     reference = "log friction against "
     if unit.startswith(reference):
         return say("log friction against {level}", level=unit.removeprefix(reference))
-    known = {
-        "log friction": say("log friction"),
-        "log friction per 1000 m": say("log friction per 1000 m"),
-        "log friction per 60 days": say("log friction per 60 days"),
-        "log friction per (60 days)2": say("log friction per (60 days)²"),
-        "log of the factor": say("log of the factor"),
-        "of the deposit length": say("of the deposit length"),
-        "year": say("year"),
-    }
-    return known.get(unit, unit.replace("m3", "m³"))
+    known = NAMES["unit"].get(unit)
+    return say(known) if known else unit.replace("m3", "m³")
 
 
 def axis_text(axis: str) -> str:
     """What a comparison is split by: its column's name without marks."""
-    known = {
-        "path": say("path"),
-        "volume": say("volume"),
-        "year": say("year"),
-        "month": say("month"),
-        "orientation": say("orientation"),
-        "snow_type": say("snow type"),
-        "snow_temperature_c": say("snow temperature, °C"),
-        "section": say("section"),
-        "release_elevation_m": say("release elevation"),
-        "predicted_stop_elevation_m": say("predicted stop elevation"),
-        "slope_at_predicted_stop": say("slope at predicted stop"),
-        "land_cover_at_predicted_stop": say("land cover at predicted stop"),
-        "place_along_path": say("place along path"),
-        "predicted_speed_m_s": say("predicted speed"),
-        "speed": say("speed"),
-        "slope": say("slope"),
-        "elevation": say("elevation"),
-        "curvature": say("curvature"),
-        "distance": say("distance along the path"),
-    }
-    return known.get(axis, axis.removesuffix("_m").replace("_", " "))
+    known = NAMES["axis"].get(axis)
+    return say(known) if known else axis.removesuffix("_m").replace("_", " ")
 
 
 def shape_text(shape: Shape) -> tuple[str, str]:
     """What a smooth is over, with its path and unit, and of what it is."""
     unit = shape.unit.replace("degrees", "°")
-    value = {
-        "friction": say("friction that is added"),
-        "log friction": say("log friction that is added"),
-        "drag, 1/m": say("drag that is added, 1/m"),
-    }.get(shape.value, say("force per mass, m/s²"))
     state = ", ".join(filter(None, [axis_text(shape.of), shape.path]))
-    return state + (f" ({unit})" if unit else ""), value
+    value = NAMES["shape"].get(shape.value, NAMES["shape"]["force"])
+    return state + (f" ({unit})" if unit else ""), say(value)
 
 
 def level_text(level: str) -> str:
     """A level of an axis: a third of its numbers by the edges, a month, or a name as it is."""
-    known = {"channelled": say("channelled"), "open": say("open"), "forest": say("forest")}
-    return known.get(level) or spoken().note(level)
+    known = NAMES["level"].get(level)
+    return say(known) if known else spoken().note(level)
 
 
 def events(n: int) -> str:
@@ -238,14 +207,6 @@ def event_text(event: Event, names: Mapping[str, str]) -> str:
 
 def part_text(source: str) -> str:
     """A source of error as people call it."""
-    known = {
-        "record": say("errors of the recorded runouts"),
-        "volume": say("errors of the recorded volumes"),
-        "release": say("errors of the recorded releases"),
-        "scatter": say("scatter, natural or missing in the model"),
-        "parameters": say("uncertain parameters"),
-        "unexplained": say("unexplained"),
-    }
-    if source in known:
-        return known[source]
+    if known := NAMES["part"].get(source):
+        return say(known)
     return say("explained by {effect}", effect=spoken().effect(source))

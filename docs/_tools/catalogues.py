@@ -28,6 +28,7 @@ from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.laws import LAWS
 from avahazard.notes import SENTENCES
 from avahazard.report.language import EFFECT, LANGUAGES
+from avahazard.report.words import NAMES
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "avahazard"
@@ -64,7 +65,9 @@ def messages() -> Catalog:
 
 
 def _said_of_itself() -> Iterator[str]:
-    """What the effects, laws and limits say of themselves."""
+    """What the effects, laws and limits say of themselves; names in tables."""
+    for names in NAMES.values():
+        yield from names.values()
     for entry in catalogue().values():
         yield entry.meaning
     for made in MADE.values():
