@@ -426,12 +426,10 @@ def model_notes(
 
 
 def volume_notes(model: FittedModel, name: str) -> tuple[Note, ...]:
-    """That its volumes are not taken for lognormal, where friction goes by volumes with errors."""
+    """That its volumes have a largest one, where friction goes by volumes with errors."""
     volumes = model.observations.volumes
     if not LAWS[model.specification.law].uses_volume or not np.any(volumes.sd > 0.0):
         return ()
-    if volumes.population.shape is not None:
-        return (Note("volume_shape", model=name),)
     if np.isinf(volumes.largest):
         return ()
     return (Note("largest_volume", model=name, largest=float(f"{volumes.largest:.2g}")),)

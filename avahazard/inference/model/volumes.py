@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import numpy as np
-from scipy.special import log_ndtr, log_softmax, logsumexp, ndtri_exp
+from scipy.special import log_ndtr, ndtri_exp
 
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.columns import EventColumns
@@ -79,134 +79,6 @@ def largest_volume(
     return largest, float(max(-finer.fun, found[best]) - told(np.inf) - 0.5 * np.log(len(recorded)))
 
 
-STEP, BEYOND = 0.25, 1.0
-"""Between two points of the density, and from the outermost record to its end, in spreads."""
-FARTHEST = 8.0
-"""Spreads from the centre within which the density is asked for."""
-LEAST_ERROR = 0.15
-"""Smaller errors, in spreads, hardly move what is drawn, and count as this."""
-SMOOTHNESS = 10.0 ** np.arange(-1.0, 6.5, 0.5)
-"""Weights of the penalty that are tried; with the largest the density is normal."""
-WINDOW, WITHIN = 8.0, 65
-"""Standard deviations either way over which a true volume is looked for, and points there."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class VolumeShape:
-    """Log density `log_density` at `away` `[n_points]`, with mean 0 and standard deviation 1.
-
-    `away` is the log of a true volume over the centre of its path, in spreads.
-    """
-
-    away: Floats
-    log_density: Floats
-
-    def moments(self, recorded: Floats, error: Floats) -> tuple[Floats, Floats]:
-        """Mean and standard deviation of true values `[n]`, given records and their errors.
-
-        All in spreads from the centre; errors are normal and more than 0.
-        """
-        trust = 1.0 / (1.0 + error**2)
-        # About what a normal would give, and as far as that is wide.
-        z = np.linspace(-WINDOW, WINDOW, WITHIN)
-        true = (trust * recorded)[:, None] + (np.sqrt(trust) * error)[:, None] * z
-        logs = self._at(true) - 0.5 * ((true - recorded[:, None]) / error[:, None]) ** 2
-        weight = np.exp(logs - logs.max(axis=1, keepdims=True))
-        weight /= weight.sum(axis=1, keepdims=True)
-        mean = np.sum(weight * true, axis=1)
-        variance = np.sum(weight * (true - mean[:, None]) ** 2, axis=1)
-        return mean, np.sqrt(variance)
-
-    def _at(self, true: Floats) -> Floats:
-        """Log density; beyond the ends it goes on falling as it did last."""
-        logs = np.interp(true, self.away, self.log_density)
-        slope = np.diff(self.log_density)[[0, -1]] / np.diff(self.away)[[0, -1]]
-        logs += max(slope[0], 0.0) * np.minimum(true - self.away[0], 0.0)
-        logs += min(slope[1], 0.0) * np.maximum(true - self.away[-1], 0.0)
-        return np.asarray(logs)
-
-
-def volume_shape(recorded: Floats, error: Floats) -> tuple[VolumeShape, float]:
-    """The likeliest shape, and its log evidence over that of a normal (nats).
-
-    Given records `[n]` with normal errors, both in spreads from the centre. Log density bends as
-    little as it can: its third derivative is penalised, so that what it is drawn to is a normal
-    (Silverman 1982, Annals of Statistics 10, 795). The weight of the penalty is the likeliest one,
-    the density integrated out by Laplace's method; the errors are taken out as in Efron (2016),
-    Biometrika 103, 1.
-    """
-    low, high = np.clip([recorded.min() - BEYOND, recorded.max() + BEYOND], -FARTHEST, FARTHEST)
-    away = np.linspace(low, high, max(int(np.ceil((high - low) / STEP)), 8) + 1)
-    chance, count = _chances(recorded, np.maximum(error, LEAST_ERROR), away)
-    bends = np.diff(np.eye(len(away)), 3, axis=0) / (away[1] - away[0]) ** 2.5
-    penalty = bends.T @ bends
-    start = -0.5 * away**2
-    likeliest, at_normal, shape = -np.inf, np.nan, start
-    for weight in SMOOTHNESS[::-1]:
-        start, evidence = _fit(start, chance, count, weight * penalty)
-        if np.isnan(at_normal):
-            at_normal = evidence
-        if evidence > likeliest:
-            likeliest, shape = evidence, start
-    return _standardised(away, shape), likeliest - at_normal
-
-
-def _chances(recorded: Floats, error: Floats, away: Floats) -> tuple[Floats, Floats]:
-    """Log chance of records given what is true, `[n_rows, n_points]`, and how many each row has.
-
-    Records that differ by less than a tenth of their error stand together.
-    """
-    log_error = np.round(np.log(error) * 10.0) / 10.0
-    alike = np.exp(log_error)
-    place = np.round(recorded / (0.1 * alike)) * 0.1 * alike
-    rows, count = np.unique(np.column_stack([place, alike]), axis=0, return_counts=True)
-    z = (rows[:, :1] - away) / rows[:, 1:]
-    return -0.5 * z**2 - np.log(rows[:, 1:]), count.astype(np.float64)
-
-
-def _fit(start: Floats, chance: Floats, count: Floats, penalty: Floats) -> tuple[Floats, float]:
-    """Log density `[n_points]`, up to a constant, and the log marginal likelihood."""
-    from scipy.optimize import minimize  # noqa: PLC0415 (slow to import)
-
-    told = partial(_loss, chance=chance, count=count, penalty=penalty)
-    bend = partial(_curvature, chance=chance, count=count, penalty=penalty)
-    found = minimize(told, start, jac=True, hess=bend, method="trust-exact")
-    values, n = np.linalg.eigvalsh(penalty), len(penalty)
-    curvature = np.linalg.slogdet(bend(found.x) + np.ones((n, n)))[1]
-    # Constants, lines and parabolas cost nothing.
-    evidence = -found.fun + 0.5 * float(np.sum(np.log(values[3:]))) - 0.5 * float(curvature)
-    return np.asarray(found.x), evidence
-
-
-def _loss(eta: Floats, chance: Floats, count: Floats, penalty: Floats) -> tuple[float, Floats]:
-    """Minus the penalised log likelihood, and its slope."""
-    log_share = log_softmax(eta)
-    logs = chance + log_share
-    total = logsumexp(logs, axis=1, keepdims=True)
-    expected = count @ np.exp(logs - total)
-    bent = penalty @ eta
-    loss = -count @ total[:, 0] + 0.5 * eta @ bent
-    return float(loss), np.asarray(count.sum() * np.exp(log_share) - expected + bent)
-
-
-def _curvature(eta: Floats, chance: Floats, count: Floats, penalty: Floats) -> Floats:
-    """Curvature of `_loss`."""
-    log_share = log_softmax(eta)
-    share, logs = np.exp(log_share), chance + log_share
-    given = np.exp(logs - logsumexp(logs, axis=1, keepdims=True))
-    of_all = count.sum() * (np.diag(share) - np.outer(share, share))
-    of_records = np.diag(count @ given) - (given.T * count) @ given
-    return np.asarray(of_all - of_records + penalty)
-
-
-def _standardised(away: Floats, log_density: Floats) -> VolumeShape:
-    """With mean 0 and standard deviation 1: these are estimated by the records' own moments."""
-    share = np.exp(log_softmax(log_density))
-    mean = float(share @ away)
-    spread = float(np.sqrt(share @ (away - mean) ** 2))
-    return VolumeShape((away - mean) / spread, log_softmax(log_density))
-
-
 def told_by_stand_in(log_volume: Floats, stand_in: Floats, path: Ints) -> Floats:
     """Log true volume over its path's mean, from `stand_in`, all `[n_events]`; nan if unknown.
 
@@ -240,11 +112,9 @@ def within_paths(pair: Floats, path: Ints) -> Floats:
 
 
 NEEDED = 5.0
-"""Nats by which another population must exceed a lognormal."""
+"""Nats by which a population with a largest volume must exceed one without."""
 LEAST_SPREAD = 0.5
 """Root mean square errors that true volumes must spread over for anything else to be estimated."""
-EVENTS_AT_ONCE = 2000
-"""Events whose true volumes are looked for together."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -272,11 +142,10 @@ class VolumeRecords:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Population:
-    """True volumes of a path lie about its `centre` (log m3) with standard deviation `spread`.
+    """True volumes of a path are lognormal about its `centre` (log m3), with this `spread`.
 
-    `shape` is how, in spreads; None: they are lognormal, cut at the `largest` (log m3) that there
-    is. `known` is False where no event has a volume. All are estimated from `records`, with
-    `factor` times their stated errors.
+    They are cut at the `largest` (log m3) that there is. `known` is False where no event has a
+    volume. All are estimated from `records`, with `factor` times their stated errors.
     """
 
     records: VolumeRecords
@@ -284,7 +153,6 @@ class Population:
     centre: dict[str, float]
     spread: float
     known: bool
-    shape: VolumeShape | None = None
     largest: float = np.inf
 
     def given(self, records: VolumeRecords) -> tuple[Floats, Floats]:
@@ -296,25 +164,15 @@ class Population:
         have = np.isfinite(recorded)
         centre = self.centres(records.paths)[records.path]
         spread2 = np.full(len(have), self.spread**2)
-        by_shape = have & (sigma > 0.0)
         if records.told is not None:
             some = np.isfinite(records.told)
             centre[some] += records.told[some]
-            # The indicated part is no spread, and the shape of the rest is unknown.
+            # The indicated part is no spread.
             explained = float(np.mean(records.told[some] ** 2)) if np.any(some) else 0.0
             spread2[some] = max(self.spread**2 - explained, MIN_SPREAD**2)
-            by_shape = by_shape & ~some
         trust = np.where(have, spread2 / (spread2 + sigma**2), 0.0)
         mean = centre + trust * (np.where(have, recorded, centre) - centre)
-        sd = np.sqrt(spread2 * (1.0 - trust))
-        if self.shape is None:
-            return mean, sd
-        for part in np.array_split(np.flatnonzero(by_shape), 1 + len(have) // EVENTS_AT_ONCE):
-            away = (recorded[part] - centre[part]) / self.spread
-            found = self.shape.moments(away, sigma[part] / self.spread)
-            mean[part] = centre[part] + self.spread * found[0]
-            sd[part] = self.spread * found[1]
-        return mean, sd
+        return mean, np.sqrt(spread2 * (1.0 - trust))
 
     def centres(self, paths: Sequence[str]) -> Floats:
         """The centres of `paths`; of one that is not known the mean of all."""
@@ -325,7 +183,7 @@ class Population:
 def population_of(records: VolumeRecords) -> Population:
     """Centres, drawn a little to the overall mean, and one spread, by moments.
 
-    Lognormal, but where the records speak for a largest volume, or another shape.
+    Lognormal, cut where the records speak for a largest volume.
     """
     found = _by_moments(records, 1.0)
     if not found.known or found.spread == MIN_SPREAD:
@@ -335,29 +193,20 @@ def population_of(records: VolumeRecords) -> Population:
     if found.spread < LEAST_SPREAD * float(np.sqrt(np.mean(sigma**2))):
         return found
     centre = found.centres(records.paths)
-    away = (recorded - centre[path]) / found.spread
-    largest, for_cut = largest_volume(recorded, sigma, path, centre, found.spread)
-    shape, for_shape = volume_shape(away, sigma / found.spread)
-    if max(for_cut, for_shape) < NEEDED:
-        return found
-    if for_shape > for_cut:
-        return replace(found, shape=shape)
-    return _cut(found, largest)
+    largest, gain = largest_volume(recorded, sigma, path, centre, found.spread)
+    return found if gain < NEEDED else _cut(found, largest)
 
 
 @lru_cache(maxsize=2)
 def with_errors(population: Population, factor: float) -> Population:
     """The same where records' errors are `factor` times as large as stated.
 
-    Their scatter stays, and how the population differs from a lognormal. The last are kept: every
-    path of a region is read in the light of the same.
+    Their scatter stays, and the largest volume. The last are kept: every path of a region is read
+    in the light of the same.
     """
     if population.factor == factor:
         return population
-    found = _by_moments(population.records, factor)
-    if population.shape is not None:
-        return replace(found, shape=population.shape)
-    return _cut(found, population.largest)
+    return _cut(_by_moments(population.records, factor), population.largest)
 
 
 def _cut(found: Population, largest: float) -> Population:
