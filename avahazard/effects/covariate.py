@@ -210,19 +210,14 @@ def level_facts(
     assert values is not None
     counts = level_counts(values)
     ranked = sorted(counts, key=counts.__getitem__, reverse=True)
+    # The prior's width by the spread of all H/L: more than one level can add.
+    ratio = columns.height_over_length[columns.height_over_length > 0.0]
+    spread = SCATTERS * float(np.std(np.log(ratio))) if len(ratio) >= 2 * MIN_LEVEL else 0.0
     return {
         "reference": ranked[0],
         "levels": sorted([k for k in ranked[1:] if counts[k] >= MIN_LEVEL][:most]),
-        "prior_sd": _prior_sd(columns),
+        "prior_sd": round(max(LEAST_SD, spread), 3),
     }
-
-
-def _prior_sd(columns: EventColumns) -> float:
-    """Prior sd of a level's log friction, by the spread of all H/L: more than one can add."""
-    ratio = columns.height_over_length[columns.height_over_length > 0.0]
-    if len(ratio) < 2 * MIN_LEVEL:
-        return LEAST_SD
-    return round(max(LEAST_SD, SCATTERS * float(np.std(np.log(ratio)))), 3)
 
 
 def level_text(name: str, columns: EventColumns, _sites: Sites = ()) -> Note | None:

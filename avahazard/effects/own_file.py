@@ -102,7 +102,9 @@ def definition_from(text: str, name: str) -> Definition:
         # The user's own program, and run only where the user names it (SECURITY.md).
         exec(compile(text, name, "exec"), module)  # noqa: S102
     except (Exception, SystemExit) as error:
-        line = getattr(error, "lineno", None) or _line_in(error, name)
+        trace = reversed(traceback.extract_tb(error.__traceback__))
+        lines = (frame.lineno for frame in trace if frame.filename == name)
+        line = getattr(error, "lineno", None) or next(lines, None)
         at = f", line {line}" if line else ""
         raise AvahazardError(
             f"The effect file {name} does not run{at}: {type(error).__name__}: {error}.",
@@ -136,12 +138,6 @@ def definition_from(text: str, name: str) -> Definition:
         limits_speed=True,
         text=text,
     )
-
-
-def _line_in(error: BaseException, name: str) -> int | None:
-    """The line of the file at which it went wrong."""
-    trace = traceback.extract_tb(error.__traceback__)
-    return next((frame.lineno for frame in reversed(trace) if frame.filename == name), None)
 
 
 def _text(module: dict[str, Any], what: str, name: str) -> str:

@@ -202,11 +202,6 @@ def _few_volumes(columns: EventColumns, _sites: Sites) -> str | None:
     return "the volumes are stated to be exact" if exact else None
 
 
-def _highest(columns: EventColumns, _sites: Sites) -> Facts:
-    # Errors cannot scatter the recorded volumes more than these do.
-    return {"highest": float(np.clip(np.log(max(largest_factor(columns), 1e-9)), 0.0, MOST))}
-
-
 VOLUME_ERROR = Definition(
     key="volume-error",
     meaning="The stated errors of the volumes are too small or too large, all by one factor. "
@@ -214,6 +209,9 @@ VOLUME_ERROR = Definition(
     needs=f"{4 * MIN_LEVEL} events with volumes and errors of these",
     build=lambda facts: VolumeErrorEffect("volume-error", _log_factor(facts["highest"])),
     lacking=_few_volumes,
-    facts=_highest,
+    # Errors cannot scatter the recorded volumes more than these do.
+    facts=lambda columns, _sites: {
+        "highest": float(np.clip(np.log(max(largest_factor(columns), 1e-9)), 0.0, MOST))
+    },
     order=166,
 )

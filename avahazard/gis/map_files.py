@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from itertools import pairwise
 from pathlib import Path as FilePath
 from typing import Any, Literal, NamedTuple
 
@@ -68,15 +68,11 @@ def layer_style(layer: MapLayer) -> LayerStyle:
     return styles[layer.topic]
 
 
-@cache
-def _templates() -> Environment:
-    loader = PackageLoader("avahazard.gis", "styles")
-    return Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-
-
 def style_text(form: Literal["qml", "sld"], layer: MapLayer) -> str:
     """The style of a layer as QGIS stores it, or as a Styled Layer Descriptor (OGC 1.1)."""
-    return _templates().get_template(f"layer.{form}.j2").render(of=layer, style=layer_style(layer))
+    loader = PackageLoader("avahazard.gis", "styles")
+    templates = Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    return templates.get_template(f"layer.{form}.j2").render(of=layer, style=layer_style(layer))
 
 
 DIGITS = 7
@@ -247,11 +243,12 @@ def strip_on_grid(
     grid: MapGrid, one: MappedPath, x: Floats, chance: Floats, width_m: float
 ) -> NDArray[np.float32]:
     """Chances `[n]` at places x (m) along a path's line, over the width of the flow; else NaN."""
-    there, line, pieces = CRS.from_user_input(grid.crs), one.line, []
-    for start, end, value in zip(x[:-1], x[1:], chance[1:], strict=True):
-        piece = line.between(float(start), float(end))
-        if piece is not None:
-            pieces.append((moved_geometry(line.strip(piece, width_m), line.crs, there), value))
+    there, line = CRS.from_user_input(grid.crs), one.line
+    pieces = [
+        (moved_geometry(line.strip(piece, width_m), line.crs, there), value)
+        for (start, end), value in zip(pairwise(x.tolist()), chance[1:], strict=True)
+        if (piece := line.between(start, end)) is not None
+    ]
     if not pieces:
         return np.full(grid.shape, np.nan, np.float32)
     return np.asarray(

@@ -7,22 +7,17 @@ import hashlib
 import numpy as np
 
 
-def seed_sequence(seed: int, *key: str | int) -> np.random.SeedSequence:
-    """The seed sequence of one piece of work, such as ``(seed, "metropolis", path_id, chain)``.
+def generator(seed: int, *key: str | int) -> np.random.Generator:
+    """The random generator of one piece of work, such as ``(seed, "metropolis", path_id, chain)``.
 
     Strings are hashed with SHA-256, not with Python's salted ``hash``. Type and order of the parts
     of the key matter: ``1`` and ``"1"`` are different work.
-    """
-    return np.random.SeedSequence(seed, spawn_key=tuple(_word(part) for part in key))
-
-
-def generator(seed: int, *key: str | int) -> np.random.Generator:
-    """The random generator of one piece of work; see `seed_sequence`.
 
     >>> bool(generator(7, "F", 1).random() == generator(7, "F", 1).random())
     True
     """
-    return np.random.default_rng(seed_sequence(seed, *key))
+    words = tuple(_word(part) for part in key)
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=words))
 
 
 def _word(part: str | int) -> int:

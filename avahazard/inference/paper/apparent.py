@@ -145,10 +145,8 @@ def perturb(
     noise = generator(seed, "perturbation").standard_normal((n_replicates, runout.size))
     mu = apparent_friction(runout + runout_sigma * noise, table, stop_y, curves).mu
     mu_sd = np.full(runout.size, np.nan)
-    for i in range(runout.size):
-        found = mu[np.isfinite(mu[:, i]), i]
-        if found.size > 1 and found.size >= ENOUGH * n_replicates:
-            mu_sd[i] = found.std(ddof=1)
+    enough = np.sum(np.isfinite(mu), axis=0) >= max(2.0, ENOUGH * n_replicates)
+    mu_sd[enough] = np.nanstd(mu[:, enough], axis=0, ddof=1)
     return mu, mu_sd
 
 
@@ -261,7 +259,9 @@ def holy_density(mu: Floats, kappa: float = DEFAULT_KAPPA) -> HolyDensity:
         raise AvahazardError(
             "The friction density did not converge.", "Choose another κ; 5 is the paper's."
         )
-    a /= np.sqrt(_integral(mu, a, kappa))
+    # ∫ψ² over the line: Σ a_i a_j (1 + κd_ij) exp(-κd_ij).
+    d = kappa * np.abs(mu[:, None] - mu)
+    a /= np.sqrt(a @ ((1.0 + d) * np.exp(-d)) @ a)
     return HolyDensity(mu, a, kappa)
 
 
@@ -289,12 +289,6 @@ def _held_out(mu: Floats, fold: Ints, kappa: float) -> float:
         psi = holy_density(mu[fold != k], kappa).psi(mu[fold == k])
         total += float(np.sum(2.0 * np.log(np.maximum(psi, 1e-300))))
     return total
-
-
-def _integral(mu: Floats, a: Floats, kappa: float) -> float:
-    """∫ψ² over the line: Σ a_i a_j (1 + κd_ij) exp(-κd_ij)."""
-    d = kappa * np.abs(mu[:, None] - mu)
-    return float(a @ ((1.0 + d) * np.exp(-d)) @ a)
 
 
 @kernel
