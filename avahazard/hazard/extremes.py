@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy import stats
@@ -21,22 +21,12 @@ from avahazard.inference.likelihood.terms import exp_memory, exponentials, logar
 from avahazard.kernels import kernel
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Gev:
-    """Shape, location and scale of many distributions at once, arrays `[n]`."""
+class Gev(NamedTuple):
+    """Shape, location and scale of many distributions at once `[n]`, as `genextreme` takes them."""
 
     shape: Floats
     location: Floats
     scale: Floats
-
-    def quantile(self, probability: float | Floats) -> Floats:
-        """Value `[n]` that a maximum stays under with the given probability over 0."""
-        return np.asarray(stats.genextreme.ppf(probability, self.shape, self.location, self.scale))
-
-    def exceedance(self, values: Floats) -> Floats:
-        """Chance `[n, n_values]` that a maximum is over each of `values`."""
-        each = (part[:, None] for part in (self.shape, self.location, self.scale))
-        return np.asarray(stats.genextreme.sf(values, *each))
 
 
 BULK, TAIL = 0.002, 1e-4
@@ -75,17 +65,19 @@ class GevDraws:
 
     def rate_over(self, log_volume: Floats) -> Floats:
         """Of a Poisson process whose yearly maxima these are: -log(1 - p (1 - G(v)))."""
-        return np.asarray(-np.log1p(-self.chance[:, None] * self.gev.exceedance(log_volume)))
+        each = (part[:, None] for part in self.gev)
+        exceeded = stats.genextreme.sf(log_volume, *each)
+        return np.asarray(-np.log1p(-self.chance[:, None] * exceeded))
 
     def log_volume(self, chance: float | Floats) -> Floats:
         """p (1 - G(v)) = chance; where events are rarer, the smallest volumes."""
         share = np.minimum(chance / np.maximum(self.chance, 1e-12), 1.0 - RAREST)
-        return self.gev.quantile(1.0 - share)
+        return np.asarray(stats.genextreme.isf(share, *self.gev))
 
     def ends(self) -> tuple[float, float]:
         """From the smallest of typical draws to the largest of wide ones."""
-        low = float(np.quantile(self.gev.quantile(BULK), 0.2))
-        return low, float(np.quantile(self.gev.quantile(1.0 - TAIL), 0.9))
+        low = float(np.quantile(stats.genextreme.ppf(BULK, *self.gev), 0.2))
+        return low, float(np.quantile(stats.genextreme.isf(TAIL, *self.gev), 0.9))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
