@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats, Ints
+from avahazard.effects.record import MIN_SPREAD, variance_within
 from avahazard.engine import spread_map
 from avahazard.hazard.extremes import (
     LOG_SCALES,
@@ -218,10 +219,6 @@ def unobserved_years(path_id: str, text: Covariate | None) -> set[int]:
     return years
 
 
-LEAST_SPREAD = 0.1
-"""Smallest natural spread of log volume that is believed."""
-
-
 def without_record_error(records: Sequence[VolumeRecord]) -> list[VolumeRecord]:
     """The records with log volumes drawn towards each path's mean, by the error of the records.
 
@@ -234,7 +231,7 @@ def without_record_error(records: Sequence[VolumeRecord]) -> list[VolumeRecord]:
     if not within:
         return list(records)
     error = float(np.mean(np.concatenate([r.volumes_sigma for r in within]) ** 2))
-    spread2 = max(_variance_within([r.log_volumes for r in within]) - error, LEAST_SPREAD**2)
+    spread2 = max(variance_within([r.log_volumes for r in within]) - error, MIN_SPREAD**2)
 
     def drawn(values: Floats, sigma: Floats, centre: float) -> Floats:
         return np.asarray(centre + np.sqrt(spread2 / (spread2 + sigma**2)) * (values - centre))
@@ -312,8 +309,8 @@ class RegionVolumes:
     def of_maxima(self) -> float:
         """Spread of yearly maxima over that of all volumes, within paths; 1 at most."""
         known = self.recorded.values()
-        maxima = np.sqrt(_variance_within([r.log_maxima for r in known]))
-        volumes = np.sqrt(_variance_within([r.log_volumes for r in known]))
+        maxima = np.sqrt(variance_within([r.log_maxima for r in known]))
+        volumes = np.sqrt(variance_within([r.log_volumes for r in known]))
         return min(float(maxima / volumes), 1.0) if volumes > 0.0 else 1.0
 
     def likelihood(self, path_id: str) -> Floats:
@@ -354,13 +351,6 @@ def _told(family: Family, likelihood: Floats) -> Floats:
 
 def _likelihood(family: Family, sample: Floats, error: float) -> Floats:
     return gpd_likelihood(sample) if family == "gpd" else gev_likelihood(sample, error)
-
-
-def _variance_within(samples: Sequence[Floats]) -> float:
-    """Variance about the mean of each sample; 0 where none has two values."""
-    free = sum(max(len(v) - 1, 0) for v in samples)
-    total = sum(float(np.sum((v - v.mean()) ** 2)) for v in samples if len(v))
-    return total / free if free else 0.0
 
 
 def region_of(

@@ -71,19 +71,13 @@ def _rows(items: Sequence[Path | Event | Speed]) -> list[dict[str, object]]:
     ]
 
 
-POINT_COLUMNS = (
-    "path_id", "x_m", "y_m", "land_cover", "easting_m", "northing_m", "lon", "lat",
-    "elevation_sigma_m", "crs",
-)  # fmt: skip
-
-
 def _profile_rows(records: Records) -> list[dict[str, object]]:
     rows = []
     for p in records.profiles:
         columns = {
-            name: np.broadcast_to(values, len(p.x_m)).tolist()
-            for name in POINT_COLUMNS
-            if (values := getattr(p, name)) is not None
+            f.name: np.broadcast_to(values, len(p.x_m)).tolist()
+            for f in fields(p)
+            if (values := getattr(p, f.name)) is not None
         }
         rows += [
             dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)

@@ -39,6 +39,7 @@ from avahazard.records.collection import (
     Records,
     Simulation,
     Speed,
+    no_profile,
 )
 from avahazard.records.errors import AvahazardError
 
@@ -353,10 +354,7 @@ def require_profiles(lacking: Iterable[str]) -> None:
     """Raise `AvahazardError` where paths lack the profile that their events need."""
     names = ", ".join(lacking)
     if names:
-        raise AvahazardError(
-            f"No profile is stored for path {names}.",
-            "Import profiles.csv with the points of this path.",
-        )
+        raise no_profile(names)
 
 
 def require_one_scale(events: Sequence[Event], prior: Observations | None = None) -> None:
