@@ -17,7 +17,7 @@ from avahazard.effects.catalogue import definition
 from avahazard.inference.fitted_model import FittedModel, exact_volumes, fitted_model
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
-from avahazard.inference.model.volumes import VolumeNodes, VolumeShape, bounded, rescaled
+from avahazard.inference.model.volumes import VolumeNodes, bounded
 from avahazard.notes import Note, grouped
 from avahazard.records.collection import Event, Path, Profile, Records
 from avahazard.report.language import language_of
@@ -256,18 +256,10 @@ def test_an_avalanche_that_is_there_twice_is_told() -> None:
         assert "alike" not in told
 
 
-SHAPE = VolumeShape(np.linspace(-3.0, 3.0, 25), -np.abs(np.linspace(-3.0, 3.0, 25)))
-
-
 def _model(volumes: VolumeNodes, law: str = "exponential") -> FittedModel:
     observations = replace(studies.observations(), volumes=volumes)
     posterior = studies.posterior(observations, law=law)
     return fitted_model(posterior, studies.near(posterior)[None], {})
-
-
-def _shaped(volumes: VolumeNodes) -> VolumeNodes:
-    """The same with a population of that shape."""
-    return rescaled(replace(volumes, population=replace(volumes.population, shape=SHAPE)), 1.5)
 
 
 def test_of_lognormal_volumes_nothing_is_said() -> None:
@@ -279,14 +271,8 @@ def test_the_largest_volume_is_told() -> None:
     assert note.startswith("m takes no true volume to be larger than 810,000 m3")
 
 
-def test_a_shape_of_its_own_is_told() -> None:
-    (note,) = volume_notes(_model(_shaped(studies.observations().volumes)), "m")
-    assert note.startswith("m does not take true volumes to be lognormal")
-
-
-@pytest.mark.parametrize("change", [_shaped, lambda volumes: bounded(volumes, 1e6)])
-def test_where_volumes_do_not_count_or_have_no_error_nothing_is_said(change) -> None:  # type: ignore[no-untyped-def]
-    volumes = change(studies.observations().volumes)
+def test_where_volumes_do_not_count_or_have_no_error_nothing_is_said() -> None:
+    volumes = bounded(studies.observations().volumes, 1e6)
     assert volume_notes(_model(volumes, "constant"), "m") == ()
     observations = studies.observations()
     all_known = np.nan_to_num(observations.columns.log_volume, nan=10.0)
