@@ -17,8 +17,6 @@ from avahazard.criticism.scoring import scores as scoring
 from avahazard.criticism.scoring import speed_misfit as speeds_of
 from avahazard.criticism.scoring.change import standing
 from avahazard.criticism.scoring.held_out import (
-    HeldOut,
-    HeldOutPredictions,
     choose_groups,
     group_errors,
     held_out_predictions,
@@ -115,6 +113,7 @@ def comparison(
     progress(0.24)
     held = choose_groups(observations, model.posterior.effects if effects is None else effects)
     others = held_out_predictions(model, held.fits, lambda share: progress(0.24 + 0.71 * share))
+    held_pit = scoring.record_pit(others.records, generator(0, "held out scores"))
     axes = event_axes(observations, np.median(expected.x, axis=1))
     return results.Comparison(
         model=name,
@@ -124,7 +123,14 @@ def comparison(
             pareto_k_bad=loo.n_bad,
             pareto_k_refitted=loo.n_refitted,
         ),
-        held_out=_held_out_scores(held, others, observations, budget),
+        held_out=results.HeldOutScores(
+            by=held.by,
+            **_scored(
+                others.records, held_pit, others.log_density, observations, budget, others.speeds
+            ),
+            groups=group_errors(held, others, observations),
+            n_fits=len(np.unique(held.fits)),
+        ),
         where_it_fails=where_it_fails(axes, expected.error, pit, observations.columns.path_index),
         speed_misfit=None if speeds is None else speeds_of.speed_misfit(observations, speeds),
         measured_force=speeds_of.measured_force(observations) if observations.speeds else None,
@@ -140,21 +146,6 @@ def coordinate_name(observations: Observations) -> str:
         return RATIO
     names = {COORDINATES[int(kind)] for kind in observations.kind if kind != LEFT} or {"elevation"}
     return names.pop() if len(names) == 1 else "mixed"
-
-
-def _held_out_scores(
-    held: HeldOut,
-    others: HeldOutPredictions,
-    observations: Observations,
-    budget: budgets.ErrorBudget,
-) -> results.HeldOutScores:
-    pit = scoring.record_pit(others.records, generator(0, "held out scores"))
-    return results.HeldOutScores(
-        by=held.by,
-        **_scored(others.records, pit, others.log_density, observations, budget, others.speeds),
-        groups=group_errors(held, others, observations),
-        n_fits=len(np.unique(held.fits)),
-    )
 
 
 def _scored(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import re
 import tempfile
+from importlib.resources import files
 from pathlib import Path as FilePath
 from typing import NamedTuple
 
@@ -32,25 +33,6 @@ from avahazard.workflow.stored import load_stored, notes_of_fit, require_frictio
 
 LEAST_FRICTION = 0.001
 """Normal friction may be drawn at 0 or below: an avalanche with this friction goes as far."""
-PROGRAM = '''"""Run com1DFA for each draw by the Python of AvaFrame: a map in Outputs/ana4Stats."""
-
-from pathlib import Path
-
-from avaframe.ana4Stats import probAna
-from avaframe.com1DFA import com1DFA
-from avaframe.in3Utils import cfgUtils, initializeProject, logUtils
-
-if __name__ == "__main__":
-    folder = Path(__file__).resolve().parent
-    settings = cfgUtils.getGeneralConfig()
-    settings["MAIN"]["avalancheDir"] = str(folder)
-    logUtils.initiateLogger(folder, "run_draws")
-    initializeProject.cleanSingleAvaDir(folder, deleteOutput=False)
-    com1DFA.com1DFAMain(settings, cfgInfo=folder / "draws")
-    done, _ = cfgUtils.readAllConfigurationInfo(folder, specDir="", configCsvName="latestSims")
-    asked = cfgUtils.getModuleConfig(probAna, folder)
-    probAna.probAnalysis(folder, asked, "com1DFA", parametersDict="", simDFActual=done)
-'''
 
 
 class Future(NamedTuple):
@@ -157,7 +139,8 @@ def _write(folder: FilePath, path: RunPath, median: Future, drawn: list[Future])
     corners, _, settings = scenario(median)
     write_project(folder, path.ground, corners, settings)
     (folder / "draws").mkdir()
-    (folder / "run_draws.py").write_text(PROGRAM, encoding="utf-8")
+    program = files("avahazard.engines") / "run_draws.txt"
+    (folder / "run_draws.py").write_bytes(program.read_bytes())
     with (folder / "draws.csv").open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file)
         table.writerow(("draw", "release", "thickness_m", *Future._fields))

@@ -56,7 +56,9 @@ def where_it_fails(
         if clustered and axis != "path":
             p_of = contrast_p_values(z[known], levels[known], path[known])
         else:
-            p_of = {str(name): _normal_p(z[levels == name]) for name in names}
+            z_sum = np.array([np.sum(z[levels == name]) for name in names])
+            p_values = 2.0 * ndtr(-abs(z_sum) / np.sqrt(counts))
+            p_of = dict(zip(map(str, names), p_values.tolist(), strict=True))
         for name, n in zip(names, counts, strict=True):
             if n >= MIN_EVENTS and str(name) in p_of:
                 bias = float(np.mean(error[levels == name]))
@@ -77,10 +79,6 @@ def holm(p_values: list[float], weights: list[float] | None = None) -> list[floa
         adjusted[k] = highest
         left -= weights[k]
     return adjusted
-
-
-def _normal_p(z: Floats) -> float:
-    return float(2.0 * ndtr(-abs(np.sum(z)) / np.sqrt(len(z))))
 
 
 def contrast_p_values(z: Floats, levels: Levels, path: NDArray[np.int64]) -> dict[str, float]:

@@ -13,7 +13,7 @@ from avahazard.report.html import figure as fig
 from avahazard.report.html.content import EventView, LoopView, PathView, StateView
 from avahazard.report.html.figure import Figure, Trace
 from avahazard.report.language import say, spoken
-from avahazard.report.words import axis_text, shape_text
+from avahazard.report.words import NAMES, axis_text, shape_text
 from avahazard.results.base import RATIO
 
 KINDS = ("elevation", "x", "length", RATIO)
@@ -83,26 +83,11 @@ def _equal(low: float, high: float) -> Trace:
     return fig.line(ends, ends, fig.BLACK, 1.0, dash="dash", name=name)
 
 
-def _titles(coordinate: str) -> tuple[str, str, str]:
+def _titles(coordinate: str) -> Iterator[str]:
     """Title of the figure, and of the axes of what was predicted and recorded."""
-    return {
-        "elevation": (
-            say("Elevations of the stops: recorded against predicted"),
-            say("predicted elevation of the stop (m)"),
-            say("recorded elevation of the stop (m)"),
-        ),
-        "x": (
-            say("Places of the stops along the path: recorded against predicted"),
-            say("predicted distance x of the stop (m)"),
-            say("recorded distance x of the stop (m)"),
-        ),
-        "length": (
-            say("Runout lengths: recorded against predicted"),
-            say("predicted runout length (m)"),
-            say("recorded runout length (m)"),
-        ),
-        RATIO: (say("H/L: recorded against predicted"), say("predicted H/L"), say("recorded H/L")),
-    }[coordinate]
+    for of in ("against", "predicted", "recorded"):
+        words = NAMES[of][coordinate]
+        yield say(words)
 
 
 def _range(rows: Sequence[int], states: Sequence[StateView]) -> dict[str, list[float]]:
