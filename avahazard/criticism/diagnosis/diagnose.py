@@ -133,8 +133,9 @@ def diagnose(
         of_smooth = laws.get(smooth) or found_laws(base, {smooth: fits[smooth]})[smooth]
     named_first = sorted(ranked, key=lambda c: c.key not in missing)
     of_groups = [named_as_candidate(base, group) for group in groups if group.name in missing]
-    tried = [*of_groups, *candidates(question, named_first, evidence, naming)]
-    fitted_laws = Rows(law for law, _, _ in of_smooth)
+    laws = {**laws, smooth or "": of_smooth}
+    tried = [*of_groups, *candidates(question, named_first, evidence, naming, laws)]
+    fitted_laws = Rows(found.law for found in of_smooth)
     fits = {c.key: fits[c.key] for c in named_first}
     missed = measurements.detectable(base, screening.critical_gain)
     lacking = not_asked(observations, plain.specification, own)
@@ -240,11 +241,12 @@ def verdict_on(
     simple = [k for k in missing if k not in fits or definition(k).beyond < 2]
     pair = None if simple else masked_pair(question)
     if pair and not (missing and fits[missing[0]].evidence - pair[1].evidence > MARGIN):
-        # Of two effects that hide each other the cause of more evidence is named.
         together, fit = pair
         rivals = (fit,)
         entries = [definition(key) for key in together.effects]
-        verdict, missing = verdict_of([e for e in entries if e.names_cause][:1] or entries)
+        verdict, missing = verdict_of(
+            entries[:1] if any(e.names_cause for e in entries) else entries
+        )
     if group := named_group(question, rivals, groups, granted):
         return *verdict_of(map(definition, group)), None
     if len(missing) > 1 and missing[0] in fits and (together := needed_beside(question, missing)):
@@ -273,7 +275,11 @@ def named_group(
 
 
 def candidates(
-    question: Question, ranked: Sequence[Screened], evidence: Mapping[str, float], naming: Naming
+    question: Question,
+    ranked: Sequence[Screened],
+    evidence: Mapping[str, float],
+    naming: Naming,
+    laws: Mapping[str, Laws],
 ) -> list[Candidate]:
     """Every candidate with what is known of it: those refitted (`ranked`) first."""
     base, fits = question.base, question.fits
@@ -302,7 +308,7 @@ def candidates(
                 confounded_with=alike.get(c.key, ()),
                 force_witness=witness and MeasuredAmount(witness.value, witness.se),
                 kinds=kinds.get(c.key),
-                shape=None if fit is None else found_shape(fit, c.key),
+                shape=None if fit is None else found_shape(fit, c.key, laws.get(c.key, ())),
             )
         )
     return found
@@ -375,7 +381,12 @@ def masked_pair(question: Question) -> tuple[Pair, Refit] | None:
     alone = max((base, *singles.values()), key=lambda fit: fit.evidence)
     if not _is_needed(alone, both, test.keys):
         return None
-    order = tuple(sorted(test.keys, key=lambda k: -singles[k].evidence))
+
+    def comes_first(key: str) -> float:
+        # Of two that hide each other a cause, but where it explains less by far.
+        return singles[key].evidence + MARGIN * base.definition(key).names_cause
+
+    order = tuple(sorted(test.keys, key=comes_first, reverse=True))
     return _together(order, both, base, singles, test.p_value), both
 
 

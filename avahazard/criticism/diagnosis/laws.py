@@ -2,7 +2,7 @@
 
 A polynomial has no kink and no step, and where data are many its band is narrower than what it
 cannot follow. The band is that of a curve that may be rougher: the polynomial plus a Wiener process
-integrated once, averaged over its size by evidence (Wahba 1978).
+integrated once, averaged over its size by evidence (Wahba 1978), and with the laws below.
 
 About the fitted smooth the likelihood of any curve in its place is a normal one, by the scores of
 its heights at some places: by that the forms are screened, on a grid of their shapes. Those that
@@ -45,19 +45,26 @@ RIVAL_SHARE = 0.65
 
 
 class FoundLaw(NamedTuple):
-    """A law that a smooth may be, the text of its effect file, and the model with it."""
+    """A law that a smooth may be, the text of its effect file, and the model with it.
+
+    `curves` `[n_draws, n_x]` are draws of its curve.
+    """
 
     law: FittedLaw
     text: str
     fit: Refit
+    curves: Floats
 
 
 Laws = tuple[FoundLaw, ...]
 """Laws that a smooth may be, the best first."""
 
 
-def found_shape(fit: Refit, key: str) -> Shape | None:
-    """The curve of smooth `key` of a fit, by the posterior; None for what is no curve."""
+def found_shape(fit: Refit, key: str, laws: Laws = ()) -> Shape | None:
+    """The curve of smooth `key` of a fit, by the posterior; None for what is no curve.
+
+    It may be any of its `laws` as well, each as probable as its evidence says.
+    """
     curve = curve_of(fit, key)
     if curve is None:
         return None
@@ -65,7 +72,13 @@ def found_shape(fit: Refit, key: str) -> Shape | None:
     if curve.form:
         sd, _, known = likelihood_of_smooth(fit, key, curve)
         rng = generator(0, f"band of {key}")
-        curves = curves + drawn_roughness(curve, sd, known, len(curves), rng)
+        evidence, beyond = drawn_roughness(curve, sd, known, len(curves), rng)
+        log_z = np.array([evidence, *(found.law.evidence_over_curve for found in laws)])
+        chosen = rng.choice(len(log_z), len(curves), p=np.exp(log_z - logsumexp(log_z)))
+        curves = curves + beyond
+        for k, found in enumerate(laws, 1):
+            rows = rng.integers(len(found.curves), size=np.sum(chosen == k))
+            curves[chosen == k] = found.curves[rows]
     low, middle, high = (tuple(row) for row in np.quantile(curves, LEVELS, axis=0).tolist())
     x = tuple(curve.x.tolist())
     return Shape(curve.of, curve.unit, curve.value, x, low, middle, high, curve.path)
@@ -73,8 +86,11 @@ def found_shape(fit: Refit, key: str) -> Shape | None:
 
 def drawn_roughness(
     curve: Curve, sd: Floats, known: CurvesLikelihood, n: int, rng: np.random.Generator
-) -> Floats:
-    """Draws `[n, n_x]` of a curve beyond its polynomial of prior `sd` `[n_parameters]`."""
+) -> tuple[float, Floats]:
+    """Evidence (nats) for a curve beyond its polynomial, and draws `[n, n_x]` of what it has there.
+
+    The polynomial has prior `sd` `[n_parameters]`.
+    """
     fits = [rougher(curve, sd, known, size * float(sd[0])) for size in ROUGHNESS]
     log_z = np.array([found.evidence for found in fits])
     chosen = rng.choice(len(fits), n, p=np.exp(log_z - logsumexp(log_z)))
@@ -85,7 +101,7 @@ def drawn_roughness(
         value, vector = np.linalg.eigh(found.covariance - fits[0].covariance)
         root = vector * np.sqrt(np.maximum(value, 0.0))
         drawn[chosen == k] = found.mean - fits[0].mean + unit[chosen == k] @ root.T
-    return drawn
+    return float(logsumexp(log_z) - np.log(len(fits)) - log_z[0]), drawn
 
 
 class RougherCurve(NamedTuple):
@@ -213,7 +229,7 @@ def with_laws(
         return found, {}
     laws = found_laws(base, {key: fits[key] for key in close})
     for key in close:
-        gains = (law.evidence_over_curve for law, _, _ in laws[key][:1])
+        gains = (first.law.evidence_over_curve for first in laws[key][:1])
         found[key] = evidence[key] + max([0.0, *gains])
     return found, laws
 
@@ -300,6 +316,9 @@ def _fitted(shared: Shared, asked: tuple[str, Match]) -> FoundLaw:
         chosen = rng.choice(len(found.shapes), len(drawn), p=found.share)
         drawn = np.column_stack([drawn, found.shapes[chosen]])
         evidence += found.spread_out
+    curves = np.array([row[0] * form.shape(form.curve.x, row[1:]) for row in drawn])
+    if not form.curve.rests:
+        curves -= np.mean(curves, axis=1, keepdims=True)
     quantiles = np.quantile(drawn, LEVELS, axis=0).T.tolist()
     parameters = {
         p.name: LawParameter(low, middle, high, p.unit)
@@ -307,7 +326,7 @@ def _fitted(shared: Shared, asked: tuple[str, Match]) -> FoundLaw:
     }
     over_curve = evidence - (fits[key].evidence - base.evidence)
     law = FittedLaw(form.name, form.key, form.formula, parameters, evidence, over_curve)
-    return FoundLaw(law, text, fit)
+    return FoundLaw(law, text, fit, curves)
 
 
 def _inside(found: Match) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis import diagnose, laws
 from avahazard.criticism.diagnosis.diagnose import beside_places, leading_smooth
 from avahazard.criticism.diagnosis.laws import (
@@ -115,7 +117,7 @@ def test_the_band_holds_a_curve_with_a_kink_as_often_as_it_says() -> None:
         known = CurvesLikelihood(curve.x[at], precision, pull)
         plain = rougher(curve, sd, known, 0.0)
         drawn = rng.multivariate_normal(plain.mean, plain.covariance, 500, method="eigh")
-        more = drawn_roughness(curve, sd, known, 500, rng)
+        _, more = drawn_roughness(curve, sd, known, 500, rng)
         for name, curves in (("polynomial", drawn), ("rougher", drawn + more)):
             low, high = np.quantile(curves, [0.05, 0.95], axis=0)
             held[name].append(np.mean((low <= true) & (true <= high)))
@@ -161,7 +163,7 @@ def test_the_law_of_a_step_is_among_the_laws() -> None:
     assert "step" in by_name
     assert "linear" not in by_name
     assert laws[0].law.evidence - laws[-1].law.evidence < 3.0
-    step, text, _ = by_name["step"]
+    step, text, *_ = by_name["step"]
     change, centre = step.parameters["change"], step.parameters["centre"]
     assert change.q05 < 0.4 < change.q95
     assert centre.q05 < 0.5 < centre.q95
@@ -173,6 +175,32 @@ def test_the_law_of_a_step_is_among_the_laws() -> None:
     drawn = again.drawn(entry.key)[:, 0]
     again = np.quantile(drawn, LEVELS)
     np.testing.assert_allclose(again, [change.q05, change.q50, change.q95], atol=0.02)
+
+
+def test_the_band_is_that_of_the_curve_or_of_a_law_as_their_evidence_says() -> None:
+    _, base, fit = fits()
+    first = found_laws(base, {KEY: fit})[KEY][0]
+    curve = find_definition(KEY).curve(fit.facts[KEY])
+    assert curve is not None
+    true = 0.4 * (curve.x > 0.5)
+    true -= np.mean(true)
+
+    def band(evidence_over_curve: float) -> tuple[Floats, Floats]:
+        law = replace(first.law, evidence_over_curve=evidence_over_curve)
+        found = found_shape(fit, KEY, (first._replace(law=law),))
+        assert found is not None
+        return np.array(found.q05), np.array(found.q95)
+
+    alone = found_shape(fit, KEY)
+    assert alone is not None
+    np.testing.assert_allclose(band(-1e9), [alone.q05, alone.q95], atol=0.02)
+    by_law = np.quantile(first.curves, [0.05, 0.95], axis=0)
+    np.testing.assert_allclose(band(1e9), by_law, atol=0.02)
+    # A step is no curve of few bends: its law is nearer to it, and knows it better.
+    away = np.abs(curve.x - 0.5) > 0.3
+    for low, high, share in ((*band(1e9), 0.9), (np.array(alone.q05), np.array(alone.q95), 0.7)):
+        assert (np.mean(((low <= true) & (true <= high))[away]) > 0.85) == (share == 0.9)
+    assert np.mean(np.subtract(*band(1e9)[::-1])) < np.mean(np.subtract(alone.q95, alone.q05))
 
 
 def test_the_evidence_of_the_smooth_itself_to_second_order_is_that_of_its_fit() -> None:
@@ -221,7 +249,8 @@ def test_a_law_of_the_ground_is_held_against_stretches_of_paths(
     forms = {"force:distance": "", "force:elevation": "added_friction", "force:slope": "other"}
     monkeypatch.setattr(laws, "curve_of", lambda _, key: SimpleNamespace(form=forms[key]))
     monkeypatch.setattr(laws, "_law_gain", lambda *_: 20.0)
-    fitted = ((SimpleNamespace(evidence_over_curve=by_law - 55.0), "", None),)
+    law = SimpleNamespace(evidence_over_curve=by_law - 55.0)
+    fitted = (SimpleNamespace(law=law),)
     monkeypatch.setattr(laws, "found_laws", lambda _, of: dict.fromkeys(of, fitted))
     found = {"force:distance": 138.0, "force:elevation": 55.0, "force:slope": 10.0}
     fits: Any = {key: SimpleNamespace(evidence=value) for key, value in found.items()}
