@@ -267,9 +267,7 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
         (">" + say("evidence, nats"), lambda c: digits(c.evidence_gain, ".1f")),
         (">p", lambda c: chance(c.p_value, floor)),
         (">" + say("in-sample CRPS, {unit}", unit=unit), errors),
-        (say("confounded with"),
-         lambda c: ", ".join(spoken().effect(key) for key in c.confounded_with) or None),
-    )  # fmt: skip
+    )
     legend = say(
         "gain: log likelihood with the effect minus that without (2.3 nats: a likelihood "
         "ratio of 10, 4.6 nats: of 100). p: chance of such a gain among all candidates if "
@@ -280,6 +278,12 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
         legends.append(
             say("evidence: the log marginal likelihood it adds; it ranks the effects in the lead.")
         )
+    for c in diagnosis.candidates:
+        if c.effect in named and c.confounded_with:
+            effect, others = spoken().effect(c.effect), spoken().effects(c.confounded_with)
+            legends.append(
+                say("{effect} is confounded with {others}.", effect=effect, others=others)
+            )
 
     def stands(c: Candidate) -> bool:
         fitted = not named or c.error_after_m is not None
