@@ -45,7 +45,6 @@ from avahazard.workflow import requests
 
 if TYPE_CHECKING:
     from avahazard.inference.fitted_model import FittedModel
-    from avahazard.records.collection import Records
 
 Files = str | Path | Sequence[str | Path]
 Asked = ParamSpec("Asked")
@@ -381,7 +380,7 @@ class Region:
         >>> region.events().to_frame()["path_id"].nunique()
         3
         """
-        return Rows(self._records().events)
+        return Rows(workflow.stored.records_of(self.database).events)
 
     def profiles(self) -> Rows[Profile]:
         """The profiles of the paths: arrays of x and y (m), and what else is known of the points.
@@ -389,14 +388,7 @@ class Region:
         >>> region.profiles()[0].path_id
         'P01'
         """
-        return Rows(self._records().profiles)
-
-    def _records(self) -> Records:
-        from avahazard.store.records import load_records  # noqa: PLC0415 (loads when used)
-        from avahazard.store.session import reading  # noqa: PLC0415
-
-        with reading(self.database) as session:
-            return load_records(session)
+        return Rows(workflow.stored.records_of(self.database).profiles)
 
     def paths(self) -> Rows[PathSummary]:
         """All paths, with the size of their profiles (m) and what is recorded on each.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 from avahazard.report.language import plural, say, spoken
 from avahazard.report.model_tables import failing, failing_speeds
@@ -177,19 +176,17 @@ def verdict_text(diagnosis: Diagnosis, who: str | None = None) -> str:
         if c.kinds is not None and c.effect in diagnosis.missing
         for words in kinds_text(c.kinds)
     ]
-    return " ".join([verdict, *_together(diagnosis), *kinds, *where])
-
-
-def _together(diagnosis: Diagnosis) -> Iterator[str]:
-    """What is needed together, the largest set that was found."""
-    for last in diagnosis.pairs[-1:]:
-        yield say(
+    together = [
+        say(
             "Needed together: {effects}. All of them gain {nats:.1f} nats over the best of them "
             "alone (p {p}).",
-            effects=spoken().effects(last.effects),
-            nats=last.gain_over_best_single,
-            p=chance(last.p_value, 1.0 / (diagnosis.n_worlds + 1)),
+            effects=spoken().effects(largest.effects),
+            nats=largest.gain_over_best_single,
+            p=chance(largest.p_value, 1.0 / (diagnosis.n_worlds + 1)),
         )
+        for largest in diagnosis.pairs[-1:]
+    ]
+    return " ".join([verdict, *together, *kinds, *where])
 
 
 def _verdict(diagnosis: Diagnosis, who: str) -> str:

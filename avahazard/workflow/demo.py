@@ -12,8 +12,6 @@ from avahazard.report.html.content import path_view
 from avahazard.report.path_pictures import draw_paths
 from avahazard.results.base import Report, silent, steps
 from avahazard.results.files import Demo, HiddenEffect
-from avahazard.store.records import load_records
-from avahazard.store.session import reading
 from avahazard.synth.dataset import Settings
 from avahazard.synth.effects import DEMO_EFFECT
 from avahazard.synth.making import make_dataset
@@ -25,6 +23,7 @@ from avahazard.workflow.database import import_files, init_database
 from avahazard.workflow.diagnose import diagnose_model
 from avahazard.workflow.hazard import hazard
 from avahazard.workflow.report import write_report
+from avahazard.workflow.stored import records_of
 
 MODEL, PAPERS_MODEL = "twin", "twin-gibbs"
 DATABASE, BOUNDS, PICTURE = "twin.db", "twin-bounds.csv", "twin-bounds.png"
@@ -60,8 +59,7 @@ def run_demo(folder: FilePath, report: Report = silent) -> Demo:
     gibbs = calibrate(name, PAPERS_MODEL, requests.CalibrateRequest(method="gibbs"), tell[1])
     bounds = hazard(name, MODEL, requests.HazardRequest(return_periods=[RETURN_PERIOD]), tell[2])
     write_hazard(folder / BOUNDS, bounds.rows)
-    with reading(name) as session:
-        records = load_records(session)
+    records = records_of(name)
     title = f"100-year design runout on the twin of Ancey's (2005) seven paths, model “{MODEL}”"
     views = [path_view(records, row.path_id, rows=[row]) for row in bounds.rows]
     draw_paths(folder / PICTURE, title, views, drag=False)

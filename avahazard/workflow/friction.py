@@ -29,10 +29,14 @@ from avahazard.report.html.content import FrictionView
 from avahazard.report.picture import require_picture
 from avahazard.results import friction as results
 from avahazard.results.base import Rows, finite
-from avahazard.store.records import load_records
-from avahazard.store.session import reading
 from avahazard.workflow.requests import FrictionRequest
-from avahazard.workflow.stored import load_parameter_draws, load_stored, notes_of_fit, on_events
+from avahazard.workflow.stored import (
+    load_parameter_draws,
+    load_stored,
+    notes_of_fit,
+    on_events,
+    records_of,
+)
 
 N_POINTS = 201
 TAIL = 2.5
@@ -201,8 +205,7 @@ def show_frictions(
         found, _ = apparent_friction(fitted)
         reference = found.mu * np.exp(-from_reference(fitted))
     else:
-        with reading(database) as session:
-            records = load_records(session)
+        records = records_of(database)
         if path_id is not None:
             records = replace(records, events=_events_of(records, path_id))
         observations = build_observations(records)
@@ -260,8 +263,7 @@ def fit_laws(database: str, path_id: str | None = None, plot: Path | None = None
     path is missing, there are too few such events, or `plot` is not the name of a picture.
     """
     require_picture(plot)
-    with reading(database) as session:
-        records = load_records(session)
+    records = records_of(database)
     observations = build_observations(only_paths(records, () if path_id is None else (path_id,)))
     mu = apparent.back_calculate(observations, predict_records(observations, (), {})).mu
     volume = np.exp(observations.columns.log_volume)

@@ -46,6 +46,7 @@ from avahazard.workflow.stored import (
     load_for_paths,
     load_stored,
     notes_of_fit,
+    records_of,
     require_friction_scatter,
     require_unchanged,
 )
@@ -254,8 +255,7 @@ def volumes(database: str, request: VolumesRequest) -> results.Volumes:
     paths: tuple[str, ...] = many(request.paths)
     wanted, plot = request.return_periods or RETURN_PERIODS, request.plot
     require_picture(plot)
-    with reading(database) as session:
-        records = load_records(session)
+    records = records_of(database)
     named = [find_path(records, path_id).path_id for path_id in paths]
     frequencies = volume_frequencies(known_volumes(records), request.seed, request.source)
     entries, notes, refusals, curves = [], [], [], []
@@ -344,7 +344,13 @@ def zones(
     if request.plot is not None:
         title = f"Zones by {name}, limits '{work.settings['limits']['name']}'"
         drag = all(note.key != "no_drag" for note in of_all)
-        _draw(request.plot, database, entries, title, drag=drag)
+        from avahazard.report.html.content import path_view  # noqa: PLC0415 (slow)
+        from avahazard.report.path_pictures import draw_paths  # noqa: PLC0415 (slow)
+
+        with reading(database) as session:
+            records = load_records(session, [entry.path_id for entry in entries])
+        views = [path_view(records, entry.path_id, zones=entry) for entry in entries]
+        draw_paths(request.plot, title, views, drag=drag)
     of_paths = [note for entry in entries for note in entry.notes if note not in of_all]
     return results.Zones(Rows(entries), (*resumed, *notes, *of_paths, *of_all))
 
@@ -413,18 +419,6 @@ def zones_of_path(
     entry = path_zones(path, limits, periods, density, far, request.seed)
     of_rate = [note.about(task.path_id) for note in frequencies.notes(task.path_id)]
     return [replace(entry, notes=(*of_rate, *entry.notes, *notes))], ()
-
-
-def _draw(
-    plot: Path, database: str, entries: Sequence[results.ZonedPath], title: str, *, drag: bool
-) -> None:
-    from avahazard.report.html.content import path_view  # noqa: PLC0415 (slow)
-    from avahazard.report.path_pictures import draw_paths  # noqa: PLC0415 (slow)
-
-    with reading(database) as session:
-        records = load_records(session, [entry.path_id for entry in entries])
-    views = [path_view(records, of.path_id, zones=of) for of in entries]
-    draw_paths(plot, title, views, drag=drag)
 
 
 def load_limits(limits: str) -> ZoneSystem:

@@ -28,10 +28,10 @@ from avahazard.records.errors import AvahazardError
 from avahazard.report.picture import require_picture
 from avahazard.results import terrain as results
 from avahazard.results.base import Rows, finite
-from avahazard.store.records import load_records, path_summaries
+from avahazard.store.records import path_summaries
 from avahazard.store.session import reading
 from avahazard.workflow.requests import RunoutRequest
-from avahazard.workflow.stored import limits_speed, load_stored, notes_of_fit
+from avahazard.workflow.stored import limits_speed, load_stored, notes_of_fit, records_of
 
 
 def list_paths(database: str) -> Rows[results.PathSummary]:
@@ -52,8 +52,7 @@ def view_path(database: str, path_id: str, plot: FilePath | None = None) -> resu
     none is known). `plot` is a picture of the profile. Raises `AvahazardError` where the database,
     the path or its profile is missing, or `plot` is not the name of a picture.
     """
-    with reading(database) as session:
-        records = load_records(session)
+    records = records_of(database)
     path = find_path(records, path_id)
     profile = find_profile(records, path)
     events = [event for event in records.events if event.path_id == path_id]
@@ -148,8 +147,7 @@ def alpha_beta_paths(database: str, path_id: str | None = None) -> Rows[results.
 
     Raises `AvahazardError` where the database, the path or its profile are missing.
     """
-    with reading(database) as session:
-        records = load_records(session)
+    records = records_of(database)
     rows = []
     for path in _paths(records, path_id):
         profile = find_profile(records, path)
@@ -188,8 +186,7 @@ def run_block(database: str, path_id: str, request: RunoutRequest) -> results.Ru
     if request.model is not None:
         model, records = load_stored(database, request.model, request.effect_files)
     else:
-        with reading(database) as session:
-            records = load_records(session)
+        records = records_of(database)
     path = find_path(records, path_id)
     profile = find_profile(records, path)
     if model is None:

@@ -137,6 +137,12 @@ def load_stored(
     return replace(model.on(observations), records_changed=changed), records
 
 
+def records_of(database: str) -> Records:
+    """All records of a database."""
+    with reading(database) as session:
+        return load_records(session)
+
+
 def load_for_paths(
     database: str, name: str, effect_files: Sequence[FilePath] = ()
 ) -> tuple[FittedModel, Survey]:
