@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from functools import partial
 from importlib.resources import files
 from pathlib import Path as FilePath
@@ -109,25 +107,9 @@ def backup_database(database: str, target: str) -> results.Copied:
 LINES = (".gpkg", ".geojson", ".shp", ".kml", ".kmz", ".gpx")
 
 
-@contextmanager
-def no_search_for_rings() -> Iterator[None]:
-    """Let Python not search for objects that hold each other, half of the time of a large import.
-
-    Records are many, and never do.
-    """
-    searched = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if searched:
-            gc.enable()
-
-
 READ_PLAINLY = ImportRequest()
 
 
-@no_search_for_rings()
 def import_files(
     database: str, sources: Sequence[str | FilePath], request: ImportRequest = READ_PLAINLY
 ) -> results.Import:
