@@ -14,7 +14,6 @@ import typer
 
 from avahazard.cli.options import EffectFiles, StoredModel, answers, argument, flag, picture
 from avahazard.cli.output import Shown, Whole, ask, emit, settings, table, warn
-from avahazard.criticism.screening.screen import LEVEL
 from avahazard.inference.model.choices import METHODS
 from avahazard.notes import Note, counted
 from avahazard.report import model_tables, sentences
@@ -22,7 +21,7 @@ from avahazard.report.tables import cell
 from avahazard.results import calibration as results
 from avahazard.results.base import Rows, plain
 from avahazard.results.comparison import Comparison, Ladder, Prediction
-from avahazard.results.diagnosis import Candidate, Diagnosis
+from avahazard.results.diagnosis import LEVEL, Candidate, Diagnosis
 from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
 
 

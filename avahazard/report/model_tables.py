@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from operator import attrgetter
 from typing import Any
 
-from avahazard.criticism.screening.screen import LEVEL
-from avahazard.effects.groups import PATH
 from avahazard.inference.model.laws import LAWS
 from avahazard.report.language import say, spoken
 from avahazard.report.tables import NO_NAMES, Column, Names, Table, made
@@ -39,12 +37,14 @@ from avahazard.results.comparison import (
     PredictedRecords,
     SpeedMisfit,
 )
-from avahazard.results.diagnosis import Candidate, Diagnosis, FittedLaw, LawParameter
+from avahazard.results.diagnosis import LEVEL, Candidate, Diagnosis, FittedLaw, LawParameter
 from avahazard.results.friction import Fits
 
 
 def offsets_of(model: Calibration) -> dict[str, ParameterSummary]:
     """The offsets of a path effect by path; those of effects on one path are no such."""
+    from avahazard.effects.groups import PATH  # noqa: PLC0415 (slow)
+
     own = tuple(f"{key}." for key in model.effects)
     return {
         key.removeprefix(PATH): found
@@ -68,8 +68,8 @@ def parameters_table(model: Calibration, *, offsets: bool = True) -> Table:
         (">" + say("mode"), of("mode")),
         (say("unit"), lambda p: unit_text(p[1].unit) or None),
     )
-    hidden = () if offsets else {PATH + path for path in offsets_of(model)}
-    rows = [p for p in model.parameters.items() if p[0] not in hidden]
+    hidden = () if offsets else {id(found) for found in offsets_of(model).values()}
+    rows = [p for p in model.parameters.items() if id(p[1]) not in hidden]
     return made("parameters", say("Parameters"), columns, rows)
 
 

@@ -8,6 +8,9 @@ from avahazard.notes import Note
 from avahazard.results.base import ABSENT, Result, Rows
 from avahazard.results.calibration import Kinds
 
+LEVEL = 0.03
+"""Family-wise level of the candidates. With those of groups, pairs and limits of detection it adds
+up to 5 in 100 (Bonferroni)."""
 MOST_MISSED = 0.5
 """Share of the scatter's variance that an effect may be and be missed, for an adequate model."""
 

@@ -70,6 +70,18 @@ def test_help_loads_none_of_the_heavy_libraries() -> None:
     assert all(help_of(name) in " ".join(done.stdout.split()) for name in COMMANDS)
 
 
+def test_help_of_commands_compiles_and_computes_nothing() -> None:
+    code = (
+        "import sys\n"
+        "from avahazard.cli.main import COMMANDS, load\n"
+        "for name in COMMANDS:\n    load(name)\n"
+        "heavy = {'numba', 'scipy.stats', 'sqlalchemy', 'matplotlib'}\n"
+        "sys.exit(' '.join(sorted(heavy & set(sys.modules))) or 0)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_has_the_help_that_the_list_shows(name: str) -> None:
     command = load(name)

@@ -32,7 +32,6 @@ from avahazard.criticism.diagnosis.refits import (
 )
 from avahazard.criticism.scoring.scores import crps, expected_records
 from avahazard.criticism.screening.screen import (
-    LEVEL,
     PAIR_LEVEL,
     Screened,
     candidate_definitions,
@@ -46,6 +45,7 @@ from avahazard.inference.seeds import generator
 from avahazard.notes import Note
 from avahazard.results.base import Rows
 from avahazard.results.diagnosis import (
+    LEVEL,
     Candidate,
     Diagnosis,
     GroupTest,

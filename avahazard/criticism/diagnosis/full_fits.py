@@ -34,7 +34,7 @@ from avahazard.criticism.diagnosis.refits import (
     short_ascent,
 )
 from avahazard.criticism.scoring.where_it_fails import contrast_p, holm
-from avahazard.criticism.screening.screen import EXPECTED_SHARE, LEVEL, Screened, Screening
+from avahazard.criticism.screening.screen import EXPECTED_SHARE, Screened, Screening
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.covariate import RELEASE, VOLUME, level_counts, number_column
 from avahazard.effects.effect import (
@@ -56,6 +56,7 @@ from avahazard.inference.model.observations import Observations
 from avahazard.inference.seeds import generator
 from avahazard.results.base import Rows
 from avahazard.results.calibration import InCommon, Kinds
+from avahazard.results.diagnosis import LEVEL
 
 FITTED, OF_A_FAMILY = 7, 2
 """Candidates that are fitted in full at most, and of one family beyond the catalogue."""

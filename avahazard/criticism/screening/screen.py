@@ -32,10 +32,8 @@ from avahazard.inference.model.laws import LAWS, Law
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.seeds import generator
+from avahazard.results.diagnosis import LEVEL
 
-LEVEL = 0.03
-"""Family-wise level of the candidates. With those of groups, pairs and limits of detection it adds
-up to 5 in 100 (Bonferroni)."""
 EXPECTED_SHARE = 2.0 / 3.0
 """Share of that level for candidates that were expected before anybody looked."""
 PAIR_LEVEL = 0.005

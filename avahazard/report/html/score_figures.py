@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from itertools import cycle
 
 from avahazard.criticism.scoring.error_budget import UNEXPLAINED
-from avahazard.criticism.screening.screen import LEVEL
 from avahazard.report.html import figure as fig
 from avahazard.report.html.figure import Figure
 from avahazard.report.language import say, spoken
@@ -21,7 +20,7 @@ from avahazard.report.words import (
 )
 from avahazard.results.base import RATIO
 from avahazard.results.comparison import Comparison, LadderEntry, MeasuredForce
-from avahazard.results.diagnosis import Diagnosis
+from avahazard.results.diagnosis import LEVEL, Diagnosis
 
 PALE = "#B8B8B8"
 SOURCE_COLORS = {
