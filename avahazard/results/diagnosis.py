@@ -54,11 +54,6 @@ class LawParameter(Result):
     unit: str
 
 
-SHARPER = 6.0
-"""Evidence (nats) by which a law must lead its smooth to stand in its place: fewer parameters alone
-bring it some."""
-
-
 class FittedLaw(Result):
     """A law that a smooth may be, its formula in s, the state; `effect` names its effect file.
 
@@ -71,11 +66,6 @@ class FittedLaw(Result):
     parameters: dict[str, LawParameter]
     evidence: float
     evidence_over_curve: float = 0.0
-
-    @property
-    def is_sharper(self) -> bool:
-        """Whether the smooth follows it too little to stand for it."""
-        return self.evidence_over_curve > SHARPER
 
 
 class Candidate(Result):

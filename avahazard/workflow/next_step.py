@@ -23,6 +23,9 @@ from avahazard.workflow.by_path import Survey, fingerprint_of, survey
 OPTIONS = {"law": "exponential", "scatter": "constant", "distribution": "lognormal"}
 OPTIONS |= {"tails": "normal", "method": "marginal", "forward": BLOCK}
 """Options of `calibrate` that a new calibration repeats where they are not these."""
+SHARPER = 6.0
+"""Evidence (nats) by which a law must lead its smooth to be the next step: fewer parameters alone
+bring it some."""
 
 
 def next_step(database: str, name: str, done: Collection[str] = ()) -> Note | None:
@@ -155,7 +158,8 @@ class StoredModels:
             return None
         if tried := self._child(name, effects):
             return None if self.worse(tried) else self.step(tried)
-        if written is None and law is not None and law.is_sharper:
+        if written is None and law is not None and law.evidence_over_curve > SHARPER:
+            # The smooth follows it too little to stand for it.
             lead = {"model": name, "effects": missing, "nats": law.evidence_over_curve}
             alike = [other.form for other in (found.lawful and found.lawful.laws) or ()]
             why = Note("why_write_law", law=law.effect, **lead)

@@ -63,8 +63,7 @@ Laws = tuple[FoundLaw, ...]
 def found_shape(fit: Refit, key: str, laws: Laws = ()) -> Shape | None:
     """The curve of smooth `key` of a fit, by the posterior; None for what is no curve.
 
-    Where it follows the best of its `laws` too little, it may be any of these as well, each as
-    probable as its evidence says.
+    It may be any of its `laws` as well, each as probable as its evidence says.
     """
     curve = curve_of(fit, key)
     if curve is None:
@@ -74,7 +73,6 @@ def found_shape(fit: Refit, key: str, laws: Laws = ()) -> Shape | None:
         sd, _, known = likelihood_of_smooth(fit, key, curve)
         rng = generator(0, f"band of {key}")
         evidence, beyond = drawn_roughness(curve, sd, known, len(curves), rng)
-        laws = laws if laws and laws[0].law.is_sharper else ()
         log_z = np.array([evidence, *(found.law.evidence_over_curve for found in laws)])
         chosen = rng.choice(len(log_z), len(curves), p=np.exp(log_z - logsumexp(log_z)))
         curves = curves + beyond
