@@ -166,7 +166,7 @@ class Site:
         """
         start = node_of(cells.x, release_x)
         if cells.speed_dependent and near == ALL:
-            return np.asarray(filled_speeds(speeds_along(cells, start, COARSE_MU, x)))
+            return filled_speeds(speeds_along(cells, start, COARSE_MU, x))
         speeds = np.zeros((len(MU), len(x)))
         speeds[near] = speeds_along(cells, start, MU[near], x)
         return speeds

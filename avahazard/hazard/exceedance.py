@@ -21,7 +21,6 @@ from avahazard.hazard.exceedance_kernel import (
     Descent,
     ShareCurves,
     exceeded_places,
-    given_over_zero,
     rates_at,
     tabulate,
 )
@@ -206,7 +205,9 @@ def friction_shares(avalanches: Avalanches, ends: tuple[float, float]) -> tuple[
     if avalanches.in_log:
         ends = float(np.log(ends[0])), float(np.log(ends[1]))
     else:
-        given_over_zero(location, scatter, weight, none, student)
+        impossible = below(-location / scatter, student)
+        weight /= np.maximum(1.0 - impossible, 1e-300)
+        none = np.sum(weight * impossible, axis=2)
     far = np.inf if student else REACH
     low = np.maximum(np.min(location - far * scatter, axis=2), ends[0])
     high = np.minimum(np.max(location + far * scatter, axis=2), ends[1])

@@ -50,17 +50,6 @@ class ShareCurves(NamedTuple):
     student: bool
 
 
-@kernel
-def given_over_zero(location, scatter, weight, none, student):  # type: ignore[no-untyped-def]
-    """Divide weights by the chance that friction is over 0, and sum up what is taken off."""
-    for p in range(location.shape[0]):
-        for k in range(location.shape[1]):
-            for v in range(location.shape[2]):
-                impossible = below(-location[p, k, v] / scatter[p, k, v], student)
-                weight[p, k, v] /= max(1.0 - impossible, 1e-300)
-                none[p, k] += weight[p, k, v] * impossible
-
-
 @kernel(forceinline=True)
 def below(z, student):  # type: ignore[no-untyped-def]
     """The chance under z."""

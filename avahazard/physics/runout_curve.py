@@ -259,41 +259,38 @@ def as_near_stops(curve: RunoutCurve) -> NearStops:
     return NearStops(curve, np.zeros(n_starts, np.int64), np.full(n_starts, n))
 
 
-@kernel(inner=True)
-def cubic_between(values, c, share, smooth):  # type: ignore[no-untyped-def]
-    """Value at this share of the way from node c to the next, within the range of both.
+def refined(values: Floats, smooth: Bools) -> Floats:
+    """Values `[…, n - 1, COARSE]` from each of n nodes on to the next, of `values` `[…, n]` there.
 
-    By the cubic through the four nodes about them, straight where they are not `smooth`.
+    By the cubic through the four nodes about them, within the range of the nearer two; straight
+    where they are not `smooth` `[…, n - 1]`.
     """
-    low, high = values[c], values[c + 1]
-    straight = low + share * (high - low)
-    if not smooth:
-        return straight
-    before = (values[c - 1] - 2.0 * low + high) * (2.0 - share)
-    after = (low - 2.0 * high + values[c + 2]) * (1.0 + share)
-    cubic = straight + share * (share - 1.0) * (before + after) / 6.0
-    return min(max(cubic, min(low, high)), max(low, high))
+    share = np.arange(COARSE) / COARSE
+    low, high = values[..., :-1, None], values[..., 1:, None]
+    bend = np.zeros(values.shape)
+    bend[..., 1:-1] = np.diff(values, 2)
+    curved = bend[..., :-1, None] * (2.0 - share) + bend[..., 1:, None] * (1.0 + share)
+    curved = np.where(smooth[..., None], share * (share - 1.0) * curved / 6.0, 0.0)
+    found = low + share * (high - low) + curved
+    return np.clip(found, np.minimum(low, high), np.maximum(low, high))
 
 
-@kernel
-def filled(x, y, status, discontinuous):  # type: ignore[no-untyped-def]
-    """Stops over `MU` from those at every `COARSE`-th friction: cubics between these.
+def filled(
+    x: Floats, y: Floats, status: NDArray[np.int8], discontinuous: Bools
+) -> tuple[Floats, Floats, NDArray[np.int8]]:
+    """Stops over `MU` from those at every `COARSE`-th friction (`refined`).
 
     Straight beside a jump, within which the nearer end counts. All are `[n_rows, n_friction]`.
     """
-    n_rows, n = x.shape
-    shape = n_rows, COARSE * (n - 1) + 1
-    fine_x, fine_y, fine_status = np.empty(shape), np.empty(shape), np.empty(shape, dtype=np.int8)
-    for r in range(n_rows):
-        for c in range(n):
-            here = discontinuous[r, max(c - 1, 0) : c + 2]
-            smooth = 0 < c < n - 2 and not np.any(here)
-            for k in range(COARSE if c < n - 1 else 1):
-                share, i = k / COARSE, COARSE * c + k
-                near = c + 1 if share >= 0.5 else c
-                fine_x[r, i], fine_y[r, i] = x[r, near], y[r, near]
-                fine_status[r, i] = status[r, near]
-                if k > 0 and not discontinuous[r, c]:
-                    fine_x[r, i] = cubic_between(x[r], c, share, smooth)
-                    fine_y[r, i] = cubic_between(y[r], c, share, smooth)
-    return fine_x, fine_y, fine_status
+    near = (np.arange(COARSE * (x.shape[1] - 1) + 1) + COARSE // 2) // COARSE
+    apart = np.pad(discontinuous, ((0, 0), (1, 1)), constant_values=True)
+    smooth = ~(apart[:, :-2] | apart[:, 1:-1] | apart[:, 2:])
+
+    def fine(values: Floats) -> Floats:
+        nearest = values[:, near]
+        inside = nearest[:, :-1].reshape(*smooth.shape, COARSE)
+        between = np.where(discontinuous[..., None], inside, refined(values, smooth))
+        nearest[:, :-1] = between.reshape(len(x), -1)
+        return nearest
+
+    return fine(x), fine(y), status[:, near]

@@ -16,7 +16,7 @@ from avahazard.physics.block import Batch, march, new_batch, release
 from avahazard.physics.cell_motion import at_speed, end_accelerations, hermite
 from avahazard.physics.cell_step import BATCH_SIZE
 from avahazard.physics.cells import Cells
-from avahazard.physics.runout_curve import COARSE, cubic_between
+from avahazard.physics.runout_curve import refined
 
 
 def speeds_along(cells: Cells, start: int, mu: Floats, x: Floats) -> Floats:
@@ -47,22 +47,17 @@ def _speeds(cells, start, mu, x, cell):  # type: ignore[no-untyped-def]
     return speeds
 
 
-@kernel
-def filled_speeds(speeds):  # type: ignore[no-untyped-def]
-    """Speeds `[n_friction, n_x]` from those at every `COARSE`-th friction.
+def filled_speeds(speeds: Floats) -> Floats:
+    """Speeds `[n_friction, n_x]` from those at every `COARSE`-th friction (`refined`).
 
     u² is a cubic between these, and goes straight to zero where the block stops.
     """
-    n, n_x = speeds.shape
-    square, fine = speeds.T.copy() ** 2, np.empty((COARSE * (n - 1) + 1, n_x))
-    for k in range(n_x):
-        for c in range(n - 1):
-            moving = square[k, max(c - 1, 0) : c + 3] > 0.0
-            smooth = 0 < c < n - 2 and np.all(moving)
-            for j in range(COARSE):
-                fine[COARSE * c + j, k] = cubic_between(square[k], c, j / COARSE, smooth)
-        fine[COARSE * (n - 1), k] = square[k, n - 1]
-    return np.sqrt(fine)
+    square = speeds.T**2
+    moving = square > 0.0
+    smooth = np.zeros(moving[:, 1:].shape, np.bool_)
+    smooth[:, 1:-1] = moving[:, :-3] & moving[:, 1:-2] & moving[:, 2:-1] & moving[:, 3:]
+    fine = refined(square, smooth).reshape(len(square), -1)
+    return np.ascontiguousarray(np.sqrt(np.column_stack([fine, square[:, -1]])).T)
 
 
 @kernel(inner=True)
