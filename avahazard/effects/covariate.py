@@ -202,10 +202,7 @@ def level_lacking(name: str, columns: EventColumns, _sites: Sites = ()) -> str |
 def level_facts(
     name: str, columns: EventColumns, _sites: Sites = (), most: int | None = None
 ) -> Facts:
-    """The most common level, the others with enough events, and the prior's width for these.
-
-    No more than the `most` common of these others.
-    """
+    """The most common level, at most `most` others with enough events, and the prior's width."""
     values = text_column(columns, name)
     assert values is not None
     counts = level_counts(values)

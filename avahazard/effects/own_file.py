@@ -93,10 +93,7 @@ def declared_key(text: str) -> str | None:
 
 
 def definition_from(text: str, name: str) -> Definition:
-    """The definition that a file's text makes, which is run; `name` is for messages.
-
-    Raises `AvahazardError` where it does not run, or lacks something.
-    """
+    """The definition that a file's text makes, which is run; refused where it lacks something."""
     module: dict[str, Any] = {"__name__": "effect_file", "__file__": name}
     try:
         # The user's own program, and run only where the user names it (SECURITY.md).

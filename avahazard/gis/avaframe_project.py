@@ -61,10 +61,7 @@ def stop_of(ground: Ground, peak_kpa: NDArray[np.float32]) -> float:
 
 
 def made_release(ground: Ground, release_x: float, width_m: float, volume_m3: float) -> Floats:
-    """Corners `[4, 2]` of a release area about a place (m) of the line, as wide as the flow.
-
-    As long, along the line, as the volume asks for at a thickness of `SLAB_M`.
-    """
+    """Corners `[4, 2]` of a release area about a place (m), as wide as the flow, `SLAB_M` thick."""
     cell = ground.crop.cell_m
     slope = _steepness(ground, release_x)
     width = max(width_m, LEAST_CELLS * cell)

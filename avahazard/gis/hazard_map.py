@@ -132,10 +132,7 @@ class MappedPath:
 def hazard_layers(
     drawn: Sequence[MappedPath], rows: Sequence[HazardRow], zones: Sequence[ZonedPath]
 ) -> list[MapLayer]:
-    """The layers of the results on the paths `drawn`; layers without features are left out.
-
-    Results on other paths are passed over. A runout past the end of the profile has no point.
-    """
+    """The layers of the results on the paths `drawn`, without those that have no features."""
     by_path = {one.path.path_id: one for one in drawn}
     on_map = [(d, row) for row in rows if (d := by_path.get(row.path_id))]
     of_volume = [feature for one, row in on_map for feature in _of_volume(one, row)]

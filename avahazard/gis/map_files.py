@@ -199,10 +199,7 @@ class MapGrid(NamedTuple):
 
 
 def grid_of(crops: Sequence[TerrainCrop]) -> MapGrid:
-    """The cells that hold the ground of all paths, as fine as the finest of them.
-
-    Raises `AvahazardError` where the paths are in several systems, or too far apart for one map.
-    """
+    """The cells that hold the ground of all paths, as fine as the finest; of one system."""
     systems = sorted({crop.crs for crop in crops})
     if len(systems) > 1:
         raise AvahazardError(
@@ -257,10 +254,7 @@ def strip_on_grid(
 
 
 def write_raster(file: FilePath, grid: MapGrid, bands: Mapping[str, NDArray[np.float32]]) -> None:
-    """Write the new file as a cloud-optimised GeoTIFF; NaN is no data, bands have their names.
-
-    Raises `AvahazardError` where it cannot be written.
-    """
+    """Write the new file as a cloud-optimised GeoTIFF, NaN as no data; or refuse."""
     try:
         with rasterio.open(
             file, "w", driver="COG", height=grid.shape[0], width=grid.shape[1], count=len(bands),

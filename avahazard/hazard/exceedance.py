@@ -131,10 +131,7 @@ def friction_below(avalanches: Avalanches, mu: Floats) -> Floats:
 
 
 def yearly_rate(avalanches: Avalanches, chance: Floats) -> Floats:
-    """Yearly rate `[n_parameters]` of what has this chance for an avalanche.
-
-    `chance` `[n_parameters, n_classes, n_nodes]`, of each class and node.
-    """
+    """Yearly rate `[n_parameters]` by the `chance` `[n_parameters, n_classes, n_nodes]`."""
     by_class = np.einsum("pcv,pv->pc", chance, avalanches.share)
     return np.asarray(avalanches.volumes.rate * (by_class @ avalanches.class_share))
 
@@ -191,10 +188,7 @@ def path_ends(avalanches: Avalanches) -> tuple[float, float]:
 
 
 def friction_shares(avalanches: Avalanches, ends: tuple[float, float]) -> tuple[ShareCurves, Ints]:
-    """Shares with friction under ν between two frictions, and the kind of each class.
-
-    Friction that is normal is taken given that it is over 0.
-    """
+    """Shares with friction under ν between two frictions, and the kind of each class."""
     student = avalanches.student
     first, kind = _kinds(avalanches)
     location = np.ascontiguousarray(avalanches.location[:, first])
@@ -341,10 +335,7 @@ def reach(
 
 
 def at_volume(avalanches: Avalanches, log_volume: Floats) -> Avalanches:
-    """The same path with one volume for each draw (log m3) `[n_parameters]`, once a year.
-
-    Friction is interpolated between the volumes of `avalanches`.
-    """
+    """The same path with one volume for each draw (log m3) `[n_parameters]`, once a year."""
     nodes = avalanches.volumes.log_volume
     n = avalanches.n_parameters
     place = np.interp(log_volume, nodes, np.arange(len(nodes)))
@@ -374,10 +365,7 @@ LEAST_SEEN = 0.05
 
 
 def with_unseen(avalanches: Avalanches, limit: Floats) -> Avalanches:
-    """The same path with the avalanches that stopped above `limit` (m) `[n_groups]`, nan: none.
-
-    Nothing changes where the rate is not that of the records.
-    """
+    """The same with the avalanches that stopped above `limit` (m) `[n_groups]`, nan: none."""
     volumes = avalanches.volumes
     if not volumes.seen_only or np.isnan(limit).all():
         return avalanches
@@ -389,10 +377,7 @@ def with_unseen(avalanches: Avalanches, limit: Floats) -> Avalanches:
 
 
 def chance_seen(avalanches: Avalanches, limit: Floats) -> Floats:
-    """Chance that an avalanche of each volume stops below `limit` `[n_groups]`, or leaves.
-
-    `[n_parameters, n_volumes]`.
-    """
+    """Chance `[n_parameters, n_volumes]` to stop below `limit` (m) `[n_groups]`, or leave."""
     smooth = avalanches.site.smooth
     place = np.array([smooth.x_min if np.isnan(z) else release_place(smooth, z) for z in limit])
     if avalanches.sigma_m is not None:

@@ -142,10 +142,7 @@ def _threshold_draws(
 
 
 def return_volume(frequency: VolumeFrequency, return_period_years: float) -> ReturnLevel:
-    """The volume that a year's largest avalanche exceeds with chance 1/T.
-
-    Raises `AvahazardError` where events are rarer than T.
-    """
+    """The volume that a year's largest exceeds with chance 1/T; refused where events are rarer."""
     period, observed = return_period_years, frequency.record
     if observed is not None:
         often = observed.n_event_years / observed.n_years
@@ -309,10 +306,7 @@ def known_volumes(records: Records) -> list[DatedVolumes]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frequencies:
-    """Frequencies of volumes by path, each fitted when it is asked for; `refused` says why not.
-
-    `table` is what the file of `source` holds, None without one.
-    """
+    """Frequencies by path, fitted when asked for, or `refused`; or the rows of a `table`."""
 
     region: RegionVolumes
     refused: dict[str, AvahazardError]
@@ -341,18 +335,12 @@ class Frequencies:
         return replace(found, draws=draws, method=f"{found.method}; as of {year}")
 
     def volumes(self, path_id: str, *, by_volume: bool) -> extremes.EventVolumes:
-        """Rate and volumes of a path; where these matter not (`by_volume`), its rate alone.
-
-        Raises `AvahazardError` where there is neither.
-        """
+        """Rate and volumes of a path; its rate alone, if it has one, unless `by_volume`."""
         rate = None if by_volume else self.rate_alone(path_id)
         return rate or self.of(path_id).volumes()
 
     def rate_alone(self, path_id: str) -> extremes.EventVolumes | None:
-        """The rate of a path by its record, for models to which volume does not matter.
-
-        None where the path has no record.
-        """
+        """The rate of a path by its record, for models to which volume does not matter; or None."""
         record = self.region.records.get(path_id)
         if record is None:
             return None

@@ -32,10 +32,7 @@ N_RELEASES = 8
 
 @dataclass(frozen=True, slots=True)
 class ReleaseZone:
-    """Elevations from `low_m` to `high_m`, Beta(a, b) between them.
-
-    Over the top of a profile stands for its top.
-    """
+    """Elevations from `low_m` to `high_m`, Beta(a, b) between them; the top of a path at most."""
 
     low_m: float
     high_m: float
@@ -84,10 +81,7 @@ def without_error(elevations: Floats, sigma: Floats | float) -> Floats:
 
 
 def stated_zone(elevation_m: float, sigma_m: float) -> ReleaseZone | None:
-    """The zone that a path states: any place as likely, of that mean and standard deviation (m).
-
-    None where it is one place.
-    """
+    """The zone a path states: uniform, of that mean and sd (m); None where it is one place."""
     side = float(np.sqrt(3.0)) * sigma_m
     if 2.0 * side < LEAST_SPREAD_M:
         return None
@@ -152,10 +146,7 @@ def classes_to_come(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FutureEvents:
-    """Classes of future avalanches on one path, equally frequent, `[n_classes]`.
-
-    `release` indexes `site.release_x`; `columns` describe them.
-    """
+    """Classes of future avalanches, equally frequent; `release` indexes `site.release_x`."""
 
     site: Site
     release: Ints

@@ -34,10 +34,7 @@ from avahazard.results.hazard import FarthestRecord, MapPoint
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecordedStops:
-    """Recorded stops `x` (m) `[n_records]` with their dates, inf for runouts beyond the profile.
-
-    `profile` has the path's line on the map, if any.
-    """
+    """Recorded stops `x` (m) `[n_records]`, inf beyond the profile, with their dates."""
 
     x: Floats = field(default_factory=lambda: np.empty(0))
     dates: tuple[str | None, ...] = ()
@@ -285,10 +282,7 @@ def rising_friction(
 
 
 def limits_of_sight(model: FittedModel, future: FutureEvents, values: Sequence[Values]) -> Floats:
-    """Elevation (m) above which a stop on the path is undetected `[n_groups]`; nan: none is.
-
-    `values` are the effects' parameters of the groups.
-    """
+    """Elevation (m) above which no stop is seen `[n_groups]`, by effects' `values`; or nan."""
     own = future.site.path.observed_below_m
     found = np.full(len(values), np.nan if own is None else own)
     for effect in of_kind(model.effects, LimitEffect):

@@ -116,10 +116,7 @@ def _known(values: Floats) -> list[float | None]:
 
 
 def order_statistics(values: Floats, probabilities: Sequence[float]) -> Floats:
-    """Quantiles of stops `[n]` that are stops themselves.
-
-    np.quantile mixes neighbours, and inf - inf is nan.
-    """
+    """Quantiles of stops `[n]` that are stops: np.quantile mixes neighbours, inf among them."""
     # Sorting all takes a sixth of `np.partition`: it runs in vectors.
     return np.asarray(np.sort(values)[[ceil(q * len(values)) - 1 for q in probabilities]])
 
@@ -316,10 +313,7 @@ def uncertainties(path: PathHazard, scenario: Scenario) -> tuple[RunoutInterval,
 
 
 def runout_interval(avalanches: Avalanches, x: Floats, interval: Note) -> RunoutInterval:
-    """Mean and quantiles of runouts x (m) `[n]`, inf beyond the profile, and their elevations.
-
-    `interval` says what varies among them.
-    """
+    """Mean and quantiles of runouts x (m) `[n]`, inf beyond the profile; what varies."""
     return RunoutInterval(spread(x), spread(_heights(avalanches.site.smooth, x)), interval)
 
 

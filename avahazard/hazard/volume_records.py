@@ -199,10 +199,7 @@ def volume_record(
 
 
 def unobserved_years(path_id: str, text: Covariate | None) -> set[int]:
-    """Winters in which nobody looked, from the path's column `not_observed`: `1914-1918;1943`.
-
-    Raises `AvahazardError` where the column does not read so.
-    """
+    """Winters without observation by `not_observed`, such as `1914-1918;1943`; or refused."""
     if text is None:
         return set()
     if isinstance(text, float):

@@ -123,10 +123,7 @@ def exceeded_speeds(avalanches: Avalanches, x: Floats, return_periods: Sequence[
 
 
 def _squares(avalanches: Avalanches, group: int, x: Floats) -> Floats:
-    """Squared speeds with which the front passes x, `[n_classes, n_places, n_mu]`.
-
-    For each class and friction of `MU`, those of the block where it is then.
-    """
+    """Squared speeds `[n_classes, n_places, n_mu]` of the block as the front passes x."""
     site, classes = avalanches.site, zip(avalanches.release, avalanches.ahead[group], strict=True)
     cells = site.cells(avalanches.resistances[group])
 
@@ -272,10 +269,7 @@ def zone_pieces(
 
 
 def _farthest(rule: Rule, x: Floats, exceeded: Exceeded) -> Floats:
-    """The farthest x `[n_parameters]` where the rule holds, x[0] where it never does.
-
-    Pressure is straight between places, and falls to zero at the runout itself.
-    """
+    """The farthest x `[n_parameters]` where the rule holds; pressure is straight between places."""
     runout, pressure = exceeded.runout_x, exceeded.pressure_kpa
     least = rule.pressure_kpa_min
     if least == 0.0:

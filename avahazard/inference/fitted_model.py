@@ -207,10 +207,7 @@ class FittedModel:
         return np.linspace(0, len(self.draws) - 1, n).round().astype(np.int64)
 
     def group_offsets(self, rng: np.random.Generator) -> Floats | None:
-        """Draws of the groups' offsets `[n_draws, n_offsets]`, None where there are no groups.
-
-        A new group gets offsets from the spread between groups.
-        """
+        """Draws of offsets `[n_draws, n_offsets]`, of new groups too; None without groups."""
         plan = self.posterior.plan
         if not plan:
             return None
@@ -280,10 +277,7 @@ def in_slots(layout: Layout, slots: Sequence[str], draws: Floats) -> Floats:
 
 
 def exact_volumes(observations: Observations) -> VolumeNodes:
-    """One node at each recorded volume; an event without one keeps the middle of its path's.
-
-    The paper's methods take volumes as exact, and so does what they predict.
-    """
+    """One node at each recorded volume; an event without one keeps the middle of its path's."""
     recorded = observations.columns.log_volume
     mean = np.where(np.isfinite(recorded), recorded, observations.volumes.mean)
     return replace(

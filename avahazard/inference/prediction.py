@@ -90,10 +90,7 @@ def predict_stops(
 def draw_friction(
     posterior: Posterior, u: Floats, shift: Floats, rng: np.random.Generator
 ) -> Floats:
-    """One draw of μ for each event `[n_events]`, over its volume's error and the scatter.
-
-    `shift` `[n_events]` is added to log friction (offsets of groups).
-    """
+    """One draw of μ for each event `[n_events]`; `shift` `[n_events]` is added to log friction."""
     volumes, friction = posterior.volumes(u), posterior.friction
     volume = np.exp(drawn_log_volumes(volumes, rng.standard_normal(len(volumes.mean))))
     location, scatter = friction.location_and_scatter(u, volume[:, None], posterior.of_events)
@@ -113,10 +110,7 @@ def group_shift(model: FittedModel, u: Floats, draw: int, rng: np.random.Generat
 def left_by_chance(
     tables: Predicted, friction: Floats, left: Bools, rng: np.random.Generator
 ) -> Bools:
-    """Whether blocks leave `[n_events, n_draws]` whose releases are off by their stated errors.
-
-    `left` is for those that start at the recorded place.
-    """
+    """Whether blocks leave `[n_events, n_draws]` whose releases are off by their stated errors."""
     unsure = tables.leaving_sigma > 0.0
     if not np.any(unsure):
         return left
@@ -127,10 +121,7 @@ def left_by_chance(
 def look_up(
     tables: Predicted, friction: Floats
 ) -> tuple[Floats, Floats, Floats, NDArray[np.bool_]]:
-    """Records, places and elevations at drawn frictions `[n_events, n_draws]`.
-
-    Draws with μ ≤ 0 left.
-    """
+    """Records, places, elevations, and what left, at drawn frictions `[n_events, n_draws]`."""
     straight = np.isnan(tables.elevation).all(axis=1)
     # Without a profile the energy line holds exactly, for any friction: L = H / μ.
     height = tables.record[straight, :1] * MU[0]

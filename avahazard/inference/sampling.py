@@ -123,11 +123,7 @@ def walk(
 def _moves(
     generators: Sequence[np.random.Generator], centre: Floats, factor: Floats, n_pairs: int
 ) -> tuple[Floats, Floats, Floats]:
-    """What chance decides of some pairs of steps, a jump and a random-walk step each.
-
-    Where jumps lead to and how far steps go, `[n_chains, n_pairs, n_slots]`, and the log of what
-    decides on both, `[n_chains, n_pairs, 2]`.
-    """
+    """Jumps and steps `[n_chains, n_pairs, n_slots]`, and the logs `[…, 2]` that decide on them."""
     n_chains, n_slots = centre.shape
     jump, step = np.empty((2, n_chains, n_pairs, n_slots))
     log_uniform = np.empty((n_chains, n_pairs, 2))
@@ -206,10 +202,7 @@ def sample(
 
 
 def _holds(star: Posterior, exact: Posterior, draws: Floats, spread: Proposal, seed: int) -> bool:
-    """Whether a star holds at its `draws` `[n, n_slots]`, and where exact tables lead from some.
-
-    It may be off by the same everywhere, for that changes no draws.
-    """
+    """Whether a star holds at its `draws` `[n, n_slots]` and beyond, but for a constant."""
     u = draws[np.linspace(0, len(draws) - 1, N_WALKERS).astype(np.int64)]
     state = State(u, exact.log_densities(u), [generator(seed, "held", k) for k in range(len(u))])
     middle = np.median(state.value - star.log_densities(u))
@@ -265,20 +258,14 @@ def _read(posterior: Posterior, draws: Floats, acceptance: Floats) -> Chains:
 
 
 def _following(draws: Floats, mode: Mode) -> Proposal:
-    """What the draws `[n, n_slots]` found shapes the next proposals.
-
-    Their covariance is drawn a little to the one at the mode, so that it stays positive.
-    """
+    """Proposals by draws `[n, n_slots]`, their covariance drawn a little to the mode's."""
     share = len(draws) / (len(draws) + 10.0 * draws.shape[1])
     found = np.cov(draws.T).reshape(mode.covariance.shape)
     return Proposal(draws.mean(axis=0), share * found + (1.0 - share) * mode.covariance)
 
 
 def _offsets(posterior: Posterior, draws: Floats, seed: int) -> dict[str, Floats]:
-    """Offsets by group, each `[n_chains * n_draws]`, from their (nearly normal) distribution.
-
-    That is the conditional one given the draws `[n_chains, n_draws, n_slots]`.
-    """
+    """Offsets by group `[n_chains * n_draws]`, given the draws `[n_chains, n_draws, n_slots]`."""
     if not posterior.plan:
         return {}
     result = np.empty((*draws.shape[:2], len(posterior.plan.names)))

@@ -56,10 +56,7 @@ def new_batch(n_rows: int, rows: int) -> Batch:
 
 @kernel
 def release(cells: Cells, start: int, mu: Floats, batch: Batch) -> int:
-    """Place blocks with the first frictions of `mu` at the start node; the number that move off.
-
-    A block moves off if the slope at the release exceeds what holds it.
-    """
+    """Place blocks with the first of `mu` at the start node; the number that move off."""
     row = start & batch.rows
     batch.w[row, :] = np.nan
     batch.stop_cell[:] = -1

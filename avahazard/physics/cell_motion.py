@@ -100,10 +100,7 @@ def newton_zero(w0: float, d0: float, w1: float, d1: float) -> float:
 
 @kernel
 def first_zero(w0: float, d0: float, w1: float, d1: float) -> float:
-    """First t in (0, 1] where the cubic with these end values and slopes is ≤ 0; -1 if none.
-
-    A zero at t = 0 itself (the release) is not counted.
-    """
+    """First t in (0, 1] where the cubic with these end values and slopes is ≤ 0; -1 if none."""
     c2 = 3.0 * (w1 - w0) - 2.0 * d0 - d1
     c3 = d0 + d1 - 2.0 * (w1 - w0)
     low, high = 0.0, -1.0

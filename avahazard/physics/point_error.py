@@ -109,10 +109,7 @@ def point_error(x: Floats, y: Floats, sigma: Floats | None = None) -> PointError
 
 
 def difference_error(x: Floats, y: Floats) -> tuple[float, float]:
-    """The error (m) by fourth divided differences, and its relative standard error.
-
-    Such differences are zero on any cubic; what ground adds makes it too large.
-    """
+    """The error (m) by fourth divided differences, and its relative standard error."""
     n = DIFFERENCES + 1
     place, height = sliding_window_view(x, n), sliding_window_view(y, n)
     # Scaled by the width of each window, so that no product runs out of range.

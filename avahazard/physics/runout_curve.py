@@ -225,10 +225,7 @@ each costs by itself."""
 
 
 class NearStops(NamedTuple):
-    """`curve` `[n_starts, n_friction]`, run from index `first` up to before `end` `[n_starts]`.
-
-    Below and above these its end is repeated.
-    """
+    """`curve` `[n_starts, n_friction]`, run from `first` to before `end`, and held beyond."""
 
     curve: RunoutCurve
     first: Ints

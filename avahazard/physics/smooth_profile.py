@@ -71,10 +71,7 @@ def block_length(length: float) -> float:
 def ground_posterior(
     x: Floats, y: Floats, sigma: Floats, penalty: float, block_m: float
 ) -> GroundPosterior:
-    """Fit points (x, y) with errors `sigma`, all `[n_points]`: Σ ((y - f) / σ)² + λ ∫ f''².
-
-    `block_m` is the length of the block, `penalty` is λ.
-    """
+    """Fit points with errors `sigma` `[n_points]`: Σ ((y - f) / σ)² + `penalty` ∫ f''²."""
     n = max(4, ceil(KNOTS_A_BLOCK * (x[-1] - x[0]) / block_m))
     step = float(x[-1] - x[0]) / n
     normal, right = _normal_equations(x, y, sigma, step, n)
@@ -145,10 +142,7 @@ POINTS_A_TERM = 2
 
 
 class GroundPoints(NamedTuple):
-    """Points (x, y) with errors `sigma`, all `[n_points]` (m), and how stiff ground is in them.
-
-    `penalty` and `block_m` are those of `ground_posterior`.
-    """
+    """Points (x, y) with errors `sigma` `[n_points]` (m), as `ground_posterior` takes them."""
 
     x: Floats
     y: Floats

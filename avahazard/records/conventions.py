@@ -184,10 +184,7 @@ PATTERNS = {"point": _pattern(r"\.", ","), "comma": _pattern(",", r"\.")}
 
 
 def canonical(text: str, decimal: Decimal) -> str | None:
-    """Return the number `text` with a decimal point and no groups; None if it is none.
-
-    `1 234,5` is 1234.5 by a comma, `1,234.5` by a point; groups have three digits each.
-    """
+    """The number `text` with a decimal point, no groups (of three digits); None if it is none."""
     if not PATTERNS[decimal].fullmatch(text):
         return None
     digits = re.sub(rf"[{BLANKS}{APOSTROPHES}]", "", text).replace("\u2212", "-")

@@ -95,11 +95,7 @@ def release_fault(record: Event | Path, profile: Profile) -> Fault | None:
 
 
 def on_counter_slope(elevation_m: float, profile: Profile) -> bool:
-    """Tell whether the profile reaches `elevation_m` again, on ground that rises.
-
-    Points that rise by no more than their error make no counter-slope, nor do small steps amid the
-    path.
-    """
+    """Whether ground that rises by more than its error reaches `elevation_m` again."""
     # Most elevations lie on no rise of the points themselves, and most profiles have none.
     return all(
         any(low < elevation_m <= high for low, high in rises(profile))
@@ -178,10 +174,7 @@ def place_fault(event: Event, path: Path | None, profile: Profile) -> Fault | No
 
 
 def unseen_elevation(event: Event, path: Path, profile: Profile | None) -> float | None:
-    """Elevation (m) of a stop over the detection limit of its path by more than its error; or None.
-
-    What goes on beyond such a limit, up the other side of a valley too, is seen.
-    """
+    """Elevation (m) of a stop that is surely over its path's detection limit; or None."""
     limit, slack = path.observed_below_m, N_SIGMA * event.runout_sigma_m
     if limit is None or event.left_profile:
         return None

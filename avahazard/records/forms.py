@@ -25,10 +25,7 @@ from avahazard.records.table import FileTable
 
 
 def spell(table: FileTable, stored: Collection[str], problems: Problems) -> FileTable:
-    """Return `table` with known columns and `stored` covariates under their names, and say so.
-
-    Two columns that mean one are added to `problems`.
-    """
+    """Known columns and `stored` covariates under their names; two that mean one are a problem."""
     own = {squash(name): name for name in stored}
     meant = {name: known_name(name) or own.get(squash(name), name) for name in table.header}
     for name, known in meant.items():
@@ -212,10 +209,7 @@ FIRST_YEAR = 1000
 def check_ranges(
     table: FileTable, problems: Problems, notes: list[str], *, unusual: bool = False
 ) -> None:
-    """Refuse what is physically impossible, and dates to come; note what is unusual, with rows.
-
-    With `unusual` what is possible is usual: flows of another kind than snow, or of another age.
-    """
+    """Refuse the impossible and what is to come; note the unusual, unless all is `unusual`."""
     doubts: list[str] = []
     for column in table.header:
         beyond = _years_beyond if column in YEARS else _numbers_beyond

@@ -185,10 +185,7 @@ def read_files(
 def mapped_tables(
     file: FilePath, problems: Problems, columns: FilePath | None, used: list[TableMapping]
 ) -> list[FileTable]:
-    """The tables of a file, by a mapping where one is for it, which is added to `used`.
-
-    A mapping that names no file is for those with any of its columns.
-    """
+    """The tables of a file, by a mapping where one is for it, which is added to `used`."""
     beside = file.parent / BESIDE
     where = columns or (beside if beside.is_file() else None)
     found: list[FileTable] = []
@@ -233,10 +230,7 @@ def build_event(
     old: Event | None,
     header: Collection[str],
 ) -> Event:
-    """Make an event of its row, its `place` on the line, and `old` in columns that `header` lacks.
-
-    Defaults follow what they stand on: an error by the year, a volume by the deposit.
-    """
+    """Make an event of its row, its `place` on the line, and of `old` what `header` lacks."""
     # The model's own iteration takes four times as long.
     values = {name: value for name, value in row.__dict__.items() if value is not None}
     for name in COORDINATES:
@@ -310,10 +304,7 @@ COORDINATES = ("easting_m", "northing_m", "crs", "lon", "lat")
 def complete_profile(
     new: Profile, old: Profile | None, header: Collection[str]
 ) -> tuple[Profile, list[str]]:
-    """Return `new` with what `header` lacks from `old`, and the columns that are lost.
-
-    Values of points are kept where the points lie at the same distances.
-    """
+    """`new` with what `header` lacks of `old` where x is the same, and the columns lost."""
     if old is None:
         return new, []
     coordinates = COORDINATES if set(COORDINATES).isdisjoint(header) else ()

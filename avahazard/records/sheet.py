@@ -27,10 +27,7 @@ from avahazard.records.table import LOOKED_AT, PLAIN, FileTable, Line, SheetLayo
 
 
 def read_tables(path: FilePath, problems: Problems, layout: SheetLayout = PLAIN) -> list[FileTable]:
-    """Read the table of a text file, or those of a workbook, cells as they were written.
-
-    What is wrong is added to `problems`; a table without a usable header is left out.
-    """
+    """Read the tables of a file, cells as written; what is wrong is added to `problems`."""
     file, raw = str(path), path.read_bytes()
     if raw.startswith((ZIP, OLE)):  # whatever its name
         return _read_sheets(file, raw, problems, layout)

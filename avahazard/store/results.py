@@ -234,10 +234,7 @@ class PathResult:
 def begin_run(
     session: Session, kind: RunKind, model: str, key: str, settings: Mapping[str, Any]
 ) -> tuple[int, set[str]]:
-    """Begin a run, or take up the interrupted one of this key; with the paths that it has.
-
-    Raises `AvahazardError` where there is no such model.
-    """
+    """Begin a run, or take up the interrupted one of this key; with the paths that it has."""
     load_model(session, model)
     unfinished = PathRunTable.key == key, PathRunTable.finished.is_(None)
     there = session.scalar(_runs(kind, model).where(*unfinished))
@@ -272,10 +269,7 @@ def save_paths(session: Session, run: int, results: Sequence[PathResult]) -> Non
 
 
 def finish_run(session: Session, run: int) -> str | None:
-    """Say that all paths of a run are there: from now on it is the latest.
-
-    One in which all paths failed is forgotten; the reason of the first is returned.
-    """
+    """Say that a run is complete; if all paths failed, forget it and return the first reason."""
     table = PathResultTable
     first = (table.failed.is_(None).desc(), table.position)
     found = session.scalar(select(table.failed).where(table.run == run).order_by(*first).limit(1))

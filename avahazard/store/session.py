@@ -168,10 +168,7 @@ def _wait_to_migrate(connection: Connection) -> None:
 
 
 def reading(database: str) -> AbstractContextManager[Session]:
-    """Open `database` for a consistent view.
-
-    Raises `AvahazardError` where it is missing or of another schema.
-    """
+    """Open `database` for a consistent view; refused where it is missing or of another schema."""
     return _session(database, writes=False)
 
 

@@ -272,10 +272,7 @@ class DiagnosisTable(ResultTable):
 
 
 class PathRunTable(Base):
-    """One run of `hazard` or `zones` (`kind`) over paths; not `finished`: it was interrupted.
-
-    `key` is that of all that the result hangs on, which `settings` tell.
-    """
+    """A run of `hazard` or `zones` by the `key` of its `settings`; not `finished`: interrupted."""
 
     __tablename__ = "path_runs"
 

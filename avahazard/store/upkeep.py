@@ -22,18 +22,12 @@ COUNTED = ("paths", "events", "speeds", "models", "calibrations")
 
 
 def create(database: str) -> tables.State:
-    """Create the tables of an empty or missing `database`; return its state before.
-
-    Raises `AvahazardError` where it holds something else or cannot be written.
-    """
+    """Create the tables of an empty or missing `database`, else refuse; return its state before."""
     return _migrate(database, make=True)
 
 
 def upgrade(database: str) -> tables.State:
-    """Run the migrations that an older `database` lacks; return its state before.
-
-    Raises `AvahazardError` where it is missing, not of this program, or cannot be written.
-    """
+    """Run the migrations that an older `database` lacks, else refuse; return its state before."""
     return _migrate(database, make=False)
 
 

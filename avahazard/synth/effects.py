@@ -71,10 +71,7 @@ def path_effect(dataset: Dataset, strength: float) -> dict[str, object]:
 
 
 def covariate(dataset: Dataset, strength: float, column: str) -> dict[str, object]:
-    """log μ follows a bent curve of a numeric column, which is made when there is none.
-
-    Raises `AvahazardError` where the column is of texts.
-    """
+    """log μ follows a bent curve of a numeric column, which is made when there is none."""
     if column not in dataset.columns:
         made = dataset.generator(f"covariate {column}").normal(size=len(dataset.path))
         dataset.columns[column] = np.round(made, 3)

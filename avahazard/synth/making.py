@@ -205,10 +205,7 @@ N_PLACES = 9
 def recorded_events(
     dataset: Dataset, runs: Runs, kept: Ints, ids: list[str]
 ) -> tuple[tuple[Event, ...], Bools]:
-    """The records of the events `kept`, and which of them are grossly wrong.
-
-    On a path that rises anywhere an elevation is not one place: there x is recorded.
-    """
+    """The records of the events `kept` (x where a path rises), and which are grossly wrong."""
     sigma = np.round(np.interp(dataset.years, [1905, 1975], [25.0, 10.0]), 2)
     place, in_x, wrong = _recorded_places(dataset, runs, sigma)
     relative = dataset.settings.volume_rel_sigma

@@ -180,10 +180,7 @@ class EventFriction(NamedTuple):
 
 
 class FrictionKinds(NamedTuple):
-    """The share of each kind of avalanche, and how far its log friction lies from the mean of all.
-
-    Both are `[..., n_kinds]`.
-    """
+    """`[..., n_kinds]`: the share of each kind, and how far its log friction lies from the mean."""
 
     share: Floats
     shift: Floats

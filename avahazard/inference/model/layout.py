@@ -286,10 +286,7 @@ class Layout:
 
 
 def arm_between(centre: float, low: float, high: float, n: int) -> tuple[float, ...]:
-    """A centre and n more points from low to high, evenly on each side of it.
-
-    None where there is but one value.
-    """
+    """A centre and n more points from low to high, evenly on each side; none where all are one."""
     if not low < high:
         return ()
     share = (centre - low) / (high - low)
@@ -302,10 +299,7 @@ def arm_between(centre: float, low: float, high: float, n: int) -> tuple[float, 
 
 
 def with_arms(layout: Layout, arms: Arms) -> Layout:
-    """The layout with the arms of some slots replaced by name; what it lacks moves along none.
-
-    Points beside the arms are those of a star of the same axes alone.
-    """
+    """The layout with the arms of some slots replaced by name; what it lacks moves along none."""
     known = {slot.name for slot in layout.slots}
     same = {slot.name for slot in layout.slots if slot.arm} == set(arms.points)
     along = {
@@ -333,10 +327,7 @@ def build_layout(
     *,
     speeds: bool,
 ) -> Layout:
-    """The coordinates of a model; `arms` replace those of effects.
-
-    With measured `speeds` friction scatters along tracks.
-    """
+    """The coordinates of a model; `arms` replace those of effects, `speeds` were measured."""
     chosen = law(specification.law)
     # A prior is that of one law; a model of another law has that law's own.
     told = specification.prior

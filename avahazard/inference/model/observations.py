@@ -47,10 +47,7 @@ from avahazard.records.errors import AvahazardError
 def height_over_length(
     events: Sequence[Event], sites: Sequence[Site], of_path: Mapping[str, list[int]], release: Ints
 ) -> Floats:
-    """H/L of the line from release to recorded stop `[n_events]`; nan where the stop is unknown.
-
-    `of_path` are the events of each path.
-    """
+    """H/L from release to recorded stop `[n_events]`, or nan; `of_path` are events by path."""
     ratio = np.full(len(events), np.nan)
     for i, e in enumerate(events):
         if e.path_id is None and e.fall_height_m and e.runout_length_m:
@@ -296,10 +293,7 @@ def runs_by_path(records: Records, prior: Observations | None, forward: str) -> 
 def _simulated(
     path: Path, profile: Profile, smooth: SmoothProfile, events: Sequence[Event], runs: Runs
 ) -> tuple[SimulatedSite, Ints]:
-    """The path with its runs, and which of its rows `[n_events]` is that of each event.
-
-    An avalanche of unknown volume is taken for one in the middle of the runs.
-    """
+    """The path with its runs, and the row of each event; of unknown volume a middle one."""
     if path.path_id not in runs:
         raise AvahazardError(
             f"No runs of a flow model are stored for path {path.path_id}.",
@@ -459,10 +453,7 @@ def _observation(event: Event) -> tuple[int, float | None]:
 
 
 def part_of(observations: Observations, events: Ints) -> Observations:
-    """These `events` `[n]`, in this order, of observations, with their tracks.
-
-    Volumes are read in the light of all, as they were.
-    """
+    """These `events` `[n]`, with their tracks; volumes are read in the light of all."""
     columns, volumes = observations.columns, observations.volumes
     place = {event: k for k, event in enumerate(events.tolist())}
     path = columns.path_index[events]

@@ -110,10 +110,7 @@ def on_site(
 
 
 def half_difference(high: float, middle: float, low: float) -> float:
-    """Of the outer two; where one of them is nan, the whole difference of the other to the middle.
-
-    0 where nothing is known.
-    """
+    """Of the outer two; where one is nan, of the other to the middle, whole; 0 without both."""
     if np.isfinite(high) and np.isfinite(low):
         return 0.5 * abs(high - low)
     known = [v for v in (high, low) if np.isfinite(v)]

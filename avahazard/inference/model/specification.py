@@ -128,10 +128,7 @@ def require_possible(given: GivenPrior, positive: bool) -> None:
 
 
 def require_width(name: str, sd: float, weak: float) -> None:
-    """Raise `AvahazardError` where `sd`, in the sampler's coordinate, is none beside the weak one.
-
-    So narrow, no record can speak; so wide, the unit is another one.
-    """
+    """Refuse an `sd` in the sampler's coordinate too narrow or wide beside the `weak` one."""
     if not LEAST_WIDTH <= sd / weak <= MOST_WIDTH:
         raise AvahazardError(
             f"The prior of {name} has a standard deviation {sd / weak:.1e} times that of the weak "

@@ -96,10 +96,7 @@ def told_by_stand_in(log_volume: Floats, stand_in: Floats, path: Ints) -> Floats
 
 
 def within_paths(pair: Floats, path: Ints) -> Floats:
-    """Both rows `[2, n_events]` less their means over the events of a `path` that have both.
-
-    nan where it is missing, and on paths with fewer than two such events.
-    """
+    """Both rows `[2, n_events]` less their means on each `path` of two events with both; or nan."""
     both = np.isfinite(pair).all(axis=0)
     away = np.full(pair.shape, np.nan)
     for k in np.unique(path):
@@ -156,10 +153,7 @@ class Population:
     largest: float = np.inf
 
     def given(self, records: VolumeRecords) -> tuple[Floats, Floats]:
-        """Mean and standard deviation of log true volumes, given what is written of each event.
-
-        They are those of normals that are not cut yet.
-        """
+        """Mean and sd of log true volumes, not cut yet, given what is written of each event."""
         recorded, sigma = records.log_volume, self.factor * records.sigma
         have = np.isfinite(recorded)
         centre = self.centres(records.paths)[records.path]
@@ -181,10 +175,7 @@ class Population:
 
 
 def population_of(records: VolumeRecords) -> Population:
-    """Centres, drawn a little to the overall mean, and one spread, by moments.
-
-    Lognormal, cut where the records speak for a largest volume.
-    """
+    """Centres, drawn a little to the overall mean, and one spread, by moments; perhaps cut."""
     found = _by_moments(records, 1.0)
     if not found.known or found.spread == MIN_SPREAD:
         return found
@@ -312,10 +303,7 @@ def volume_nodes(
 
 
 def rescaled(volumes: VolumeNodes, factor: float) -> VolumeNodes:
-    """The same where the errors are `factor` times as large as stated.
-
-    The scatter of the records stays, so that what is error is not natural spread.
-    """
+    """The same with errors `factor` times as large as stated; the scatter of the records stays."""
     return _nodes(volumes.records, with_errors(volumes.population, factor), volumes.largest)
 
 

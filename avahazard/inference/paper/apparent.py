@@ -171,10 +171,7 @@ def _inverted(
 def _bracket(
     y: float, stop_y: Floats, stopped: Bools, discontinuous: Bools
 ) -> tuple[float, float, int]:
-    """Smallest and largest μ whose block stops at y, m, and the status code, of one table.
-
-    `stopped` [n_mu]; `discontinuous` [n_mu - 1] are the cells of jumps.
-    """
+    """Smallest and largest μ whose block stops at y (m), and the status code, of one table."""
     if np.isnan(y):
         return np.nan, np.nan, NO_RECORD
     low, high, crossings, at_jump = np.inf, -np.inf, 0, False

@@ -75,10 +75,7 @@ def fit_law(law: Law, volume: Floats, mu: Floats) -> LawFit:
 
 
 def fit_every_law(volume: Floats, mu: Floats) -> tuple[list[LawFit], list[str]]:
-    """Fits of all laws that the points (V, μ) `[n_events]` support, and why others are absent.
-
-    A law that fails is no reason to lose the others.
-    """
+    """Fits of all laws that the points (V, μ) `[n_events]` support, and why others are absent."""
     fits, notes = [], []
     for law in LAWS.values():
         try:
@@ -144,10 +141,7 @@ def _nearest_on_ridge(natural: Floats) -> Floats:
 
 
 def _covariance(law: Law, natural: Floats, volume: Floats) -> Floats:
-    """(JᵀJ)⁺ of the natural parameters, by central differences.
-
-    Steps are relative, so that the pseudo-inverse compares numbers of one size.
-    """
+    """(JᵀJ)⁺ of the natural parameters, by central differences with relative steps."""
     scale = np.where(natural != 0, np.abs(natural), law.to_natural(law.prior_mean + 1.0))
     slopes = differences(lambda at: law.friction(at, volume), natural, scale)
     inverse = np.linalg.pinv(slopes.T, rcond=1e-7)

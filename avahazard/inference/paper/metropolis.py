@@ -49,10 +49,7 @@ class FitRecords(NamedTuple):
 
 
 class Prior(NamedTuple):
-    """Independent normals on coordinates, and an inverse gamma of `shape` and `scale` on σ².
-
-    `mean` and `precision` are `[n_coordinates]`; a precision of 0 is flat.
-    """
+    """Normals on coordinates (`precision` 0: flat), inverse gamma (`shape`, `scale`) on σ²."""
 
     mean: Floats
     precision: Floats
@@ -223,11 +220,7 @@ def _log_prior(u: Floats, prior: Prior) -> float:
 
 
 def _first_spread(law: Law, volume: Floats, start: Floats) -> Floats:
-    """Cholesky factor of the coordinates' covariance if log friction scattered by 0.2.
-
-    In effect the walk is over log friction at well-separated volumes, not over (a, n), which go
-    together.
-    """
+    """Cholesky factor of the coordinates' covariance if log friction scattered by `LOG_SCATTER`."""
     steps: Floats = 1e-5 * np.eye(start.size)
     jacobian = (law.log_friction(start + steps, volume) - law.log_friction(start, volume)) / 1e-5
     information = jacobian @ jacobian.T / LOG_SCATTER**2 + np.diag(law.prior_sd**-2.0 + 1e-6)
