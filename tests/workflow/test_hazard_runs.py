@@ -142,11 +142,13 @@ def test_nothing_is_kept_where_all_paths_fail(
 
 
 def test_progress_tells_paths_and_rate(selected: str) -> None:
-    told: list[tuple[str, float, float]] = []
-    run_hazard(selected, "m", HazardRequest(**ASKED), lambda *words: told.append(words))
-    assert told[0] == ("Runout", 0.0, 1.0)
+    told: list[tuple[str, float]] = []
+    run_hazard(
+        selected, "m", HazardRequest(**ASKED), lambda what, share: told.append((what, share))
+    )
+    assert told[0] == ("Runout", 0.0)
     # One more path as much every time, and some for the start of the workers.
-    shares = [done for _, done, _ in told]
+    shares = [share for _, share in told]
     assert len(shares) == 4
     assert shares == sorted(shares)
     assert shares[2] - shares[1] == pytest.approx(1.0 / (3.0 + by_path.STARTING))
