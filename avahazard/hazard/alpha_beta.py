@@ -75,11 +75,11 @@ def alpha_beta(
 ) -> TerrainRunout:
     """Apply a regression to the smoothed path from its release at `release_x` (m).
 
-    The β-point is the first place below the release from which the smoothed path is no steeper
-    than 10° for a runout zone's length of x (or to its end); a release that is itself so flat is
-    passed first. The runout is where the line at α from the release meets the path, sought from the
-    β-point on: downhill where α < β, uphill otherwise; None where it meets no ground before the
-    profile ends. `notes` lists the places below where the path flattens to 10° again.
+    The β-point is the first place below the release (and below where that is flat) from which the
+    smoothed path is no steeper than 10° for a runout zone's length of x (or to its end). The runout
+    is where the line at α from the release meets the path, sought from the β-point downhill where α
+    < β, uphill otherwise; None where it meets no ground before the profile ends. `notes` lists the
+    places below where the path flattens to 10° again.
     """
     n = max(int(np.ceil((smooth.x_max - release_x) / STEP_M - 1e-9)), 1)
     x = np.linspace(release_x, smooth.x_max, n + 1)

@@ -1,9 +1,8 @@
 """Yearly rates past places, and places passed at a rate, draw by draw, compiled.
 
-All that is asked of a path asks again and again for the share of its avalanches with friction under
-ν, a sum of normal probabilities over all volumes. It is smooth over a scatter: from its density and
-two derivatives of that at nodes, five to a scatter, its value anywhere follows by quintic Hermite
-interpolation within 1e-8 (docs/theory/hazard.md).
+The share of avalanches with friction under ν is a sum of normal probabilities over all volumes,
+smooth over a scatter: from its density and two derivatives of that at nodes, five to a scatter, its
+value anywhere follows by quintic Hermite interpolation within 1e-8 (docs/theory/hazard.md).
 """
 
 from __future__ import annotations

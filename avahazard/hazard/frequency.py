@@ -81,14 +81,12 @@ class VolumeFrequency:
 def fit_volume_frequency(
     region: RegionVolumes, path_id: str, rng: np.random.Generator, n_draws: int = N_DRAWS
 ) -> VolumeFrequency:
-    """Posterior of the frequency of volumes of one path in its region.
+    """Posterior of the frequency of volumes of one path in its region (docs/theory/hazard.md).
 
-    On their own scale volumes span decades and a GEV or Pareto of them has neither mean nor
-    variance; their logs are near Gumbel or exponential, and are what is fitted. The prior is flat
-    in location and log scale and weak on the shape. A path with under 30 maxima (or excesses)
-    takes as prior of scale and shape the likelihood of the other paths' records, widened by how
-    far paths differ (`regional_prior`). Raises `AvahazardError` where the path has no volume,
-    where it has none over the threshold, or where no path of the region has 3.
+    The logs of volumes are fitted. A path with under 30 maxima (or excesses) takes as prior of
+    scale and shape the likelihood of the other paths' records, widened by how far paths differ
+    (`regional_prior`). Raises `AvahazardError` where the path has no volume, where it has none over
+    the threshold, or where no path of the region has 3.
     """
     record = region.records[path_id]
     if not len(record.log_volumes):

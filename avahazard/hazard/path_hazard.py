@@ -1,9 +1,8 @@
 """All that the runouts, speeds and zones of one path follow from, built once.
 
-The flow: the classes of future avalanches (`future_events`), draws of the fit in groups that share
-the runs of the block, the runout curves of each group, and the friction of each draw, class and
-volume by the friction model. With the rate and the volumes of the path they are its `Avalanches`,
-from which `exceedance` reads the runout exceeded once in T years.
+Classes of future avalanches (`future_events`), draws of the fit in groups that share the runs of
+the block, the runout curves of each group, and the friction of each draw, class and volume: with
+the rate and the volumes of the path they are its `Avalanches`, of which `exceedance` is asked.
 """
 
 from __future__ import annotations

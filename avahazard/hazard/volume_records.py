@@ -219,10 +219,9 @@ def unobserved_years(path_id: str, text: Covariate | None) -> set[int]:
 def without_record_error(records: Sequence[VolumeRecord]) -> list[VolumeRecord]:
     """The records with log volumes drawn towards each path's mean, by the error of the records.
 
-    Recorded log volumes spread by their own error on top of the avalanches'. The avalanches'
-    spread is that within paths, all together, less the mean square of the errors; a record with
-    error σ is drawn in by √(spread² / (spread² + σ²)), so that what remains spreads as the
-    avalanches do.
+    Recorded log volumes spread by their own error on top of the avalanches'. The avalanches' spread
+    is that within paths, all together, less the mean square of the errors; a record with error σ is
+    drawn in by √(spread² / (spread² + σ²)), so that what remains spreads as the avalanches do.
     """
     within = [r for r in records if len(r.log_volumes) >= 2]
     if not within:

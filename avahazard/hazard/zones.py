@@ -223,9 +223,8 @@ def draw_densities(mean: float, sd: float, n: int, rng: np.random.Generator) -> 
 class Exceeded:
     """What is exceeded once in one return period, by posterior draw.
 
-    `runout_x` (m) `[n_parameters]`, inf past the end of the profile; `pressure_kpa`
-    `[n_parameters, n_places]`, 0 past the runout. `extrapolated`: the record is too short for the
-    return period.
+    `runout_x` (m) `[n_parameters]`, inf past the end of the profile; `pressure_kpa` `[n_parameters,
+    n_places]`, 0 past the runout. `extrapolated`: the record is too short for the return period.
     """
 
     runout_x: Floats

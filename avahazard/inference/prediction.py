@@ -53,9 +53,9 @@ def predict_stops(
 ) -> PredictedStops:
     """Draw stops of every event of the model, whose draws are thinned to `n_draws`.
 
-    A new group gets an offset from the spread between groups. With
-    `release_off` releases are off by their stated error where it is whether a block leaves (what
-    it does to stops is part of `sigma`).
+    A new group gets an offset from the spread between groups. With `release_off` releases are off
+    by their stated error where it is whether a block leaves (what it does to stops is part of
+    `sigma`).
     """
     posterior, coordinates = model.posterior, model.draws
     n = posterior.observations.n_events
@@ -223,12 +223,11 @@ def ground_error(model: FittedModel, friction: Floats | None = None) -> Floats:
     """Standard deviation `[n_events]` (m, in each record's coordinate) of the predicted stop.
 
     Along the path a block spends μ g dx and gains g dy, so what counts is how far the heights of
-    its release and of its stop are off, s₀ and s₁: it stops where one with a friction off by
-    √(s₀² + s₁²) / L does, L its reach (Ancey 2005, § 2: μ = H / L without curvature). An
-    elevation is off by s₁ besides, as the stop lies on other ground. Every event keeps its
-    `friction` `[n_events]`, by default the posterior median for its volume. A runout beyond the
-    profile counts as at its end. Zero without a profile, or where the ground is a polynomial of
-    points without error.
+    its release and of its stop are off, s₀ and s₁: it stops where one with a friction off by √(s₀²
+    + s₁²) / L does, L its reach (Ancey 2005, § 2: μ = H / L without curvature). An elevation is off
+    by s₁ besides, as the stop lies on other ground. Every event keeps its `friction` `[n_events]`,
+    by default the posterior median for its volume. A runout beyond the profile counts as at its
+    end. Zero without a profile, or where the ground is a polynomial of points without error.
     """
     observations, posterior = model.observations, model.posterior
     if friction is None:

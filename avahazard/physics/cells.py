@@ -1,13 +1,8 @@
 """What resists the block, and terrain with it in the form that the kernel runs over.
 
-In a cell with constant drag d, constant resistance c and friction μ, equation 2.3 has the exact
-step w₁ = A(μ) w₀ + B(μ) with
-
-    A = exp(2μΔθ - 2dL),
-    B = ∫ exp(2μ(θ₁ - θ) - 2d(s₁ - s)) (2g(tanθ - μ) - 2c/cosθ) dx,
-
-because κ dξ = -dθ. Both are expanded in powers of μ, exactly to the order kept: the cells turn
-so little that the rest is below 1e-8 of w.
+In a cell the square of speed has the exact step w₁ = A(μ) w₀ + B(μ) (docs/theory/motion.md). Both
+are expanded in powers of μ, exactly to the order kept: the cells turn so little that the rest is
+below 1e-8 of w.
 """
 
 from __future__ import annotations

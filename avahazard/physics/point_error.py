@@ -1,8 +1,6 @@
 """The error of a profile's points, and how far they want smoothing (docs/theory/motion.md).
 
-Ground is taken as an integrated Wiener process: its second derivative is white noise of intensity
-τ². The mean of such ground given points with errors σ_i is the cubic smoothing spline with the
-penalty λ = 1/τ² (Wahba 1978), and second divided differences of the points know nothing of its
+The penalty of the spline is λ = 1/τ². Second divided differences of the points know nothing of
 level and slope: their likelihood is the restricted one (REML), with a band of five as covariance.
 """
 

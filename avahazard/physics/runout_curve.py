@@ -1,21 +1,14 @@
 """F(μ): where the block stops as a function of friction, tabulated, looked up and turned round.
 
-**Jumps.** On stepped terrain F jumps: no friction stops the block between two places. One rule for
-all that looks up a stop: a cell of the grid of frictions is *discontinuous* where its ends differ
-in status, or where x, the place of the stop, moves more than `JUMP_FACTOR` times as far as over the
-wider of the cells beside it (at all, where it rests over these). In such a cell the nearer end
-counts: nothing stops where no run of the block does, and no stop is mixed with a run beyond the
-profile or was held at its release. Everywhere else F is straight between the ends. The steps of a
-smooth F, however steep, change by less than that factor from one cell to the next; a jump stands
-out from both (two of one size side by side do not). The rule goes by x, since elevation hardly
-changes where a flat reach is jumped over, and turns round on a counter-slope.
+A cell of the grid of frictions over which F jumps is *discontinuous* (docs/theory/motion.md): in it
+the nearer end counts, so that nothing stops where no run of the block does, and no stop is mixed
+with a run beyond the profile or one held at its release. Elsewhere F is straight between the ends.
+What jumps is x: elevation hardly changes where a flat reach is jumped over, and turns round on a
+counter-slope. The likelihood alone (`inference.likelihood.record_nodes`) spreads records evenly
+over a jump, on purpose, since real terrain and real avalanches have no such gaps.
 
-The likelihood alone (`inference.likelihood.record_nodes`) looks nothing up: it spreads records
-evenly over a jump, on purpose, since real terrain and real avalanches have no such gaps.
-
-**Near some stops** (`near_stops`). At any place a block with less friction is faster, so F falls
-with friction: runs go from a first guess to both sides until they are past the stops that are asked
-for. What would be beyond is not run, but held at the last that was.
+Near some stops (`near_stops`) runs go from a first guess to both sides until they are past what is
+asked for, since F falls with friction. What would be beyond is held at the last that was run.
 """
 
 from __future__ import annotations

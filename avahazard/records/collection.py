@@ -43,9 +43,8 @@ class Path:
 class Profile:
     """Points along a path: `x_m` rises strictly from the top, all arrays `[n_points]`.
 
-    `elevation_sigma_m` is the error of each elevation, one standard deviation, None where it is
-    not known. Coordinates are either `easting_m`, `northing_m` in `crs`, or `lon`, `lat`, or
-    absent.
+    `elevation_sigma_m` is the error of each elevation, one standard deviation, None where it is not
+    known. Coordinates are either `easting_m`, `northing_m` in `crs`, or `lon`, `lat`, or absent.
     """
 
     path_id: str

@@ -67,10 +67,10 @@ class SitePlan:
 class Settings:
     """The base dataset.
 
-    `scatter`: sd of log μ; `wrong_share`: records with a gross error; `censored_share`: events
-    of a path undetected because they stop above its `observed_below_m`; `speeds`: share of events
-    with measured speeds (None: none, or 0.3 where an effect needs them); `decoys`: columns of
-    pure noise, in turn numeric, categorical, following volume, following release elevation.
+    `scatter`: sd of log μ; `wrong_share`: records with a gross error; `censored_share`: events of a
+    path undetected because they stop above its `observed_below_m`; `speeds`: share of events with
+    measured speeds (None: none, or 0.3 where an effect needs them); `decoys`: columns of pure
+    noise, in turn numeric, categorical, following volume, following release elevation.
     """
 
     law: Exponential | Power = Exponential()

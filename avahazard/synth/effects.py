@@ -1,8 +1,7 @@
 """Every effect in a synthetic dataset, by key.
 
-An effect is a function of the dataset and a strength. It changes the dataset in place and
-returns its true parameters. Strength 0 is no effect; at 1 it is plain to see with 250 events
-on 10 paths.
+An effect is a function of the dataset and a strength. It changes the dataset in place and returns
+its true parameters. Strength 0 is no effect; at 1 it is plain to see with 250 events on 10 paths.
 """
 
 from __future__ import annotations

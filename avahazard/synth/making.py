@@ -305,10 +305,9 @@ def make_dataset(
 ) -> tuple[Records, dict[str, object]]:
     """Records of a dataset with known effects, and its truth (what `truth.json` holds).
 
-    `effects` maps a key of the catalogue to its strength. `sites` gives the paths; without it
-    they are made up. Same arguments, same result, bit for bit.
-    Raises AvahazardError for an unknown effect, for too few events, and for a dataset whose
-    avalanches do not start or are never seen.
+    `effects` maps a key of the catalogue to its strength. `sites` gives the paths; without it they
+    are made up. Same arguments, same result, bit for bit. Raises AvahazardError for an unknown
+    effect, for too few events, and for a dataset whose avalanches do not start or are never seen.
     """
     settings = settings or Settings()
     effects = effects or {}

@@ -205,12 +205,11 @@ def differences(f: Callable[[Floats], Floats], at: Floats, scale: Floats) -> Flo
 class Law:
     """A law μ = G(V) and the coordinates in which it is sampled.
 
-    `formula` is for tables, `words` for the report. `log_friction(u, volume)`: log μ,
-    [..., n_events], of coordinates [..., n_coordinates] and volumes [n_events] in m3; `slopes` are
-    its derivatives [n_coordinates, n_events] at one u. `to_natural`
-    and `from_natural` convert between the two sets of parameters. `prior_mean` and `prior_sd` are
-    independent normals on the coordinates. `begin` gives coordinates from volumes and log μ
-    [n_events] of which all are known.
+    `formula` is for tables, `words` for the report. `log_friction(u, volume)`: log μ, [...,
+    n_events], of coordinates [..., n_coordinates] and volumes [n_events] in m3; `slopes` are its
+    derivatives [n_coordinates, n_events] at one u. `to_natural` and `from_natural` convert between
+    the two sets of parameters. `prior_mean` and `prior_sd` are independent normals on the
+    coordinates. `begin` gives coordinates from volumes and log μ [n_events] of which all are known.
 
     `form` is what the paper's samplers know of a law, in x = `covariate(volume)`: `line`, log μ =
     u0 - u1 x; `bend`, log μ = u0 - log(1 + exp(n (x - u1))) with n = exp u2; None, they refuse it.

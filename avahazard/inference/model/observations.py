@@ -103,11 +103,10 @@ class SpeedRecord(MeasuredTrack):
 def track_spread(way: Floats, length: float) -> Floats:
     """Covariance of r for s = 1 at distances `way` `[n_speeds]` (m) on a track of this length.
 
-    The friction μ of an avalanche is the mean along its track, which is what its stop asks for. On
-    the way it goes up and down by ε(x), with standard deviation s and alike over
-    `FRICTION_CORRELATION_M`. Energy takes up its work: the square of speed differs from that of the
-    block by r(x) = -2 g ∫ (ε - mean of ε) dx, over horizontal distance from the release, where it
-    is 0, to the stop, where it is 0 again.
+    The friction of an avalanche goes up and down along its track about the mean that its stop asks
+    for by ε(x), with standard deviation s and alike over `FRICTION_CORRELATION_M`. The square of
+    speed differs from that of the block by r(x) = -2 g ∫ (ε - mean of ε) dx, over horizontal
+    distance from the release, where it is 0, to the stop, where it is 0 again.
     """
     # Covariance of ∫ ε dx up to two places, for s = 1: that of ε is exp(-|Δx| / scale).
     b, scale = np.append(way, length), FRICTION_CORRELATION_M

@@ -2,10 +2,9 @@
 
 Priors come from other records (a fit, another model's posterior), or are numbers that people give.
 From other records the law has a normal on its coordinates, with their covariance. What they say of
-the scatter is not taken over: it holds their errors too where the method does not know them.
-
-People give mean and standard deviation of parameters as they are read. A parameter of either sign
-has that normal. One that is positive is sampled by its log, and has the lognormal of these.
+the scatter is not taken over: it holds their errors too where the method does not know them. Of a
+given parameter that is positive the log is sampled, with the lognormal of the mean and standard
+deviation given; one of either sign has their normal.
 """
 
 from __future__ import annotations

@@ -49,8 +49,6 @@ def largest_volume(
 ) -> tuple[float, float]:
     """The likeliest largest log volume, and its log likelihood ratio over none (nats).
 
-    There is a largest: release zones are full at some time.
-
     Given log records `[n]`, their errors, the `path` `[n]` of each, and the `centre` `[n_paths]`
     and `spread` of what is recorded, less its errors. The ratio is less half the log of the number
     of records, which is what a parameter costs.
@@ -82,10 +80,8 @@ def largest_volume(
 def told_by_stand_in(log_volume: Floats, stand_in: Floats, path: Ints) -> Floats:
     """Log true volume over its path's mean, from `stand_in`, all `[n_events]`; nan if unknown.
 
-    `path` `[n_events]` is a number for each.
-
-    By the line of least squares through what events have of both, less the means of their paths.
-    Errors of recorded volumes do not bend it: they scatter about it.
+    By the line of least squares through what events have of both, less the means of their paths
+    (`path` `[n_events]`). Errors of recorded volumes do not bend it: they scatter about it.
     """
     away = within_paths(np.array([stand_in, log_volume]), path)
     known = np.isfinite(away).all(axis=0)
@@ -238,11 +234,10 @@ N_BOUNDED = 9
 def even_nodes(n: int, apart: float) -> tuple[Floats, Floats]:
     """Evenly spaced nodes z `[n]` of a normal, `apart`, and weights with its moments up to five.
 
-    A law can be so steep that friction changes between two nodes by more than it scatters: the
-    likelihood is then a comb, not the normal it stands for. The few nodes of Gauss and Hermite
-    lie 1.4 apart. Equidistant ones resolve one as wide as half of `apart` (the trapezoidal rule,
-    Trefethen and Weideman 2014, SIAM Review 56, 385); a factor of 1 or nearly that makes up for cut
-    tails.
+    A law can be so steep that friction changes between two nodes by more than it scatters, as
+    between the few nodes of Gauss and Hermite, 1.4 apart: the likelihood is then a comb.
+    Equidistant ones resolve a normal as wide as half of `apart` (the trapezoidal rule, Trefethen
+    and Weideman 2014, SIAM Review 56, 385); a factor of 1 or nearly that makes up for cut tails.
     """
     z = apart * (np.arange(n) - (n - 1) / 2)
     density = np.exp(-0.5 * z**2)
@@ -262,13 +257,10 @@ MOST_LOG = 700.0
 class VolumeNodes:
     """Quadrature over log true volume: `log_volume`, `weight` `[n_events, n_nodes]`.
 
-    `volume` (m3) is the volume itself, which follows `log_volume`.
-
-    Given its record, it is normal with `mean` and `sd` `[n_events]`, but for the bound.
-
-    The record adds its own error to what is drawn from the `population` of its path, so large
-    records are on average overestimates. `records` are what volumes are read from. No true volume
-    is over `largest` (m3): above it there is none of the population.
+    `volume` (m3) is the volume itself. Given its record, its log is normal with `mean` and `sd`
+    `[n_events]`, but for the bound: none is over `largest` (m3). The record adds its own error to
+    what is drawn from the `population` of its path, so large records are on average overestimates.
+    `records` are what volumes are read from.
     """
 
     log_volume: Floats

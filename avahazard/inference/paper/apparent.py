@@ -4,16 +4,13 @@ And the paper's perturbation check: records moved within their errors, and the s
 On stepped terrain F jumps and has no inverse there. That is said in the status, and no other part
 of the product infers from these values except the paper's own methods, which are built on them.
 
-Holy's density of apparent friction (Ancey 2005, equations 2.4; Holy 1997, PRL 79, 3545).
+Holy's density of them (Ancey 2005, equations 2.4; Holy 1997, PRL 79, 3545) is ψ², where ψ maximises
+Σ log ψ²(μ_i) less a penalty on ∫ψ'², under ∫ψ² = 1. It is a sum of exponentials at the records,
 
-The density is ψ², where ψ maximises Σ log ψ²(μ_i) less a penalty on ∫ψ'², under ∫ψ² = 1. Its Euler
-equation is ψ'' = κ²ψ but for a source at each record of strength 1/ψ(μ_i), so that
+    ψ(μ) = √κ Σ_i a_i exp(-κ|μ - μ_i|),    a_i ψ(μ_i) = m  (i = 1..N).
 
-    ψ(μ) = √κ Σ_i a_i exp(-κ|μ - μ_i|),    a_i ψ(μ_i) = m  (i = 1..N),    ∫ψ² = 1
-
-N+1 equations for the a_i and the multiplier m. In units where m is 1 the first N say that the
-gradient of the convex function ½ aᵀKa - Σ log a_i vanishes, K_ij = exp(-κ|μ_i - μ_j|): one solution
-whatever κ and the ties, found by damped Newton. The last then only scales it.
+Where m is 1 the a_i are at the minimum of ½ aᵀKa - Σ log a_i, K_ij = exp(-κ|μ_i - μ_j|), which is
+convex: one solution whatever κ and the ties, found by damped Newton. ∫ψ² = 1 then only scales it.
 """
 
 from __future__ import annotations

@@ -1,12 +1,10 @@
 """The paper's own samplers on observations: Metropolis-Hastings (2c) and Gibbs (2d).
 
-Both use the stops as recorded and the volumes as exact, and no measured speeds.
-
-Gibbs samples ν = -log μ = -log a + n V + ε, ε ~ N(0, σ²). With conjugate priors (normal on log a
-and on n, inverse gamma on σ²) the three full conditionals are normal, normal and inverse gamma, and
-need five sums of the data only. Volumes are centred inside: the level at the mean volume takes the
-place of log a, with the prior carried over, so the posterior is the same and the walk does not
-creep along the line of equal fits.
+Both use the stops as recorded and the volumes as exact, and no measured speeds. Gibbs samples
+ν = -log μ = -log a + n V + ε, ε ~ N(0, σ²), with conjugate priors (normal on log a and on n,
+inverse gamma on σ²), from five sums of the data. Volumes are centred inside: the level at the mean
+volume takes the place of log a, with the prior carried over, so that the walk does not creep along
+the line of equal fits.
 """
 
 from __future__ import annotations

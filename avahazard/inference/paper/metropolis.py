@@ -1,9 +1,8 @@
 """Random-walk Metropolis-Hastings for a friction law and σ in metres (section 2c of Ancey 2005).
 
-The posterior is prior(Θ) prior(σ) Π_i N(y_i | F_k(G(V_i; Θ)), σ), a product over events with σ^-N.
-σ² has an inverse-gamma prior, so it is integrated out of the acceptance ratio and drawn exactly
-from its full conditional: the same posterior as a walk over (Θ, σ), in fewer steps. A candidate is
-accepted if u < r, r the posterior at the candidate over the posterior at the present point.
+The posterior is prior(Θ) prior(σ) Π_i N(y_i | F_k(G(V_i; Θ)), σ). σ² has an inverse-gamma prior, so
+it is integrated out of the acceptance ratio and drawn exactly from its full conditional: the same
+posterior as a walk over (Θ, σ), in fewer steps.
 
 The whole cost is the sum of squares. Friction tables lie on a uniform grid, so F(μ) is one
 multiplication and one interpolation, and nothing in the loop branches. It is straight across a jump
