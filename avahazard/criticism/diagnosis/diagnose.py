@@ -19,6 +19,7 @@ from avahazard.criticism.diagnosis.naming import (
     group_comes_first,
     name_effects,
     verdict_of,
+    was_added_to,
     worst_speeds,
 )
 from avahazard.criticism.diagnosis.refits import (
@@ -158,6 +159,7 @@ def diagnose(
         measure_next=_measure_next(Question(base, fits, screening), missed.metres, seed),
         notes=(
             *speeds_off,
+            *_unsure(base, evidence, missing),
             *(Note("not_granted", effect=key, most=nuisances.MOST_CROSSED) for key in too_many),
             *(Note("not_asked", effect=key, lack=lack) for key, lack in lacking.items()),
         ),
@@ -166,6 +168,16 @@ def diagnose(
     )
     progress(1.0)
     return Findings(base, fits, screening, result, of_smooth)
+
+
+def _unsure(base: Refit, evidence: Mapping[str, float], missing: Sequence[str]) -> tuple[Note, ...]:
+    """That a detection limit has evidence which what is left over may have made up."""
+    return tuple(
+        Note("limit_unsure", effect=key, nats=nats)
+        for key, nats in evidence.items()
+        if base.definition(key).says_what_is_seen and key not in missing
+        if nats > MARGIN and was_added_to(base)
+    )
 
 
 def _measure_next(question: Question, detectable_m: float, seed: int) -> Rows[Measurement]:

@@ -77,7 +77,8 @@ def _undeclared(
     """The leaders where nothing was declared beforehand: a detection limit is the last of them.
 
     What is missed in any other way narrows the stops of a path as well, so that a limit leads only
-    where no other candidate has `MARGIN` of evidence beside it.
+    where no other candidate has `MARGIN` of evidence beside it, and not on a model with effects
+    that were added, as these leave something over.
     """
     found = leaders(ranked, evidence, question.fits, explains=partial(_explains, question))
     if not found or not found[0].definition.says_what_is_seen:
@@ -85,7 +86,14 @@ def _undeclared(
     limit = found[0].key
     others = [c for c in ranked if c.key != limit and evidence[c.key] > MARGIN]
     others = [c for c in others if not _explains(question, limit, c.key)]
-    return leaders(others, evidence, question.fits) or found
+    return leaders(others, evidence, question.fits) or (
+        [] if was_added_to(question.base) else found
+    )
+
+
+def was_added_to(base: Refit) -> bool:
+    """Whether a model has an effect that no diagnosis grants unasked."""
+    return any(base.definition(key).nuisance is None for key in base.specification.effects)
 
 
 def _witness(fit: Refit, key: str, by_law: Refit | None) -> ForceWitness | None:

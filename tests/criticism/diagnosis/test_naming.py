@@ -133,6 +133,14 @@ def test_a_limit_comes_last(
     evidence = {"observation-limit": 19.0, "snow-type": 8.0, "season": 2.0}
     question = Question(base, dict.fromkeys(evidence, base), NONE)
     assert name_effects(question, ranked, evidence).missing == (named,)
+    if named == "observation-limit":
+        # What effects leave over narrows the stops as well.
+        wider = replace(base, specification=Specification(effects=("season",)))
+        of_wider = replace(question, base=wider)
+        assert name_effects(of_wider, ranked, evidence).missing == ()
+        wider = replace(base, specification=Specification(effects=("path-effect",)))
+        of_wider = replace(question, base=wider)
+        assert name_effects(of_wider, ranked, evidence).missing == (named,)
     # One that was declared was the only question.
     declared = name_effects(question, ranked, evidence, ["observation-limit"])
     assert declared.missing == ("observation-limit",)
