@@ -20,13 +20,12 @@ from avahazard.effects.columns import NO_EVENTS, EventColumns, build_columns
 from avahazard.effects.effect import Definition
 from avahazard.effects.site import Site
 from avahazard.inference.fitted_model import FittedModel, in_slots
-from avahazard.inference.fitting.arms import REACH
 from avahazard.inference.likelihood.assemble import build_effects, definitions_of
 from avahazard.inference.model import specification as spec
 from avahazard.inference.model.choices import BLOCK
 from avahazard.inference.model.friction_model import friction_model
 from avahazard.inference.model.laws import LAWS
-from avahazard.inference.model.layout import TRACK_SLOT, Arms, Layout, arm_between, with_arms
+from avahazard.inference.model.layout import TRACK_SLOT, Arms
 from avahazard.inference.model.observations import (
     build_observations,
     require_one_scale,
@@ -54,8 +53,6 @@ from avahazard.workflow.effects import own_effects
 
 COORDINATE, OFFSET = "coordinate:", "offset:"
 """Prefixes of the draws of coordinates and path offsets in the store."""
-POINTS_ON_DRAWS = 8
-"""Points of an arm about the draws of a model that was stored without any."""
 PACKAGES = ("numpy", "scipy", "numba", "plotly")
 LOCK = FilePath(avahazard.__file__).parents[1] / "requirements.lock"
 
@@ -238,10 +235,8 @@ def _load(
     slots = kept["slots"]
     draws = {key: v.ravel() for key, v in store.load_draws(session, stored.calibration).items()}
     u = np.column_stack([draws[f"{COORDINATE}{slot}"] for slot in slots])
-    arms = Arms(kept.get("arms", {}), kept.get("along", {}), kept.get("beside", {}))
+    arms = Arms(kept["arms"], kept.get("along", {}), kept.get("beside", {}))
     friction = friction_model(specification, effects, arms, speeds=TRACK_SLOT in slots)
-    if "arms" not in kept:
-        friction = replace(friction, layout=_on_draws(friction.layout, slots, u))
     return FittedModel(
         specification=specification,
         effects=effects,
@@ -256,22 +251,6 @@ def _load(
         paths=stored.paths,
         version=stored.version,
     )
-
-
-def _on_draws(layout: Layout, slots: Sequence[str], u: Floats) -> Layout:
-    """A star about the draws u `[n_draws, n_slots]` of slots, for a model that was stored without.
-
-    Versions before this interpolated on grids, from one end of a range to the other.
-    """
-    arms = {}
-    for slot in layout.slots:
-        drawn = u[:, slots.index(slot.name)]
-        if slot.arm and np.ptp(drawn) > 0.0:
-            middle, reach = np.median(drawn), REACH * np.std(drawn)
-            low = max(slot.low, min(middle - reach, np.min(drawn)))
-            high = min(slot.high, max(middle + reach, np.max(drawn)))
-            arms[slot.name] = arm_between(float(middle), float(low), float(high), POINTS_ON_DRAWS)
-    return with_arms(layout, Arms(arms))
 
 
 SPECIFIED = {f.name for f in fields(spec.Specification)} & {

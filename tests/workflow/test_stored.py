@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sqlalchemy import delete, select
+from sqlalchemy import delete
 
 from avahazard.effects.effect import Definition, Effect, Parameter
 from avahazard.hazard.path_hazard import path_hazard
 from avahazard.inference.fitted_model import Chains, FittedModel, fitted_model
-from avahazard.inference.fitting.arms import REACH
 from avahazard.inference.likelihood.assemble import assemble, build_effects, with_effects
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import Arms
@@ -32,7 +31,7 @@ from avahazard.records.collection import (
 from avahazard.records.errors import AvahazardError
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
-from avahazard.store.tables import ModelTable, ProfilePointTable
+from avahazard.store.tables import ProfilePointTable
 from avahazard.workflow.stored import (
     calibration_result,
     load_for_paths,
@@ -117,29 +116,6 @@ def test_the_star_is_kept(database: str) -> None:
     (k,) = layout.tables
     assert layout.arms == ARMS
     assert (layout.slots[k].arm, layout.low[k], layout.high[k]) == (ARM, min(ARM), max(ARM))
-
-
-@pytest.mark.parametrize("grids", [{}, {"turbulent-drag.drag": [0.0, 0.05, 0.1, 0.2, 0.4]}])
-def test_a_model_of_a_version_with_grids_stands_on_a_star_about_its_draws(
-    database: str, grids: dict[str, list[float]]
-) -> None:
-    found = _found()
-    _store(database, found)
-    with writing(database) as session:
-        row = session.scalars(select(ModelTable)).one()
-        old = {k: v for k, v in row.specification.items() if k != "arms"}
-        row.specification = {**old, "grids": grids}
-    model = load_stored(database, "m")[0]
-    np.testing.assert_array_equal(model.draws, found.draws)
-    (k,) = model.layout.tables
-    slot, drawn = model.layout.slots[k], found.draws[:, k]
-    assert slot.arm[0] == np.median(drawn)
-    ends = np.median(drawn) + REACH * np.std(drawn) * np.array([-1.0, 1.0])
-    assert model.layout.arm_ends[:, k] == pytest.approx(ends)
-    assert len(slot.arm) == 9
-    for u in found.draws[[0, 50]]:
-        exact = model.posterior.exact_log_likelihood(u)
-        assert model.posterior.log_likelihood(u) == pytest.approx(exact, abs=0.3)
 
 
 def test_the_draws_of_a_papers_method_come_back_on_exact_volumes(database: str) -> None:
