@@ -31,7 +31,7 @@ TOOLBAR_PX = 42
 MARGIN = {"l": 66, "r": TOOLBAR_PX, "t": 10, "b": 50}
 """Room for four digits."""
 WIDE_MARGIN = {**MARGIN, "l": 92}
-GROUND, GRID, INK = "#E3DED5", "#E2E2E2", "#222222"
+GROUND, INK = "#E3DED5", "#222222"
 ROW_COLORS = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 
 
@@ -132,41 +132,16 @@ def rows_axis(names: Sequence[str] | None = None, **more: Any) -> dict[str, Any]
 
 
 def axis(title: str, **more: Any) -> dict[str, Any]:
-    """An axis with a grid in the house's colours; only names get the room that they need.
+    """An axis; only names get the room that they need (the look of all is in `report.js`).
 
     Where numbers did too, margins and a legend that folds could chase each other.
     """
-    return {
-        "title": {"text": title, "standoff": 8},
-        "gridcolor": GRID,
-        "zeroline": False,
-        "linecolor": "#999999",
-        "showline": True,
-        "ticks": "outside",
-        "tickcolor": "#999999",
-        "automargin": more.get("type") == "category",
-        **more,
-    }
+    return {"title": {"text": title}, "automargin": more.get("type") == "category", **more}
 
 
 def layout(x: dict[str, Any], y: dict[str, Any], height: int = 420, **more: Any) -> dict[str, Any]:
-    """A layout with these axes: white ground, the legend above, room for four digits."""
-    return {
-        "xaxis": x,
-        "yaxis": y,
-        "height": height,
-        "font": {"family": "system-ui, Segoe UI, Helvetica, Arial, sans-serif", "size": 13,
-                 "color": INK},
-        "paper_bgcolor": "white",
-        "plot_bgcolor": "white",
-        "margin": {**MARGIN},
-        "modebar": {"orientation": "v"},
-        "legend": {"orientation": "h", "x": 0, "y": 1.01, "yanchor": "bottom",
-                   "maxheight": 0.9, "tracegroupgap": 0, "font": {"size": 12}},
-        "hovermode": "closest",
-        "hoverlabel": {"align": "left"},
-        **more,
-    }  # fmt: skip
+    """A layout with these axes and room for four digits; the look of all is in `report.js`."""
+    return {"xaxis": x, "yaxis": y, "height": height, "margin": {**MARGIN}, **more}
 
 
 def by_path(

@@ -10,6 +10,17 @@
     PAGE_WIDE_PX = 703, PAGE_HIGH_PX = 990, SHEET_LEAST_PX = 700, FIRST_LEAST_PX = 600, SHEET_MOST_PX = 860,
     ENTRY_PX = 20;
 
+  // The look of all figures: white ground, a grid, the legend above.
+  var AXIS = { title: { standoff: 8 }, gridcolor: "#E2E2E2", zeroline: false, linecolor: "#999999",
+    showgrid: true, showline: true, ticks: "outside", tickcolor: "#999999" };
+  var LOOK = { layout: {
+    font: { family: "system-ui, Segoe UI, Helvetica, Arial, sans-serif", size: 13, color: "#222222" },
+    paper_bgcolor: "white", plot_bgcolor: "white", modebar: { orientation: "v" },
+    legend: { orientation: "h", x: 0, y: 1.01, yanchor: "bottom", maxheight: 0.9, tracegroupgap: 0,
+      font: { size: 12 } },
+    hovermode: "closest", hoverlabel: { align: "left" }, xaxis: AXIS, yaxis: AXIS
+  } };
+
   function draw(place) {
     var figure = JSON.parse(document.getElementById("data-" + place.dataset.figure).textContent);
     // A finger that moves over a figure scrolls the page.
@@ -31,6 +42,7 @@
       axis.title.text = "";
     });
     figure.layout.separators = tongue.separators;
+    figure.layout.template = LOOK;
     Plotly.newPlot(place, figure.data, figure.layout, {
       locale: tongue.code, locales: locales(),
       responsive: true, displaylogo: false, showTips: false, displayModeBar: coarse || place.clientWidth < NARROW_PX ? false : "hover",
