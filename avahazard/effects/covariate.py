@@ -305,8 +305,12 @@ MOST_LEVELS = 4
 
 def other_way(key: str) -> str:
     """The key of a pair with its columns the other way round; any other key as it is."""
-    one, both, other = key.removeprefix(INTERACTION).partition("*")
-    return f"{INTERACTION}{other}*{one}" if both and key.startswith(INTERACTION) else key
+    return INTERACTION + "*".join(names[::-1]) if (names := columns_of_pair(key)) else key
+
+
+def columns_of_pair(key: str) -> list[str]:
+    """The columns of the key of a pair; none of any other."""
+    return key.removeprefix(INTERACTION).split("*") if key.startswith(INTERACTION) else []
 
 
 def interaction(pair: str) -> Definition:

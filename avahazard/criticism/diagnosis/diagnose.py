@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
+from scipy import stats
 
 from avahazard.criticism.diagnosis import full_fits, measurements, nuisances, record_faults
 from avahazard.criticism.diagnosis.force_witness import force_witness
@@ -39,6 +40,7 @@ from avahazard.criticism.screening.screen import (
     not_asked,
     screen,
 )
+from avahazard.effects.covariate import columns_of_pair
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
@@ -252,7 +254,9 @@ def verdict_on(
     rivals = tuple(fits.values()) if missing else ()
     simple = [k for k in missing if k not in fits or definition(k).beyond < 2]
     pair = None if simple else masked_pair(question)
-    if pair and not (missing and fits[missing[0]].evidence - pair[1].evidence > MARGIN):
+    if pair and missing and fits[missing[0]].evidence - pair[1].evidence > MARGIN:
+        pair = None
+    if pair := pair or (columns_apart(question, missing[0]) if missing and not simple else None):
         together, fit = pair
         rivals = (fit,)
         entries = [definition(key) for key in together.effects]
@@ -385,21 +389,49 @@ def needed_beside(question: Question, keys: Sequence[str]) -> Pair | None:
 
 def masked_pair(question: Question) -> tuple[Pair, Refit] | None:
     """Two effects that count together where neither does alone, if any, and the fit of both."""
-    test, base = question.screening.pair, question.base
+    test = question.screening.pair
     if test is None or test.p_value > PAIR_LEVEL:
         return None
-    singles = refit_each(base, test.keys)
-    both = refit_with(base, *test.keys)
+    return _needed_pair(question.base, test.keys, test.p_value)
+
+
+def columns_apart(question: Question, leader: str) -> tuple[Pair, Refit] | None:
+    """The effects of both columns of a leading pair, whose product has no evidence of its own."""
+    names, tried = columns_of_pair(leader), question.screening.candidates
+    keys = [
+        c.key for name in names for c in tried if name in (c.definition.column, c.definition.needs)
+    ]
+    if len(keys) != 2 or product_evidence(question.fits[leader], leader) > MARGIN:
+        return None
+    p_value = next(c.p_family for c in tried if c.key == leader)
+    return _needed_pair(question.base, (keys[0], keys[1]), p_value)
+
+
+def product_evidence(fit: Refit, pair: str) -> float:
+    """Evidence (nats) that the columns of a pair, the last effect of a fit, act by their product.
+
+    The ratio of Savage and Dickey, by the moments of the draws.
+    """
+    parameters = fit.posterior.effects[-1].parameters
+    at = [k for k, p in enumerate(parameters) if "*" in p.name]
+    drawn, sd = fit.drawn(pair)[:, at], [parameters[k].prior_sd for k in at]
+    after = stats.multivariate_normal(np.mean(drawn, axis=0), np.cov(drawn.T), allow_singular=True)
+    return float(np.sum(stats.norm.logpdf(0.0, scale=sd)) - after.logpdf(np.zeros(len(at))))
+
+
+def _needed_pair(base: Refit, keys: tuple[str, str], p_value: float) -> tuple[Pair, Refit] | None:
+    singles = refit_each(base, keys)
+    both = refit_with(base, *keys)
     alone = max((base, *singles.values()), key=lambda fit: fit.evidence)
-    if not _is_needed(alone, both, test.keys):
+    if not _is_needed(alone, both, keys):
         return None
 
     def comes_first(key: str) -> float:
         # Of two that hide each other a cause, but where it explains less by far.
         return singles[key].evidence + MARGIN * base.definition(key).names_cause
 
-    order = tuple(sorted(test.keys, key=comes_first, reverse=True))
-    return _together(order, both, base, singles, test.p_value), both
+    order = tuple(sorted(keys, key=comes_first, reverse=True))
+    return _together(order, both, base, singles, p_value), both
 
 
 def _together(

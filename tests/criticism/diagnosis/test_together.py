@@ -7,7 +7,12 @@ import numpy as np
 import pytest
 
 from avahazard.criticism.diagnosis import diagnose as module
-from avahazard.criticism.diagnosis.diagnose import Findings, diagnose, needed_beside
+from avahazard.criticism.diagnosis.diagnose import (
+    Findings,
+    diagnose,
+    needed_beside,
+    product_evidence,
+)
 from avahazard.criticism.diagnosis.refits import Question
 from avahazard.effects.own_file import definition_from
 from avahazard.inference.model.observations import build_observations
@@ -79,6 +84,24 @@ def test_one_effect_has_no_second_and_none_has_no_pair() -> None:
     none = diagnosed(0.0, 0.0, 0.9, seed=4)
     assert none.result.verdict == "adequate"
     assert not none.result.pairs
+
+
+@pytest.mark.parametrize(("each", "product"), [(0.13, 0.0), (0.0, 0.2)])
+def test_a_pair_without_a_product_is_two_columns(each: float, product: float) -> None:
+    rng = np.random.default_rng(106)
+    cold, wind = rng.standard_normal((2, 90))
+    change = each * (cold - wind) + product * cold * wind
+    records = shifted(lengths(90, 0.0, 6), {"cold": cold, "wind": wind}, change)
+    found = diagnose(build_observations(records), Specification(law="power"), {})
+    pair = "interaction:cold*wind"
+    if product:
+        assert found.result.missing == (pair,)
+        assert not found.result.pairs
+        assert product_evidence(found.fits[pair], pair) > 10.0
+    else:
+        (two,) = found.result.pairs
+        assert set(two.effects) == {"covariate:cold", "covariate:wind"}
+        assert found.result.missing == two.effects[:1]
 
 
 EVIDENCE = {
