@@ -161,7 +161,8 @@ def effects_figure(diagnosis: Diagnosis) -> Figure | None:
     )
     alone = fig.bars([row.chance_gain for row in rows], names, "#CFCFCF", name=say("chance alone"))
     across = fig.axis(say("gain, nats"), range=[0.0, 1.4 * most])
-    places = fig.layout(across, fig.rows_axis(), height=120 + 28 * len(rows))
+    row_height = 36 if any("<br>" in name for name in names) else 28
+    places = fig.layout(across, fig.rows_axis(), height=120 + row_height * len(rows))
     return Figure("effects", say("Candidate effects"), [alone, gains], places)
 
 
