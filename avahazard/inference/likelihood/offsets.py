@@ -7,7 +7,6 @@ what is left of the others is dense, and small.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -21,16 +20,14 @@ from avahazard.kernels import kernel
 
 @kernel(inner=True)
 def offset_system(index, rest, h, keep, precision):  # type: ignore[no-untyped-def]
-    """Precision of the offsets: `bend` `[n_offsets]`, `cross`, and Cholesky's root of the others.
+    """Precision of the offsets: `bend` `[n_offsets]`, `cross`, and `back`.
 
     `index` `[n_groupings, n_events]` and `rest` `[n_offsets]` as in `OffsetPlan`, `h` `[n_events]`
     is the curvature of each event in its shift (≥ 0), `precision` `[n_offsets]` that of the prior.
     `bend` is the diagonal; `cross` `[n_offsets, n_rest]` joins the largest grouping to the others;
-    `root` `[n_rest, n_rest]` is that of the Schur complement.
+    `back` `[n_rest, n_rest]` is the inverse of the Schur complement's root.
     """
-    n_rest = 0
-    for k in range(len(rest)):
-        n_rest = max(n_rest, rest[k] + 1)
+    n_rest = np.sum(rest >= 0)
     bend = precision + by_offset(index, keep, h, len(rest))
     cross = np.zeros((len(rest) if n_rest else 0, n_rest))
     inner = np.zeros((n_rest, n_rest))
@@ -48,7 +45,7 @@ def offset_system(index, rest, h, keep, precision):  # type: ignore[no-untyped-d
             weight = cross[k, r] / bend[k]
             for c in met:
                 inner[r, c] -= weight * cross[k, c]
-    return bend, cross, np.linalg.cholesky(inner)
+    return bend, cross, np.ascontiguousarray(np.linalg.inv(np.linalg.cholesky(inner)))
 
 
 @kernel(inner=True)
@@ -77,60 +74,16 @@ def by_offset(index, keep, g, n_offsets):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def solved(rest, bend, cross, root, slope):  # type: ignore[no-untyped-def]
+def solved(rest, bend, cross, back, slope):  # type: ignore[no-untyped-def]
     """The step `[n_offsets]` that the system gives for a slope `[n_offsets]`."""
     step = slope / bend
-    n_rest = len(root)
-    if not n_rest:
-        return step
-    right = np.zeros(n_rest)
-    for k in range(len(rest)):
-        if rest[k] >= 0:
-            right[rest[k]] = slope[k]
-    for k in range(len(rest)):
-        if rest[k] < 0:
-            right -= cross[k] * step[k]
-    other = _upper(root, _lower(root, right))
-    for k in range(len(rest)):
-        if rest[k] >= 0:
-            step[k] = other[rest[k]]
-        else:
-            step[k] -= np.dot(cross[k], other) / bend[k]
+    if len(back):
+        others = rest >= 0
+        step[others] = 0.0
+        other = back.T @ (back @ (slope[others] - cross.T @ step))
+        step -= (cross @ other) / bend
+        step[others] = other
     return step
-
-
-@kernel(inner=True)
-def _lower(root, right):  # type: ignore[no-untyped-def]
-    """x of root x = right."""
-    x = right.copy()
-    for r in range(len(root)):
-        for c in range(r):
-            x[r] -= root[r, c] * x[c]
-        x[r] /= root[r, r]
-    return x
-
-
-@kernel(inner=True)
-def _upper(root, right):  # type: ignore[no-untyped-def]
-    """x of rootᵀ x = right."""
-    x = right.copy()
-    for r in range(len(root) - 1, -1, -1):
-        for c in range(r + 1, len(root)):
-            x[r] -= root[c, r] * x[c]
-        x[r] /= root[r, r]
-    return x
-
-
-@kernel
-def log_determinant(rest, bend, root):  # type: ignore[no-untyped-def]
-    """Log determinant of the precision of all offsets."""
-    total = 0.0
-    for k in range(len(rest)):
-        if rest[k] < 0:
-            total += math.log(bend[k])
-    for r in range(len(root)):
-        total += 2.0 * math.log(root[r, r])
-    return total
 
 
 EVALUATIONS = 3
@@ -142,29 +95,29 @@ LARGEST = 1e8
 class Offsets(NamedTuple):
     """Offsets of log friction by group: their mode `[n_offsets]`, and the normal about it.
 
-    `rest`, `bend`, `cross`, `root` are those of `offset_system`.
+    `rest`, `bend`, `cross`, `back` are those of `offset_system`.
     """
 
     mode: Floats
     rest: NDArray[np.int64]
     bend: Floats
     cross: Floats
-    root: Floats
+    back: Floats
 
     def draw(self, rng: np.random.Generator) -> Floats:
         """One draw of all offsets `[n_offsets]`."""
         away = rng.standard_normal(len(self.mode)) * (1.0 / np.sqrt(self.bend))
-        if len(self.root):
+        if len(self.back):
             others = self.rest >= 0
-            z = rng.standard_normal(len(self.root))
-            away[others] = np.linalg.solve(self.root.T, z)
+            away[others] = self.back.T @ rng.standard_normal(len(self.back))
             away[~others] -= (self.cross[~others] @ away[others]) / self.bend[~others]
         return np.asarray(self.mode + away)
 
     @property
     def log_determinant(self) -> float:
         """That of the precision."""
-        return float(log_determinant(self.rest, self.bend, self.root))
+        of_others = 2.0 * np.sum(np.log(np.diag(self.back)))
+        return float(np.sum(np.log(self.bend[self.rest < 0])) - of_others)
 
     def variances(self, index: NDArray[np.int64]) -> tuple[Floats, Floats]:
         """Variance of each offset `[n_offsets]`, and of each event's sum of them `[n_events]`.
@@ -172,13 +125,13 @@ class Offsets(NamedTuple):
         `index` is as in `OffsetPlan`.
         """
         alone, others = 1.0 / self.bend, self.rest >= 0
-        shared = np.zeros((len(alone) + 1, len(self.root)))  # covariance with the others; 0 for -1
+        shared = np.zeros((len(alone) + 1, len(self.back)))  # covariance with the others; 0 for -1
         if others.any():
-            inverse = np.linalg.inv(self.root)
-            shared[:-1] = -(self.cross @ inverse.T @ inverse) * alone[:, None]
+            inverse = self.back.T @ self.back
+            shared[:-1] = -(self.cross @ inverse) * alone[:, None]
             alone -= np.sum(shared[:-1] * self.cross, axis=1) * alone
-            shared[:-1][others] = inverse.T @ inverse
-            alone[others] = np.diag(inverse.T @ inverse)
+            shared[:-1][others] = inverse
+            alone[others] = np.diag(inverse)
         summed, rest = np.append(alone, 0.0)[index].sum(axis=0), np.append(self.rest, -1)
         for one in index:
             for other in index:
@@ -220,8 +173,7 @@ def pulls_of_groups(
     turned = np.zeros(len(mode) + 1)
     third = -of_events * np.sum(bends("by_location")[2], axis=1)
     np.add.at(turned, index, np.broadcast_to(third, index.shape))
-    system = offsets.rest, offsets.bend, offsets.cross, offsets.root
-    moved = solved(*system, turned[:-1])
+    moved = solved(*offsets[1:], turned[:-1])
     along = np.append(moved, 0.0)[index].sum(axis=0)
     by_location, by_scatter = (
         first + 0.5 * (of_events[:, None] * curved - along[:, None] * bent)
@@ -256,13 +208,13 @@ def newton_offsets(  # type: ignore[no-untyped-def]
                 level = 1.0 if in_log else np.mean(shifted[i])
                 g[i] = np.sum(by_location[i]) * level
                 h[i] = min(max(-curvature[i] * level * level, 0.0), LARGEST)
-        bend, cross, root = offset_system(index, rest, h, keep, precision)
+        bend, cross, back = offset_system(index, rest, h, keep, precision)
         if step < EVALUATIONS:
             slope = by_offset(index, keep, g, len(precision)) - precision * offsets
-            change = solved(rest, bend, cross, root, slope)
+            change = solved(rest, bend, cross, back, slope)
             for k in range(len(offsets)):
                 offsets[k] += min(max(change[k], -LONGEST_STEP), LONGEST_STEP)
-    return offsets, bend, cross, root, value
+    return offsets, bend, cross, back, value
 
 
 @kernel(inner=True)

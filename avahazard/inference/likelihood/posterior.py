@@ -346,8 +346,8 @@ class Posterior:
         friction = location, scatter, self.weight(u), self.friction.student, self._in_log
         precision = self.layout.spread_values(u)[self.plan.of] ** -2.0
         groups = self.plan.index, self.plan.rest, self._keep, precision
-        mode, bend, cross, root, value = newton_offsets(nodes, *friction, *groups)
-        return Offsets(mode, self.plan.rest, bend, cross, root), float(np.sum(value))
+        mode, bend, cross, back, value = newton_offsets(nodes, *friction, *groups)
+        return Offsets(mode, self.plan.rest, bend, cross, back), float(np.sum(value))
 
 
 def _side_by_side(function: Callable[..., T], *items: Iterable[Any], n_numbers: int) -> Iterator[T]:

@@ -15,7 +15,6 @@ from avahazard.arrays import Floats, Ints
 from avahazard.inference.model.layout import least_scatter
 from avahazard.kernels import kernel
 
-EPSILON, MOST_STEPS = 2.3e-16, 60
 LOST = 1e-2
 """Share of a vector that is left of it, from which on it is made orthogonal once more."""
 
@@ -41,26 +40,23 @@ def gauss_nodes(points, masses, place, weight):  # type: ignore[no-untyped-def]
     vectors = np.zeros((k_max + 1, n))
     for i in range(n):
         vectors[0, i] = np.sqrt(masses[i] / total)
-    # The matrix of Jacobi: its diagonal, and what stands beside it.
-    values, beside, share = np.zeros(k_max), np.zeros(k_max), np.zeros(k_max)
-    size = k_max
+    jacobi, size = np.zeros((k_max, k_max)), k_max
     for k in range(k_max):
         v = x * vectors[k]
-        values[k] = _inner(v, vectors[k])
+        jacobi[k, k] = _inner(v, vectors[k])
         norm = _orthogonalised(v, vectors[: k + 1])
         if k + 1 == k_max:
             break
         if norm < 1e-10:
             size = k + 1
             break
-        beside[k] = norm
+        jacobi[k + 1, k] = jacobi[k, k + 1] = norm
         for i in range(n):
             vectors[k + 1, i] = v[i] / norm
-    values_and_shares(values[:size], beside[:size], share)
+    values, directions = np.linalg.eigh(jacobi[:size, :size].copy())
     place[:], weight[:] = centre, 0.0
-    for k in range(size):
-        place[k] = centre + reach * values[k]
-        weight[k] = share[k] ** 2
+    place[:size] += reach * values
+    weight[:size] = directions[0] ** 2
 
 
 @kernel(inner=True)
@@ -77,59 +73,6 @@ def _orthogonalised(v, vectors):  # type: ignore[no-untyped-def]
         if norm < 1e-10:
             break
     return norm
-
-
-@kernel
-def values_and_shares(diagonal, beside, first):  # type: ignore[no-untyped-def]
-    """Eigenvalues of a symmetric tridiagonal matrix, rising, and their vectors' first components.
-
-    They take the place of the `diagonal` `[n]`; `beside` `[n]`, whose last is 0, is used up. By
-    implicit QL steps (Golub and Welsch 1969): of so few quicker than by a library.
-    """
-    n = len(diagonal)
-    first[:] = 0.0
-    first[0] = 1.0
-    for k in range(n):
-        for _ in range(MOST_STEPS):
-            m = k
-            while m < n - 1:
-                if abs(beside[m]) <= EPSILON * (abs(diagonal[m]) + abs(diagonal[m + 1])):
-                    break
-                m += 1
-            if m == k:
-                break
-            g = (diagonal[k + 1] - diagonal[k]) / (2.0 * beside[k])
-            r = np.sqrt(g * g + 1.0)
-            g = diagonal[m] - diagonal[k] + beside[k] / (g + (r if g >= 0.0 else -r))
-            s, c, p = 1.0, 1.0, 0.0
-            whole = True
-            for i in range(m - 1, k - 1, -1):
-                f, b = s * beside[i], c * beside[i]
-                r = np.sqrt(f * f + g * g)
-                beside[i + 1] = r
-                if r == 0.0:
-                    diagonal[i + 1] -= p
-                    beside[m] = 0.0
-                    whole = False
-                    break
-                s, c = f / r, g / r
-                g = diagonal[i + 1] - p
-                r = (diagonal[i] - g) * s + 2.0 * c * b
-                p = s * r
-                diagonal[i + 1] = g + p
-                g = c * r - b
-                low, high = first[i], first[i + 1]
-                first[i + 1], first[i] = s * low + c * high, c * low - s * high
-            if whole:
-                diagonal[k] -= p
-                beside[k] = g
-                beside[m] = 0.0
-    for k in range(1, n):
-        value, share, j = diagonal[k], first[k], k
-        while j > 0 and diagonal[j - 1] > value:
-            diagonal[j], first[j] = diagonal[j - 1], first[j - 1]
-            j -= 1
-        diagonal[j], first[j] = value, share
 
 
 @kernel

@@ -61,7 +61,7 @@ def whitening(speed, sigma, spread, scatter):  # type: ignore[no-untyped-def]
         for b in range(k):
             covariance[a, b] = scatter * scatter * spread[a, b]
         covariance[a, a] += error[a] * error[a]
-    whiten = inverse_root(covariance)
+    whiten = np.linalg.inv(np.linalg.cholesky(covariance))
     constant = 0.5 * k * np.log(2.0 * np.pi)
     for a in range(k):
         constant -= np.log(whiten[a, a] * error[a] / sigma[a])
@@ -85,27 +85,6 @@ def speed_log_density(predicted, errors):  # type: ignore[no-untyped-def]
             total += z * z
         result[j] = -0.5 * total - constant
     return result
-
-
-@kernel
-def inverse_root(covariance):  # type: ignore[no-untyped-def]
-    """Inverse of the lower Cholesky factor `[n, n]`: of so few speeds quicker than by a library."""
-    n = len(covariance)
-    root, inverse = np.zeros((n, n)), np.zeros((n, n))
-    for a in range(n):
-        for b in range(a + 1):
-            rest = covariance[a, b]
-            for c in range(b):
-                rest -= root[a, c] * root[b, c]
-            root[a, b] = np.sqrt(rest) if a == b else rest / root[b, b]
-    for b in range(n):
-        inverse[b, b] = 1.0 / root[b, b]
-        for a in range(b + 1, n):
-            total = 0.0
-            for c in range(b, a):
-                total += root[a, c] * inverse[c, b]
-            inverse[a, b] = -total / root[a, a]
-    return inverse
 
 
 def drawn_speeds(

@@ -10,7 +10,6 @@ from avahazard.inference.likelihood.nodes import Nodes
 from avahazard.inference.likelihood.offsets import (
     Offsets,
     by_offset,
-    log_determinant,
     newton_offsets,
     offset_system,
     solved,
@@ -24,9 +23,9 @@ N_CROSSED = 40
 @kernel
 def found(index, rest, h, keep, prior, slope):  # type: ignore[no-untyped-def]
     """All that the system gives."""
-    bend, cross, root = offset_system(index, rest, h, keep, prior)
-    step = solved(rest, bend, cross, root, slope)
-    return bend, cross, root, step, log_determinant(rest, bend, root)
+    bend, cross, back = offset_system(index, rest, h, keep, prior)
+    step = solved(rest, bend, cross, back, slope)
+    return bend, cross, back, step
 
 
 @kernel
@@ -57,14 +56,15 @@ def whole(index: np.ndarray, h: np.ndarray, keep: np.ndarray, prior: np.ndarray)
 def test_steps_and_determinant_are_those_of_the_whole_matrix(seed: int) -> None:
     index, rest, h, keep, prior = crossed(seed)
     slope = np.random.default_rng(seed).standard_normal(8)
-    bend, cross, root, step, determinant = found(index, rest, h, keep, prior, slope)
+    bend, cross, back, step = found(index, rest, h, keep, prior, slope)
     matrix = whole(index, h, keep, prior)
     np.testing.assert_allclose(bend, np.diag(matrix))
     np.testing.assert_allclose(step, np.linalg.solve(matrix, slope), atol=1e-12)
-    assert determinant == pytest.approx(np.linalg.slogdet(matrix)[1])
+    offsets = Offsets(step, rest, bend, cross, back)
+    assert offsets.log_determinant == pytest.approx(np.linalg.slogdet(matrix)[1])
     # Variances of all offsets, and of each event's sum of them.
     inverse = np.linalg.inv(matrix)
-    of_offsets, of_events = Offsets(step, rest, bend, cross, root).variances(index)
+    of_offsets, of_events = offsets.variances(index)
     np.testing.assert_allclose(of_offsets, np.diag(inverse), rtol=1e-10)
     design = np.array([np.isin(np.arange(8), some) for some in index.T], dtype=float)
     np.testing.assert_allclose(of_events, np.diag(design @ inverse @ design.T), rtol=1e-10)
@@ -73,12 +73,13 @@ def test_steps_and_determinant_are_those_of_the_whole_matrix(seed: int) -> None:
 def test_one_grouping_is_a_diagonal() -> None:
     index, _, h, keep, prior = crossed(1)
     index, prior, slope = index[:1].copy(), prior[:5].copy(), np.arange(5.0)
-    bend, _, root, step, determinant = found(index, np.full(5, -1), h, keep, prior, slope)
-    assert root.size == 0
+    bend, cross, back, step = found(index, np.full(5, -1), h, keep, prior, slope)
+    assert back.size == 0
     own = np.diag(whole(index, h, keep, prior))
     np.testing.assert_allclose(bend, own)
     np.testing.assert_allclose(step, slope / own)
-    assert determinant == pytest.approx(np.sum(np.log(own)))
+    offsets = Offsets(step, np.full(5, -1), bend, cross, back)
+    assert offsets.log_determinant == pytest.approx(np.sum(np.log(own)))
 
 
 def test_sums_by_offset_are_over_the_events_that_count() -> None:
@@ -162,7 +163,7 @@ def test_crossed_offsets_are_those_of_a_plain_optimiser(in_log: bool) -> None:
     rest = np.array([-1] * 6 + [0, 1, 2])
     precision = np.where(of == 0, 0.1**-2.0, 0.15**-2.0)
     keep = np.ones(N_EVENTS, dtype=np.bool_)
-    mode, bend, cross, root, value = newton_offsets(
+    mode, bend, cross, back, value = newton_offsets(
         nodes, location, scatter, weight, False, in_log, index, rest, keep, precision
     )
 
@@ -187,7 +188,7 @@ def test_crossed_offsets_are_those_of_a_plain_optimiser(in_log: bool) -> None:
                 for a in unit
             ]
         ) / (4.0 * h * h)  # fmt: skip
-        found = Offsets(mode, rest, bend, cross, root)
+        found = Offsets(mode, rest, bend, cross, back)
         sign, log_det = np.linalg.slogdet(hessian)
         assert sign == 1.0
         assert found.log_determinant == pytest.approx(log_det, abs=0.2)

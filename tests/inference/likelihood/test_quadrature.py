@@ -11,7 +11,6 @@ from avahazard.inference.likelihood.quadrature import (
     n_panels,
     panel_nodes,
     panel_width,
-    values_and_shares,
 )
 
 
@@ -48,19 +47,6 @@ def test_two_places_many_times_over_make_two_nodes() -> None:
     place, weight = nodes([0.2, 0.6] * 6, [1.0, 2.0] * 6, 4)
     assert weight.sum() == pytest.approx(1.0)
     assert np.sum(weight * place) == pytest.approx((0.2 + 2 * 0.6) / 3)
-
-
-@pytest.mark.parametrize("n", [1, 2, 5, 10])
-@pytest.mark.parametrize("scale", [1.0, 1e-6])
-def test_eigenvalues_are_those_of_a_library(n: int, scale: float) -> None:
-    rng = np.random.default_rng(n)
-    diagonal, beside = rng.normal(size=n), np.append(scale * rng.random(n - 1), 0.0)
-    matrix = np.diag(diagonal) + np.diag(beside[:-1], 1) + np.diag(beside[:-1], -1)
-    values, vectors = np.linalg.eigh(matrix)
-    first = np.empty(n)
-    values_and_shares(diagonal, beside, first)
-    np.testing.assert_allclose(diagonal, values, atol=1e-14)
-    np.testing.assert_allclose(first**2, vectors[0] ** 2, atol=1e-14)
 
 
 @pytest.mark.parametrize("panels", [6, 7, 11])

@@ -15,7 +15,6 @@ from avahazard.inference.likelihood.track_nodes import (
     between,
     cell_bounds,
     drawn_speeds,
-    inverse_root,
     speed_log_density,
     squared,
     whitening,
@@ -63,13 +62,6 @@ def test_whitened_misfits_give_the_density(scatter: float) -> None:
     assert found == pytest.approx(expected, rel=1e-10)
     rows = speed_log_density(np.vstack([measured, square]), (measured, whiten, constant))
     assert rows == pytest.approx([-constant, expected], rel=1e-10)
-
-
-def test_the_inverse_root_is_that_of_the_library() -> None:
-    one = track()
-    covariance = 0.01 * one.spread + np.diag(dense_error())
-    expected = np.linalg.inv(np.linalg.cholesky(covariance))
-    np.testing.assert_allclose(inverse_root(covariance), expected, rtol=1e-9, atol=1e-15)
 
 
 def test_exact_friction_leaves_the_errors_of_the_measurement() -> None:
