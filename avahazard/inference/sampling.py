@@ -1,11 +1,9 @@
 """Sampling the posterior of the marginal likelihood: the default method of `calibrate`.
 
 Metropolis-Hastings chains walk side by side, with two kinds of proposals in turn: a jump drawn from
-a multivariate Student distribution about a centre (Hastings' independence proposal, which forgets
-at once where the posterior is nearly normal), and a random-walk step, which moves wherever it is
-not. Where jumps go does not depend on where a chain is, so the densities there are computed in
-large pieces; steps of all chains are taken together. Proposals are shaped by the curvature at the
-mode and then, during warm-up only, by each chain's own draws.
+a multivariate Student distribution about a centre, and a random-walk step. Where jumps go does not
+depend on where a chain is, so the densities there are computed in large pieces. Proposals are
+shaped by the curvature at the mode and then, during warm-up only, by each chain's own draws.
 """
 
 from __future__ import annotations

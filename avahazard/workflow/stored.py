@@ -294,13 +294,9 @@ def calibration_result(
 
 def _of_other_models(model: FittedModel, name: str) -> Iterator[Note]:
     """That a path effect, or Student's tails, would say more of the records."""
-    differ, gain = nuisances.paths_differ(model), nuisances.heavier_tails(model)
-    if differ is not None and differ.evidence >= nuisances.WORTH_A_NOTE:
-        remedy = Note("too_few_paths", n=differ.n_paths)
-        if not differ.lacking:
-            remedy = Note("add_effect", model=name, effect=differ.effect)
-        told = {"sd": differ.sd, "nats": differ.evidence}
-        yield Note("paths_differ", **told, model=name, remedy=remedy)
+    differ, gain = nuisances.paths_differ(model, name), nuisances.heavier_tails(model)
+    if differ is not None and differ.values["nats"] >= nuisances.WORTH_A_NOTE:
+        yield differ
     if gain is not None and gain > nuisances.HEAVY_TAILS:
         yield Note("heavier_tails", model=name, nats=gain)
 

@@ -1,21 +1,8 @@
-"""What the measured force says of an effect on the motion.
+"""What the measured force says of an effect on the motion (docs/theory/criticism.md).
 
-Stops and volumes alone can ask for an effect that is in no force: it makes up for something else.
-Where speeds exist they are a witness: along a track energy per mass E = u²/2 + g y falls by the
-work of what resists,
-
-    dE/ds = -(μ N + R₀ + β T),
-
-with N the load of the bed, R₀ the other effects of a model and T the force of one effect. Each
-track has its own energy at its first speed and its own friction; the share β of the fitted effect,
-common to all, is 1 where the force confirms the fit and 0 where the effect is absent from it. It
-is found by least squares of the speeds, whose errors are independent of each other, which those of
-their derivative (Ancey & Meunier 2004) are not. Forces and weights are those on the fitted course:
-on the measured one, the errors of the speeds would be in what explains as well, and bias β.
-
-All forces depend on the speed, so on E itself. About a course E(ξ) that is nearly right the
-equation is linear, and so is its solution in the energy at the first speed, in μ and in β: with
-c = 2 ∂(μ N + R₀ + β T)/∂u²,
+With N the load of the bed, R₀ the other effects, T the force of one effect and its share β, dE/ds =
+-(μ N + R₀ + β T) on the fitted course: on the measured one, the errors of the speeds would bias β.
+About a course E(ξ) that is nearly right, with c = 2 ∂(μ N + R₀ + β T)/∂u²,
 
     E(s) = e^{-C(s)} {E₀ - ∫ e^{C} (μ N + R₀ + β T - c E) ds},  C = ∫ c ds
 
@@ -122,11 +109,7 @@ def _tracks(posterior: Posterior, u: Floats, effect: MotionEffect) -> list[Force
 
 
 def _common_share(tracks: Sequence[ForceTrack]) -> tuple[float, float] | None:
-    """The share of the effect in all tracks, with its standard error; None where steps find no end.
-
-    The error is clustered by track (its speeds share what the model lacks), and never less than
-    what the errors of the speeds ask for.
-    """
+    """The effect's share in all tracks, its standard error by track; None without an end."""
     share = 1.0
     for _ in range(MOST_STEPS):
         fits = [(t, linear_about(t, share)) for t in tracks]
@@ -149,10 +132,9 @@ def _common_share(tracks: Sequence[ForceTrack]) -> tuple[float, float] | None:
 
 
 def _standardised(track: ForceTrack, linear: Linear) -> tuple[Floats, Floats]:
-    """What the course must explain, in standard errors of the speeds, and what may explain it.
+    """Energies less what is fixed `[n_speeds]`, in standard errors, and their derivatives.
 
-    Energies less what is fixed `[n_speeds]`; derivatives by own energy, friction and share
-    `[n_speeds, 3]`.
+    By own energy, friction and share, `[n_speeds, 3]`.
     """
     course, at = track.course, track.course.at
     fitted = np.sqrt(course.square(track.energy)[at])

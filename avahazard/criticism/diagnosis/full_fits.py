@@ -1,9 +1,7 @@
-"""Candidates that stand out, fitted in full, and groups of events: what they gain by chance.
+"""Candidates that stand out, fitted in full, groups of events, and the second kind of avalanche.
 
-The screening gives the gain of each candidate to first order. An effect that is strong, or shapes
-the tables as only a larger amount does, gains more than that once it is fitted, and where terrain
-is rough it may gain far less: its p-value is that of the fit. And which events are of a second kind
-that nobody recorded, and what these have in common.
+A full fit may gain more than the screening's first order, or far less: its p-value is that of the
+fit (docs/theory/criticism.md, "In full").
 """
 
 from __future__ import annotations
@@ -11,7 +9,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import product
 from types import MappingProxyType
 
@@ -145,7 +142,10 @@ def fitted_in_full(
         likely |= {key: [*values, *likely.get(key, [])] for key, values in more.items()}
         new = [key for key in dict.fromkeys(asked) if key not in fits]
         enough = {key: max(rough.get(key, 0.0), WORTH_A_STAR, reached - FAR_BEHIND) for key in new}
-        tell = partial(_tell, progress, begin, end)
+
+        def tell(share: float, begin: float = begin, end: float = end) -> None:
+            progress(begin + (end - begin) * share)
+
         fits |= refit_each(base, new, tell, likely, enough)
         gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in fits.items()}
         tested = [_fitted(c, gains[c.key]) if c.key in gains else c for c in tested]
@@ -170,10 +170,6 @@ def fitted_in_full(
     return fits, replace(screening, candidates=found)
 
 
-def _tell(progress: Callable[[float], None], begin: float, end: float, share: float) -> None:
-    progress(begin + (end - begin) * share)
-
-
 def _worth_a_fit(
     candidates: Sequence[Screened],
     curves: Mapping[str, Curve | None],
@@ -182,8 +178,7 @@ def _worth_a_fit(
     """Keys of candidates that are worth it, and values from which smooths among them begin.
 
     Of the `candidates`, the most surprising first, those that pass `stands` and gain enough beside
-    the one that gains most. With a member of a smooth goes the smooth, and the other way: its
-    values are the member's.
+    the one that gains most; with a member of a smooth goes the smooth, and the other way.
     """
     most = max((c.gain for c in candidates), default=0.0)
     by_place = {key for key, curve in curves.items() if form_by_place(curve) is not None}
@@ -198,30 +193,19 @@ def _worth_a_fit(
             worth.append(c.key)
     likely: dict[str, list[Floats]] = {}
     for c in candidates:
-        smooth = _smooth_of(c, curves)
-        if smooth is not None and {c.key, smooth[0]} & {*worth}:
-            key, values = smooth
+        key, shape = c.definition.member_of or ("", None)
+        curve = curves.get(key)
+        if curve is not None and shape is not None and {c.key, key} & {*worth}:
             worth += [c.key, key]
+            values = curve.values_of(shape(c.likely, curve.x))
             likely[key] = [values, *likely.get(key, [])]
     return worth, likely
-
-
-def _smooth_of(
-    candidate: Screened, curves: Mapping[str, Curve | None]
-) -> tuple[str, Floats] | None:
-    """The smooth among the candidates of which one is a shape, and its values for that shape."""
-    key, shape = candidate.definition.member_of or ("", None)
-    curve = curves.get(key)
-    if curve is None or shape is None:
-        return None
-    return key, curve.values_of(shape(candidate.likely, curve.x))
 
 
 def _strong(shared: tuple[Likely, Refit], candidate: Screened) -> tuple[Screened, float]:
     """The candidate by a short ascent where it shapes the tables, and its gain, 0 without one.
 
-    What gains much is far from neutral, where the tables are no longer linear in it: with speeds
-    even the sign of its score may mislead there.
+    Far from neutral the tables are no longer linear in it: even the sign of its score may mislead.
     """
     likely, base = shared
     known = bool(base.observations.speeds) and not candidate.definition.beyond
@@ -254,10 +238,8 @@ def _fitted(candidate: Screened, gain: float) -> Screened:
 def _alone(entry: Definition, fit: Refit, gain: float) -> Screened:
     """A candidate that has no score at neutral: what it gains by chance is known.
 
-    Two kinds of avalanche gain what `CHANCE_GAIN` says. A limit of detection just above the highest
-    stop of a path makes every record there more likely: by -n log U of n stops, where the share U
-    that lies below the highest has the distribution of the largest of n, so by an exponential's one
-    nat a path, whatever n is.
+    Two kinds gain what `CHANCE_GAIN` says, a detection limit an exponential's nat a path
+    (docs/theory/criticism.md).
     """
     observations = fit.observations
     effect = next(e for e in fit.posterior.effects if e.key == entry.key)
@@ -314,8 +296,7 @@ def explained_otherwise(
 ) -> dict[str, Refit]:
     """Candidates fitted in place of groups that differ, if one has their evidence less `MARGIN`.
 
-    A change at a date makes winters differ, and a force at one elevation paths: granted first, such
-    groups take up most of what the cause would gain. `without` is the model without them, and
+    `without` is the model without the groups, which may take up what a cause would gain, and
     `screening` that of all candidates on it. None where no candidate has that evidence, or it does
     not gain on held-out records.
     """
@@ -343,11 +324,9 @@ def evidence_gain(
 ) -> float:
     """Evidence (nats) that a candidate adds.
 
-    Never more than it gains in likelihood: where another law has other priors it would be. The
-    estimated detection limit has a price of a nat a path, what it gains on average by chance. One
-    of many of a kind, or of many dates, is as likely beforehand as they are together, but one that
-    was `expected` is no longer one of many. Two kinds of avalanche must explain more than wrong
-    records do.
+    Never more than it gains in likelihood. One of many of a kind, or of many dates, is as likely
+    beforehand as they are together, unless it was `expected`; an estimated detection limit and two
+    kinds of avalanche have prices of their own (docs/theory/criticism.md).
     """
     entry = candidate.definition
     price = 0.0
@@ -439,8 +418,7 @@ def second_kind(model: FittedModel, draw: int, offsets: Floats | None) -> Floats
 def gain_of_wrong_records(base: Refit) -> float:
     """What the model gains (nats) if some records lie anywhere among the stops of their path.
 
-    It has one kind; their share is free. Where it lets records be wrong they lie anywhere on the
-    path's line, which may reach far beyond all stops, so that a few of them look like a kind.
+    Where a model lets records be wrong they lie anywhere on the path's line, far beyond all stops.
     """
     posterior, u = base.posterior, base.mode.u
     observations, columns = posterior.observations, posterior.observations.columns

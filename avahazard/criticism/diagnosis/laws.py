@@ -1,13 +1,9 @@
 """The shape of a smooth that was found, and the laws that it may be.
 
-A polynomial has no kink and no step, and where data are many its band is narrower than what it
-cannot follow. The band is that of a curve that may be rougher: the polynomial plus a Wiener process
-integrated once, averaged over its size by evidence (Wahba 1978), and with the laws below.
-
-About the fitted smooth the likelihood of any curve in its place is a normal one, by the scores of
-its heights at some places: by that the forms are screened, on a grid of their shapes. Those that
-stand are fitted to the records as the effect files that they are, and the evidence of these fits
-ranks them.
+The band is that of a curve that may be rougher than the polynomial fitted: a Wiener process
+integrated once, averaged over its size by evidence (Wahba 1978), and laws. Forms are screened by
+the scores of the curve's heights, then fitted as the effect files that they are
+(docs/theory/criticism.md, "Shape and laws").
 """
 
 from __future__ import annotations
@@ -212,10 +208,8 @@ def with_laws(
 ) -> tuple[dict[str, float], dict[str, Laws]]:
     """Evidence (nats) of candidates; where a force by the ground leads, that of states with laws.
 
-    Places along a path are alike in several states, and a smooth of each, or some stretches of
-    paths, may follow a force by one of them as well. A law, such as a band, is sharper: what the
-    best adds to its smooth distinguishes them. It is taken to second order; of states that may
-    lead, whose laws are returned, from their fits.
+    What the best law adds to its smooth distinguishes states that are alike along a path. It is
+    taken to second order; of states that may lead, whose laws are returned, from their fits.
     """
     leader = max(evidence, key=lambda key: evidence[key], default=None)
     if leader is None or form_by_place(curve_of(fits[leader], leader)) is None:
@@ -299,8 +293,7 @@ def _ascended(shared: Shared, asked: tuple[str, Match]) -> tuple[float, Floats]:
 def _fitted(shared: Shared, asked: tuple[str, Match]) -> FoundLaw:
     """A form fitted to the records from where it fits the curve.
 
-    Where the effect file fixes the shape, it has the likeliest one, and the evidence is that of
-    all of them by the curve's likelihood.
+    Where the effect file fixes the shape, the evidence is that of all shapes by the curve.
     """
     (base, fits), (key, found) = shared, asked
     form, inside, text = found.form, _inside(found), _text(found, base.definition(key).meaning)

@@ -1,7 +1,4 @@
-"""How far these data tell effects apart, how large one would have been detected, what to measure.
-
-A measurement is worth the nats by which it would part two explanations.
-"""
+"""How far data tell effects apart, how large one would be detected, what to measure."""
 
 from __future__ import annotations
 

@@ -1,15 +1,9 @@
-"""What is granted before anything is blamed on physics: heavy tails, and groups of events.
-
-And whether a calibrated model lacks them. A model with normal tails takes a few wild or wrong
-records for scatter between all avalanches: its scatter is too wide, and its law bends towards these
-records. One without a path effect takes what differs between paths for that scatter, and its
-quantiles for one path lie too close together.
-"""
+"""What is granted before anything is blamed on physics, and whether a calibrated model lacks it."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +21,7 @@ from avahazard.inference.model.friction_model import offset_plan
 from avahazard.inference.model.layout import MIN_SPREAD
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
+from avahazard.notes import Note
 
 HEAVY_TAILS = 3.0
 """Gain (nats) above which scatter is taken with Student's tails."""
@@ -101,9 +96,8 @@ def _n_crossed(base: Refit, key: str) -> int:
 def heavier_tails(model: FittedModel) -> float | None:
     """What Student's tails gain (nats of log likelihood) over the normal ones of `model`.
 
-    None where it has them, or for the paper's methods. Law, scatter and share of wrong records are
-    at their best for either; effects and spreads of groups stay as calibrated, so that it is a
-    little less than that of the models fitted in full, and takes a fraction of their time.
+    None where it has them, or for the paper's methods. Effects and spreads of groups stay as
+    calibrated, so that it is a little less than that of the models fitted in full.
     """
     if not model.knows_errors or model.specification.tails != "normal":
         return None
@@ -136,22 +130,8 @@ def _best(posterior: Posterior, u: Floats) -> float:
     return float(posterior.log_likelihood(at))
 
 
-@dataclass(frozen=True, slots=True)
-class PathsDiffer:
-    """Spread between paths: posterior mean of τ on log friction, and evidence for it (nats).
-
-    `effect` is the effect that would take it up; `lacking` says why it cannot be added, if so.
-    """
-
-    sd: float
-    evidence: float
-    n_paths: int
-    effect: str
-    lacking: str | None
-
-
-def paths_differ(model: FittedModel) -> PathsDiffer | None:
-    """What the records say of a spread between paths that `model` does not have.
+def paths_differ(model: FittedModel, name: str) -> Note | None:
+    """The note on a spread between paths that `model` does not have, with its evidence (nats).
 
     None where it has one, where there is one path, or for the paper's methods. The evidence is
     ∫ L(τ) p(τ) dτ / L(0), where L is the likelihood with the scatter at its best for each τ and
@@ -178,13 +158,11 @@ def paths_differ(model: FittedModel) -> PathsDiffer | None:
     log_weight = profile + np.log(np.gradient(spreads)) + 0.5 * np.log(2.0 / np.pi)
     base = profile[0] - prior[0]
     mean = float(np.exp(logsumexp(log_weight, b=spreads) - logsumexp(log_weight)))
-    return PathsDiffer(
-        sd=scale * mean,
-        evidence=float(logsumexp(log_weight) - base),
-        n_paths=n_paths,
-        effect=entry.key,
-        lacking=entry.lacking(columns, model.observations.sites),
-    )
+    evidence = float(logsumexp(log_weight) - base)
+    remedy = Note("add_effect", model=name, effect=entry.key)
+    if entry.lacking(columns, model.observations.sites):
+        remedy = Note("too_few_paths", n=n_paths)
+    return Note("paths_differ", sd=scale * mean, nats=evidence, model=name, remedy=remedy)
 
 
 def _best_scatter(posterior: Posterior, u: Floats) -> tuple[float, float]:

@@ -1,8 +1,4 @@
-"""What faults of the records, rather than of the model, could explain.
-
-Undetected stops and misstated errors of volumes can pass for an effect or for a difference of
-groups; single records can be hard to believe.
-"""
+"""What faults of the records, rather than of the model, could explain."""
 
 from __future__ import annotations
 
@@ -25,7 +21,7 @@ from avahazard.effects.columns import EventColumns
 from avahazard.effects.covariate import VOLUME, number_column
 from avahazard.effects.effect import Definition, VolumeErrorEffect
 from avahazard.inference.fitting.mode import likely_friction
-from avahazard.inference.model.observations import ELEVATION, PLACE, Observations
+from avahazard.inference.model.observations import ELEVATION, PLACE
 from avahazard.inference.model.volumes import VolumeNodes, bounded, told_by, within_paths
 from avahazard.records.crosscheck import dwarfing
 
@@ -51,12 +47,9 @@ MOST_ERRORS = 2.5
 def by_misstated_volumes(question: Question, leader: str) -> str | None:
     """The effect on the volumes' errors that leaves the leader too little evidence.
 
-    Errors larger than stated bend the law towards the mean volume and scatter friction most where
-    it is steepest: another law, and another scatter, do the same. And a column that goes with the
-    volume (a deposit's length) then informs more about it than the records do, and friction seems
-    to go by the column. So such leaders must earn their evidence where the errors may be misstated
-    too; the smooth of a column that of a cause, as there is a cause that it would stand for. None
-    where it does, or is another kind.
+    Larger errors than stated bend the law and scatter friction, and a column that goes with the
+    volume then informs about it (docs/theory/criticism.md). None where the leader, or the smooth of
+    a column as a stand-in for a cause, keeps its evidence, or is another kind.
     """
     definition = question.base.definition(leader)
     key = _errors_of_volumes(question)
@@ -77,10 +70,7 @@ def by_misstated_volumes(question: Question, leader: str) -> str | None:
 def _gain_of_volume(question: Question, leader: str, key: str) -> float:
     """Evidence (nats) of a law or a scatter beside the effect `key` on the volumes' errors.
 
-    How far records of large volumes are overstated hangs on the largest volume that there is, which
-    nobody knows: where it lies under many records, friction stops falling with what is recorded,
-    as in a law with a limit. So the evidence of either is the mean over some such volumes, where
-    it is over `MARGIN` without.
+    Where it is over `MARGIN`, either is the mean over some largest volumes, which bend the law.
     """
     alone = question.fits.get(key) or refit_with(question.base, key)
     both = refit_with(question.fits[leader], key)
@@ -126,12 +116,7 @@ def stand_in_for_volume(columns: EventColumns, definition: Definition) -> Floats
 
 
 def groups_by_misstated_volumes(question: Question, groups: str) -> str | None:
-    """The effect on the volumes' errors that leaves groups (a key) too little evidence, or None.
-
-    Errors larger than stated make friction fall less with the volumes of a path's records than with
-    the mean volumes of paths, in which errors average out. One law for both gives paths of large
-    avalanches too much friction, and they seem to differ.
-    """
+    """The effect on the volumes' errors that leaves groups (a key) too little evidence, or None."""
     key = _errors_of_volumes(question)
     if key is None:
         return None
@@ -151,10 +136,8 @@ def _errors_of_volumes(question: Question) -> str | None:
 def by_undetected_stops(question: Question, leader: str) -> str | None:
     """The detection limit that leaves the leader, on the motion, too little evidence.
 
-    Where short runouts are missing, the stops of each path are bunched as by a force that holds
-    back the fast. So such a force must earn its evidence beside a detection limit too. None where
-    it does, where the limit is known, or where the leader is not on the motion. A limit that by
-    itself gains too little to take that evidence is not fitted beside the leader.
+    None where it leaves enough, where the limit is known, or where the leader is not on the motion.
+    A limit that by itself gains too little to take that evidence is not fitted beside the leader.
     """
     base, fits = question.base, question.fits
     limits = [c for c in question.screening.candidates if c.definition.says_what_is_seen]
@@ -178,18 +161,18 @@ def by_undetected_stops(question: Question, leader: str) -> str | None:
 def by_speeds_off(question: Question, leader: str) -> float | None:
     """The factor common to all measured speeds that explains more than the leader does.
 
-    A device, or a way to read it, may give all speeds too high. A force that acts along the way
-    makes up for some of that. None where the model with such a factor does not lead the force, by
-    itself and beside the factor, by `MARGIN`; where no speeds are measured; or where the leader is
-    not on the motion.
+    None where the model with such a factor does not lead the force, by itself and beside the
+    factor, by `MARGIN`; where no speeds are measured; or where the leader is not on the motion.
     """
     base, fit = question.base, question.fits[leader]
     if not base.observations.speeds or not acts_on_motion(fit, leader):
         return None
 
     def evidence(model: Refit, off: float) -> float:
-        on = with_speeds_off(base.observations, off)
-        n_speeds = sum(len(track.speed) for track in on.speeds)
+        factor, tracks = np.exp(-off), base.observations.speeds
+        true = (replace(t, speed=factor * t.speed, sigma=factor * t.sigma) for t in tracks)
+        on = replace(base.observations, speeds=tuple(true))
+        n_speeds = sum(len(track.speed) for track in tracks)
         log_prior = -0.5 * (off / SPEEDS_OFF) ** 2
         return refit_with(model, on=on).evidence - off * n_speeds + log_prior
 
@@ -201,14 +184,6 @@ def by_speeds_off(question: Question, leader: str) -> float | None:
     if without - fit.evidence < MARGIN or without - evidence(fit, off) < MARGIN:
         return None
     return float(np.exp(off))
-
-
-def with_speeds_off(observations: Observations, off: float) -> Observations:
-    """The observations with true speeds, if the measured ones are too high by a factor e^off."""
-    factor = np.exp(-off)
-    tracks = observations.speeds
-    true = (replace(t, speed=factor * t.speed, sigma=factor * t.sigma) for t in tracks)
-    return replace(observations, speeds=tuple(true))
 
 
 def explained_by_record_faults(question: Question, key: str) -> tuple[str, ...]:

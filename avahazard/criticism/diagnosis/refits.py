@@ -135,8 +135,13 @@ def refit(
     if start is None:
         posterior, mode = star.search_mode(posterior)
     elif begin is None:
-        tried = {key: (likely or {}).get(key) or None for key in effects}
-        posterior, mode = _near(start, posterior, tried, least)
+        begun, on_star = _carried(start, posterior), posterior.on_star_of(start.posterior)
+        near = None if on_star is None else star.mode_on_star(on_star, begun)
+        if on_star is not None and near is not None:
+            posterior, mode = on_star, near
+        else:
+            tried = {key: (likely or {}).get(key) or None for key in effects}
+            posterior, mode = star.search_mode(posterior, begun, tried, least)
     else:
         began = put(_carried(start, posterior), posterior, begin)
         posterior, mode = star.mode_from(posterior, began)
@@ -153,18 +158,6 @@ def refit(
     posterior.nodes.forget_runs()
     value, _, sample = evidence
     return Refit(wider, facts, posterior, mode, log_likelihood, value, sample, own)
-
-
-def _near(
-    start: Refit, posterior: Posterior, tried: Mapping[str, Sequence[Floats] | None], least: float
-) -> tuple[Posterior, Mode]:
-    """The mode from that of `start`: on its star, where the same effects shape the tables."""
-    at = _carried(start, posterior)
-    on_star = posterior.on_star_of(start.posterior)
-    mode = None if on_star is None else star.mode_on_star(on_star, at)
-    if on_star is None or mode is None:
-        return star.search_mode(posterior, at, tried, least)
-    return on_star, mode
 
 
 def _wider(

@@ -1,15 +1,8 @@
 """A fitted model as a linear one: what each record says of small changes, in standard errors.
 
-Each event gives rows with unit errors: what is left over of its stop in log friction, of its
-squares of speed beside it, and of how far it scatters. A change of the model (a column on log
-friction, a force, another scatter) is a column of these rows. What the model has itself (law,
-scatter, effects) is projected out, and offsets of groups are random, so that a score is that of the
-marginal likelihood: no refit, and of an effect on the motion one small step of its parameter.
-
-What an effect does to the friction that a record asks for hangs on where the avalanche came to
-lie. Its exact score, by a difference of the likelihood, knows that: a regression of the friction
-found on what was read off at the stop would find it in pure noise. What the exact score has beyond
-the rows is a row of each event by itself, with the variance that the events show.
+Rows of events with unit errors, of which a change of the model is a column; what the model has
+itself is projected out, and offsets of groups are random, so that a score is that of the marginal
+likelihood (docs/theory/criticism.md, "The linear model of a fit").
 """
 
 from __future__ import annotations
@@ -186,11 +179,7 @@ class LinearModel:
         return np.concatenate([np.repeat(each, np.diff(self.first)), each, each])
 
     def bounded(self, rows: Floats) -> Floats:
-        """Rows `[n_rows]` in which an event counts for at most `MOST_TIMES` the median one.
-
-        Where F jumps, a difference over a small step is no slope. Events with speeds, which say
-        more, are held against one another.
-        """
+        """Rows `[n_rows]` in which an event counts for at most `MOST_TIMES` the median one."""
         size = np.sqrt(np.bincount(self._event, rows**2))
         share = np.ones(self.n_events)
         for alike in (np.diff(self.first) == 1, np.diff(self.first) > 1):
@@ -409,10 +398,7 @@ def linear_model(posterior: Posterior, u: Floats) -> LinearModel:
 
 
 def winsorised(residual: Floats, first: Ints) -> Floats:
-    """What is left over of stops and speeds, of no event more than `FARTHEST` times what is usual.
-
-    A stop beside a jump of F may be impossible to first order, where it is only unlikely.
-    """
+    """What is left over of stops and speeds, of no event over `FARTHEST` times what is usual."""
     n_rows = np.diff(first)
     size = np.sqrt(np.add.reduceat(residual**2, first[:-1]) / n_rows)
     usual = np.ones(len(size))
@@ -437,13 +423,6 @@ def _moments(nodes: Nodes, in_log: bool) -> tuple[Floats, Floats]:
     return mean, np.where(nodes.is_probability, LEAST_VARIANCE, variance)
 
 
-def _at(table: Floats, log_friction: float) -> Floats:
-    """A table `[n_friction, n]` at one log friction."""
-    k = int(np.clip(np.searchsorted(LOG_MU, log_friction) - 1, 0, len(MU) - 2))
-    share = np.clip((log_friction - LOG_MU[k]) / (LOG_MU[k + 1] - LOG_MU[k]), 0.0, 1.0)
-    return np.asarray((1.0 - share) * table[k] + share * table[k + 1])
-
-
 def _track(
     track: SpeedRecord,
     squares: Floats,
@@ -461,8 +440,9 @@ def _track(
     """
     square, of_speed = squared(track.speed, track.sigma)
     # From the side on which the block comes to all places.
-    slope = (_at(squares, at) - _at(squares, at - NEAR)) / NEAR
-    expected = _at(squares, at) + slope * (mean - at)
+    behind, here = np.array([np.interp([at - NEAR, at], LOG_MU, column) for column in squares.T]).T
+    slope = (here - behind) / NEAR
+    expected = here + slope * (mean - at)
     shift = np.append(1.0, slope)
     covariance = natural * np.outer(shift, shift)
     covariance[0, 0] += error

@@ -1,10 +1,8 @@
 """Which candidate effects the data ask for, against what chance alone would show.
 
-All candidates are tried on the linear model at once: none of them is fitted. A gain is turned into
-a p-value of its own (the tail of the mixture of χ² that a penalised score has, by its moments), and
-the smallest of these into a family-wise one by the smallest in simulated rows in which nothing is
-missing (Westfall and Young 1993). What an effect that is fitted in full gains is held against the
-same: to first order it is the same quantity.
+All are tried on the linear model at once. A gain is turned into a p-value of its own, and the
+smallest of these into a family-wise one by simulated rows in which nothing is missing (Westfall and
+Young 1993). What a full fit gains is held against the same.
 """
 
 from __future__ import annotations
@@ -192,8 +190,7 @@ def _pair(
 ) -> PairTest | None:
     """The pair of effects on friction that gains most over the better of its two.
 
-    Where two columns go together and their effects are opposed, each alone is near nothing. Gains
-    over one alone are as χ² with the freedom of both effects, at most.
+    Gains over one alone are as χ² with the freedom of both effects, at most.
     """
     if len(tried) < 2:
         return None

@@ -74,9 +74,8 @@ def beside_arms(posterior: Posterior, arms: Arms, points: Floats) -> Arms:
 def _free_together(posterior: Posterior, at: Floats, reach: Floats) -> list[list[int]]:
     """Axes of each effect that may be none within `reach` `[n_axes]` of a place: can be anything.
 
-    Where an effect is none its other parameters, as that from where on it acts, can be anything,
-    and where they leave it little to act on, its amount can. With parameters that are all amounts,
-    0 at neutral, it is not so.
+    Where an effect is none its other parameters can be anything, and where they leave it little to
+    act on, its amount can; not so where all are amounts, 0 at neutral.
     """
     layout, axes, found = posterior.layout, axes_of(posterior).tolist(), []
     for place in layout.places.values():

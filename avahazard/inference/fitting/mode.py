@@ -1,10 +1,9 @@
 """The posterior mode, the curvature there, and from it the log marginal likelihood.
 
-A normal at the mode (Laplace's method) is wrong by nats where the posterior leans against a bound,
-as the spread of paths does at none, or has a narrow peak on a broad hill, as the line above which
-snow is taken up has. Here draws of Student's t about the mode are weighted by the density, the
-next ones follow the weighted draws, and every draw counts with the mixture of all that were used
-(Cappé, Guillin, Marin & Robert 2004; Owen & Zhou 2000).
+A normal at the mode is wrong by nats against a bound, or on a narrow peak. So draws of Student's t
+about the mode are weighted by the density, the next ones follow the weighted draws, and every draw
+counts with the mixture of all that were used (Cappé, Guillin, Marin & Robert 2004; Owen & Zhou
+2000).
 """
 
 from __future__ import annotations
@@ -29,8 +28,8 @@ STEEP = 100.0
 def units(posterior: Posterior) -> Floats:
     """The unit of each coordinate `[n_slots]`, 1 where it is of order one as it should be.
 
-    The n of the exponential law is so on paths of snow; with slides of 1e12 m3 its coordinate
-    moves log friction by a million. There the unit is what moves it by one (root mean square).
+    With slides of 1e12 m3 the exponential law's n moves log friction by a million: there the unit
+    is what moves it by one (root mean square).
     """
     law, volumes = posterior.layout.law, posterior.observations.volumes
     unit = np.ones(len(posterior.layout.slots))
@@ -291,9 +290,8 @@ def scores_at(posterior: Posterior, u: Floats, moves: Floats, *, both_ways: bool
 def _steps(posterior: Posterior, centre: Floats, unit: Floats) -> Floats:
     """Steps in units `[n_slots]` over which the curvature is taken: `STEP`, or until it shows.
 
-    Along the arms of a star the density is a blend, with a bend at each point, and near no spread
-    of groups it may be flat, or bend up: there a step goes on until the density falls by `FALL`, as
-    far as there is room.
+    Along the arms of a star, where the density is a blend with bends, and near no spread of groups,
+    a step goes on until the density falls by `FALL`, as far as there is room.
     """
     layout = posterior.layout
     step = np.full(len(centre), STEP)

@@ -1,11 +1,8 @@
 """The star of exact tables on which a posterior stands (`likelihood.node_charts`), and its mode.
 
-The mode is sought by Gauss-Newton steps on tables made on the spot. A star about it then reaches
-`REACH` standard deviations (`arms`), and has points enough to agree with tables made on the spot,
-along its arms and, where draws ask for them, beside these. Where
-effects shape the tables there may be more than one mode: an ascent can stop where such an effect is
-not there at all, since friction has taken its part, and a little of the effect is worse than none.
-So ascents also begin at the best of some plausible values of each effect's parameters.
+Gauss-Newton steps on tables made on the spot, from the best of plausible values of each effect's
+parameters, then a star about the mode that agrees with such tables: docs/theory/likelihood.md,
+"Stars".
 """
 
 from __future__ import annotations
@@ -13,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import product
 from operator import itemgetter
-from typing import NamedTuple
 
 import numpy as np
 
@@ -82,15 +78,7 @@ EDGE, EDGE_SHARE = 0.02, 0.005
 """Draws gather at an edge where more than that share are within that part of the star's reach."""
 
 
-class Peak(NamedTuple):
-    """A mode by tables made on the spot: its coordinates, their covariance, and the log density."""
-
-    u: Floats
-    covariance: Floats
-    log_density: float
-
-
-def starred(posterior: Posterior, peak: Peak) -> tuple[Posterior, Mode]:
+def starred(posterior: Posterior, peak: Mode) -> tuple[Posterior, Mode]:
     """The posterior on a star about a peak, and its mode there.
 
     An arm along which it errs gets more points, `MOST_POINTS` at most: on terrain with steps the
@@ -123,14 +111,12 @@ def starred(posterior: Posterior, peak: Peak) -> tuple[Posterior, Mode]:
     return good or (local, mode)
 
 
-def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) -> Peak:
-    """The peak that is reached from u `[n_slots]`, by steps that gain `least` nats or more.
+def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) -> Mode:
+    """The mode by exact tables from u on: Gauss-Newton steps that gain `least` nats or more.
 
-    The information is the sum over events of squares of their scores, far from the peak too large
-    by much: steps are stretched while they gain. Where they end it is held against how the density
-    falls (`surveyed_peak`), after every gain once more, and from there on scores are taken over
-    wider differences. Against a bound, where the density falls as an exponential, the standard
-    deviation is one over its rate.
+    Steps are stretched while they gain. Where they end, the information is held against how the
+    density falls (`surveyed_peak`), after every gain once more, and from there on scores are taken
+    over wider differences. Against a bound the standard deviation is one over the density's rate.
     """
     layout = posterior.layout
     others = np.setdiff1d(np.arange(len(u)), axes_of(posterior))
@@ -165,14 +151,14 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
         if gain >= least:
             surveyed = None
         elif surveyed is None:
-            surveyed = surveyed_peak(posterior, Peak(u, covariance, -cost), scores)
+            surveyed = surveyed_peak(posterior, Mode(u, -cost, covariance), scores)
             u, cost = surveyed.u, -surveyed.log_density
             turn, along = directions(posterior, u, surveyed.covariance)
             damping, stretch, apart, both_ways = DAMPING, 1.0, WIDELY_APART, True
             moves = apart * turn * along
         else:
             break
-    return Peak(u, covariance if surveyed is None else surveyed.covariance, -cost)
+    return Mode(u, -cost, covariance if surveyed is None else surveyed.covariance)
 
 
 def _information(
@@ -195,13 +181,12 @@ def _information(
     return slope, free, root.T @ root, covariance
 
 
-def surveyed_peak(posterior: Posterior, peak: Peak, scores: Floats) -> Peak:
+def surveyed_peak(posterior: Posterior, peak: Mode, scores: Floats) -> Mode:
     """A peak with spreads by how far the density falls, and the best place seen on the way.
 
     Along each direction that moves the tables, to both sides. The `scores` have the steps of a
-    rough likelihood in them, and the information may be too large by much: those over the wide
-    differences to both sides have far less. Where by these it reaches farther, along a ridge, the
-    density is surveyed again in the directions that they give.
+    rough likelihood in them; where those over the wide differences reach farther, along a ridge,
+    the density is surveyed again in the directions that they give.
     """
     layout, best, best_at = posterior.layout, peak.log_density, peak.u
     given, covariance = posterior.pinned(peak.u).mode_offsets(peak.u), peak.covariance
@@ -235,7 +220,7 @@ def surveyed_peak(posterior: Posterior, peak: Peak, scores: Floats) -> Peak:
         before, covariance = covariance, _information(posterior, peak.u, scores)[-1]
         if np.all(np.diag(covariance) < FARTHER**2 * np.diag(before)):
             break
-    return Peak(best_at, found, best)
+    return Mode(best_at, best, found)
 
 
 def _errors(posterior: Posterior, mode: Mode, centre: Floats) -> Floats:
@@ -342,7 +327,7 @@ def search_mode(
             at = max([(here, at), *tried], key=lambda ascent: ascent[0])[1]
     peak = gauss_newton(posterior, at)
     if posterior.exact_log_likelihood(peak.u) < least:
-        return posterior, Mode(peak.u, peak.log_density, peak.covariance)
+        return posterior, peak
     return starred(posterior, peak)
 
 

@@ -55,10 +55,7 @@ def with_effects(
 
 def find_definition(key: str, own: Sequence[Definition] = ()) -> Definition:
     """The definition of that key, the user's own first."""
-    for entry in own:
-        if entry.key == key:
-            return entry
-    return definition(key)
+    return next((entry for entry in own if entry.key == key), None) or definition(key)
 
 
 def definitions_of(

@@ -1,9 +1,7 @@
-"""Nodes at any value of the parameters that shape the tables, from a few exact ones.
+"""Nodes at any value of the parameters that shape the tables, from exact ones on a `star`.
 
-Exact nodes cost runs of every block. They are made at the points of a `star`; in between, the mean
-place and the log mass of each event's nodes are cubics, their shape about the mean is mixed
-linearly. How far a star reaches, and with how many points, is decided where a posterior is fitted
-(`inference.fitting.star`), by comparison with exact nodes.
+The mean place and the log mass of each event's nodes are cubics, their shape about the mean is
+mixed linearly. `inference.fitting.star` decides how far a star reaches, and with how many points.
 """
 
 from __future__ import annotations
@@ -151,7 +149,7 @@ class NodeCharts:
 
     These are the parameters of effects on the motion and on the record, and the scatter of
     friction along tracks; the `arm` of their slots are those of the star.
-    `curvature` is that of `run_blocks`, `in_log` that of `build_nodes`.
+    `curvature` is that of `run_blocks`.
     """
 
     def __init__(
@@ -160,12 +158,11 @@ class NodeCharts:
         effects: tuple[Effect, ...],
         layout: Layout,
         curvature: float,
-        in_log: bool,
     ) -> None:
         self.observations = observations
         self.effects = effects
         self.layout = layout
-        self.in_log = in_log
+        self.in_log = layout.log_scatter
         along_tracks = () if layout.track_scatter is None else (layout.track_scatter,)
         self._axes = layout.tables + along_tracks
         self._in_sight = not sight_is_limited(observations, effects)

@@ -1,21 +1,10 @@
 """Quadrature nodes over friction: what a record says about the friction of its event.
 
-For each event, p(record | μ) is narrow over friction. It is summed up by the nodes of the
-Gauss quadrature that has it as weight (Golub and Welsch 1969), so that
-
-    p(record | m, σ) = ∫ p(record | μ) p(ν | m, σ) dν ≈ Σ_k w_k p(ν_k | m, σ),  ν = log μ,
-
-costs a few evaluations of the scatter density. No inverse of F is needed: where F jumps, the
-likelihood has two parts. Without a profile no table is needed (`record_nodes`). Events that
-ran beyond the profile give a probability instead, w₀ + Σ_k w_k P(ν < ν_k), with several edges where
-the error of their release blurs one, and so does the chance that a stop was seen. A record so vague
-that frictions beyond the tables might have left it adds w P(ν < lowest) and w P(ν > highest).
-
-Heavy tails of friction alone are not robust to gross errors: one may lie where no friction stops
-a block, on a steep slope. It then costs as many nats as its distance in record errors asks for, and
-any effect that moves it a little gains most of them. With Student's tails a record is therefore a
-mixture (Box and Tiao 1968, Biometrika 55, 119): some lie anywhere on their path, a share of all
-that is estimated (`layout.WRONG_SHARE`).
+p(record | μ), narrow over friction, is summed up by the nodes of the Gauss quadrature that has it
+as weight (Golub and Welsch 1969): p(record | m, σ) ≈ Σ_k w_k p(ν_k | m, σ), ν = log μ. Events that
+ran beyond the profile give w₀ + Σ_k w_k P(ν < ν_k), and so does the chance that a stop was seen.
+With Student's tails a record is a mixture (Box and Tiao 1968, Biometrika 55, 119): a share of all
+lies anywhere on their path (`layout.WRONG_SHARE`). See docs/theory/likelihood.md.
 """
 
 from __future__ import annotations
@@ -80,10 +69,9 @@ def build_nodes(
 ) -> Nodes:
     """Nodes of every event for one set of tables.
 
-    `track_scatter` is the standard deviation of friction along the tracks; `limit` `[n_events]`
-    are elevations above which no stop is recorded, where none is declared; `in_log` gives nodes in
-    log μ, else in μ; `panels` `[n_events]` as in `needed_panels`, by default what these tables
-    need.
+    `track_scatter` is the standard deviation of friction along the tracks; `limit` `[n_events]` are
+    elevations above which no stop is recorded, where none is declared; nodes are in log μ, or in μ
+    without `in_log`; `panels` `[n_events]` are those of `needed_panels`.
     """
     if panels is None:
         panels = needed_panels(observations, predicted, track_scatter, in_log)

@@ -1,8 +1,7 @@
 """Offsets of groups of events at given parameters: Newton's method, all groups at once.
 
-A fixed number of steps keeps the result a smooth function of the parameters. Two offsets of one
-grouping share no event, so that the largest grouping has a diagonal block and is eliminated first;
-what is left of the others is dense, and small.
+A fixed number of steps keeps the result smooth in the parameters. Two offsets of one grouping share
+no event, so the largest grouping has a diagonal block and is eliminated first.
 """
 
 from __future__ import annotations

@@ -65,13 +65,14 @@ class Posterior:
         self.effects = effects
         speeds = bool(observations.speeds)
         self.friction = friction_model(specification, effects, arms, speeds=speeds)
-        self._in_log = self.layout.log_scatter
         self._volume_errors = of_kind(effects, VolumeErrorEffect)
         self._volumes: dict[float, VolumeNodes] = {}
         self._keep: Bools = np.ones(observations.n_events, dtype=np.bool_)
-        self.nodes = NodeCharts(
-            observations, effects, self.layout, float(specification.centrifugal), self._in_log
-        )
+        self.nodes = self._charts()
+
+    def _charts(self) -> NodeCharts:
+        curvature = float(self.specification.centrifugal)
+        return NodeCharts(self.observations, self.effects, self.layout, curvature)
 
     @property
     def layout(self) -> Layout:
@@ -105,9 +106,7 @@ class Posterior:
         other._keep, other._volumes = np.ones(len(events), dtype=np.bool_), {}
         for name in ("of_events", "_covariate"):
             other.__dict__.pop(name, None)
-        curvature = float(self.specification.centrifugal)
-        of_block = self.effects, self.layout, curvature, self._in_log
-        other.nodes = NodeCharts(other.observations, *of_block)
+        other.nodes = other._charts()
         return other
 
     def pinned(self, u: Floats) -> Posterior:
@@ -134,7 +133,7 @@ class Posterior:
 
         def shaped_by(model: Posterior) -> tuple[bool, bool, list[str]]:
             keys = [effect.key for effect in model.effects if shapes_tables(effect)]
-            return model._in_log, model.specification.centrifugal, keys
+            return model.layout.log_scatter, model.specification.centrifugal, keys
 
         if other.observations is not self.observations or shaped_by(self) != shaped_by(other):
             return None
@@ -186,7 +185,7 @@ class Posterior:
         Beside groups of events they are there where these move log friction of each event alike.
         """
         groups = bool(self.plan)
-        if groups and not self._in_log:
+        if groups and not self.layout.log_scatter:
             return np.empty(0, dtype=np.int64)
         slots = np.arange(len(self.layout.slots))
         others = [e for e in self.effects if isinstance(e, VolumeErrorEffect | KindsEffect)]
@@ -343,7 +342,7 @@ class Posterior:
         self, u: Floats, nodes: Nodes, location: Floats, scatter: Floats
     ) -> tuple[Offsets, float]:
         """The offsets at coordinates u, and the log likelihood at their mode."""
-        friction = location, scatter, self.weight(u), self.friction.student, self._in_log
+        friction = location, scatter, self.weight(u), self.friction.student, self.layout.log_scatter
         precision = self.layout.spread_values(u)[self.plan.of] ** -2.0
         groups = self.plan.index, self.plan.rest, self._keep, precision
         mode, bend, cross, back, value = newton_offsets(nodes, *friction, *groups)

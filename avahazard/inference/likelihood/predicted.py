@@ -1,8 +1,4 @@
-"""Runs of the block on every site, and what the model says would be recorded of each event.
-
-What records leave of friction is a small part of the tables: blocks that stop many errors away say
-nothing. So where parameters move the block, it is run near the records alone.
-"""
+"""Runs of the block on every site, and what the model says would be recorded of each event."""
 
 from __future__ import annotations
 
@@ -60,8 +56,7 @@ def resistance_of(
 ) -> Resistance:
     """The resistance on a site with the effects on the motion at these values.
 
-    An effect at its neutral value is left out, so that the result is the base model's bit for
-    bit.
+    Bit for bit the base model's with effects at their neutral values.
     """
     active = [
         effect
@@ -362,9 +357,9 @@ def _at_rest(site: Site) -> RunoutCurve:
 
 
 def _within(z: Floats) -> tuple[Ints, Ints]:
-    """First and last place `[n_events]` between which records are within `FAR`; else the nearest.
+    """First and last place `[n_events]` with records within `FAR` errors z `[n_events, n_places]`.
 
-    `z` `[n_events, n_places]` are, in errors, the records of blocks at rest there.
+    The nearest place where there is none.
     """
     low, high = np.minimum(z[:, 1:], z[:, :-1]), np.maximum(z[:, 1:], z[:, :-1])
     near = (low <= FAR) & (high >= -FAR)

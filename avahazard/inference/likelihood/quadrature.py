@@ -1,10 +1,7 @@
 """Gauss quadrature of a discrete measure (Golub and Welsch 1969), in panels where it is wide.
 
-Gauss nodes of a record lie as far apart as the record is vague. Where that is more than the
-scatter, the density of the scatter falls between them: records with large errors then seem to say
-which scatter, and which friction, meets the nodes. A wide likelihood is cut into panels of one
-width, each with the two Gauss nodes of its part, close enough for the least scatter that a model
-may have.
+The scatter would fall between the Gauss nodes of a vague record, which would then seem to say which
+scatter meets them. So a wide likelihood is cut into panels of one width with two nodes each.
 """
 
 from __future__ import annotations
@@ -25,21 +22,18 @@ def gauss_nodes(points, masses, place, weight):  # type: ignore[no-untyped-def]
     n, k_max = len(points), len(place)
     total = np.sum(masses)
     centre = np.sum(points * masses) / total
-    reach = 0.0
-    for i in range(n):
-        reach = max(reach, abs(points[i] - centre))
-    if n <= k_max or reach == 0.0:
-        place[:], weight[:] = centre, 0.0
-        if reach == 0.0:
-            weight[0] = 1.0
-        else:
-            for i in range(n):
-                place[i], weight[i] = points[i], masses[i] / total
+    place[:], weight[:] = centre, 0.0
+    x = points - centre
+    reach = np.max(np.abs(x))
+    if reach == 0.0:
+        weight[0] = 1.0
         return
-    x = (points - centre) / reach
+    if n <= k_max:
+        place[:n], weight[:n] = points, masses / total
+        return
+    x /= reach
     vectors = np.zeros((k_max + 1, n))
-    for i in range(n):
-        vectors[0, i] = np.sqrt(masses[i] / total)
+    vectors[0] = np.sqrt(masses / total)
     jacobi, size = np.zeros((k_max, k_max)), k_max
     for k in range(k_max):
         v = x * vectors[k]
@@ -51,10 +45,8 @@ def gauss_nodes(points, masses, place, weight):  # type: ignore[no-untyped-def]
             size = k + 1
             break
         jacobi[k + 1, k] = jacobi[k, k + 1] = norm
-        for i in range(n):
-            vectors[k + 1, i] = v[i] / norm
+        vectors[k + 1] = v / norm
     values, directions = np.linalg.eigh(jacobi[:size, :size].copy())
-    place[:], weight[:] = centre, 0.0
     place[:size] += reach * values
     weight[:size] = directions[0] ** 2
 

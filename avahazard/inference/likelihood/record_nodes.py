@@ -1,14 +1,10 @@
 """What a record says of friction, as nodes: p(record | μ), chances of leaving and of being seen.
 
-Across a jump of F, or to the end of the profile, records are taken as spread evenly: real terrain
-and real avalanches have no such gaps. A stop that is looked up (`physics.runout_curve`) never lies
-within a jump. Without a profile L = H/μ exactly, from H/L = 0.001 of a slide on the sea floor on.
-
-A declared detection limit is of places: a stop above it is undetected, wherever its record would
-have put it. So it is an edge of friction: of the record's likelihood the part below the edge
-counts, over the chance to be below it (`hidden_from`). Were the chance taken of records instead,
-records above the limit would be impossible in part, and friction be driven up without end. A limit
-that is estimated lies at the highest record or above, and is one of records (`edges_of_sight`).
+Across a jump of F, or to the end of the profile, records are taken as spread evenly. Without a
+profile L = H/μ exactly, from H/L = 0.001 of a slide on the sea floor on. A declared detection limit
+is of places, and so an edge of friction (`hidden_from`): were the chance taken of records instead,
+those above the limit would be impossible in part, and friction be driven up without end. A limit
+that is estimated is one of records (`edges_of_sight`). See docs/theory/likelihood.md.
 """
 
 from __future__ import annotations
@@ -69,10 +65,7 @@ def record_density_nodes(  # type: ignore[no-untyped-def]
 def _density_points(  # type: ignore[no-untyped-def]
     record, left, observed, sigma, log_speed, grid, hidden_from, observed_left, finest, tail
 ):
-    """Points of p(record | μ), none where it is zero everywhere, their masses, and the log of all.
-
-    Masses are shares of the largest; `tail` as in `record_density_nodes`.
-    """
+    """Points of p(record | μ), their masses as shares of the largest, and the log of all."""
     most = (int(np.ceil(2.0 * REACH / PIECE)) + 2) * len(grid)
     points, logs = np.empty(most), np.empty(most)
     if observed_left:
@@ -85,12 +78,8 @@ def _density_points(  # type: ignore[no-untyped-def]
     if count == 0:
         return points[:0], logs[:0], 0.0
     top = np.max(logs[:count])
-    kept = 0
-    for c in range(count):
-        if logs[c] > top - DEPTH:
-            points[kept], logs[kept] = points[c], logs[c]
-            kept += 1
-    masses = np.exp(logs[:kept] - top)
+    within = np.flatnonzero(logs[:count] > top - DEPTH)
+    masses = np.exp(logs[within] - top)
     log_total = top + np.log(np.sum(masses))
     for side in range(2):
         j = -side
@@ -101,7 +90,7 @@ def _density_points(  # type: ignore[no-untyped-def]
             log_end -= 0.5 * ((record[j] - observed) / sigma) ** 2 + np.log(sigma) + HALF_LOG_2PI
         share = np.exp(log_end - log_total)
         tail[side] = share if share > LEAST_TAIL else 0.0
-    return points[:kept], masses, log_total
+    return points[within], masses, log_total
 
 
 @kernel(inner=True)
@@ -253,10 +242,8 @@ def _highest_seen(
 ) -> float:
     """The highest friction at which a stop is seen; inf where that is the highest of the grid.
 
-    Seen is what stops below the limit, and all that goes further than such a stop: what runs up
-    the other side of a valley is no short runout. Between two frictions stops are spread evenly,
-    but for a `discontinuous` cell, in each half of which its end holds, as where stops are looked
-    up.
+    Seen is what stops below the limit, and all that goes further. Between two frictions stops are
+    spread evenly, but for a `discontinuous` cell, in each half of which its end holds.
     """
     seen = np.flatnonzero(left | (elevation <= limit))
     if not len(seen):

@@ -1,14 +1,10 @@
 """Values at any place on a few axes, from those at the points of a star.
 
-A star has a centre, more points along each axis (its arms), and two for each pair of axes: cost and
-memory grow with the number of axes, not with a product of grids. Where that is not enough, points
-`beside` the arms say by how much it is off there; about them this is kriged (a Gaussian process of
-exponential covariance, none on the arms), which does not overshoot. Along an arm values are cubics
-that do not overshoot: at a point from which no friction reaches a record its log mass is lower by
-nats or hundreds, and a plain cubic through it rises far above the points between which it is asked.
-So of the two bends (second differences) that make a cubic of a line, neither counts as more than
-`MOST_BENT` times the other; and between two points the cubic leaves their range only where the
-points beside them say that it turns there.
+A star has a centre, more points along each axis (its arms), two for each pair of axes, and perhaps
+points `beside` the arms; how it interpolates is in docs/theory/likelihood.md, "Stars". Of the two
+bends (second differences) that make a cubic of a line, neither counts as more than `MOST_BENT`
+times the other; between two points the cubic leaves their range only where the points beside them
+say that it turns there.
 """
 
 from __future__ import annotations

@@ -277,19 +277,10 @@ def _add_to_sums(nodes, i, location, scatter, student, slopes, memory, part):  #
         if tail[0] > 0.0 or tail[1] > 0.0:
             edges = nodes.tail_place[i]
             _add_edges(edges, tail, True, location, scatter, student, slopes, part)
-        if student or _largest(part) >= UNDERFLOW:
+        if student or np.max(part[:, 0]) >= UNDERFLOW:
             break
         lift = _lift(place, weight, location, scatter)
     return lift
-
-
-@kernel(inner=True)
-def _largest(part):  # type: ignore[no-untyped-def]
-    """The largest value of all volumes."""
-    largest = part[0, 0]
-    for q in range(len(part)):
-        largest = max(largest, part[q, 0])
-    return largest
 
 
 @kernel(inner=True)

@@ -1,11 +1,8 @@
 """What measured speeds say about friction, between the frictions of the tables.
 
-Errors are those of squares of speed, since work adds up to these: u² is that of the block plus r
-(`SpeedRecord`) with standard deviations in proportion to `scatter`, that of friction along the
-track. A measured speed u + e of error σ gives u² by (u + e)² - σ², with variance 4 u² σ² + 2 σ⁴.
-The u in it is the mean of the measured speed and those beside it: by its own error alone, what was
-measured too low would weigh too much. Between two frictions u² is nearly linear in μ (exactly so
-where nothing but the drive depends on it), unlike u near the stop.
+Errors are those of squares of speed (docs/theory/likelihood.md, "Speeds"). The u in the variance 4
+u² σ² + 2 σ⁴ is the mean of the measured speed and those beside it: by its own error alone, what was
+measured too low would weigh too much. Between two frictions u² is nearly linear in μ.
 """
 
 from __future__ import annotations
@@ -24,6 +21,7 @@ from avahazard.inference.likelihood.record_nodes import (
     hidden_from,
     record_density_nodes,
 )
+from avahazard.inference.model.friction_model import HALF_LOG_2PI
 from avahazard.inference.model.observations import LEFT, Observations, SpeedRecord
 from avahazard.kernels import kernel
 from avahazard.physics.block import LEFT_PROFILE
@@ -55,16 +53,9 @@ def whitening(speed, sigma, spread, scatter):  # type: ignore[no-untyped-def]
     squares of these and the constant. `spread` as in `SpeedRecord`.
     """
     square, error = squared(speed, sigma)
-    k = len(speed)
-    covariance = np.empty((k, k))
-    for a in range(k):
-        for b in range(k):
-            covariance[a, b] = scatter * scatter * spread[a, b]
-        covariance[a, a] += error[a] * error[a]
+    covariance = scatter * scatter * spread + np.diag(error * error)
     whiten = np.linalg.inv(np.linalg.cholesky(covariance))
-    constant = 0.5 * k * np.log(2.0 * np.pi)
-    for a in range(k):
-        constant -= np.log(whiten[a, a] * error[a] / sigma[a])
+    constant = HALF_LOG_2PI * len(speed) - np.sum(np.log(np.diag(whiten) * error / sigma))
     return square, whiten, constant
 
 
@@ -72,19 +63,8 @@ def whitening(speed, sigma, spread, scatter):  # type: ignore[no-untyped-def]
 def speed_log_density(predicted, errors):  # type: ignore[no-untyped-def]
     """Log density of one track's speeds for each row of u² `predicted` `[n_friction, n_speeds]`."""
     measured, whiten, constant = errors
-    k = len(measured)
-    result = np.empty(len(predicted))
-    misfit = np.empty(k)
-    for j in range(len(predicted)):
-        total = 0.0
-        for a in range(k):
-            misfit[a] = measured[a] - predicted[j, a]
-            z = 0.0
-            for b in range(a + 1):
-                z += whiten[a, b] * misfit[b]
-            total += z * z
-        result[j] = -0.5 * total - constant
-    return result
+    z = (measured - predicted) @ whiten.T
+    return -0.5 * np.sum(z * z, axis=1) - constant
 
 
 def drawn_speeds(
@@ -92,9 +72,8 @@ def drawn_speeds(
 ) -> Floats:
     """Measured speeds (m/s) of avalanches whose block has these squares `[n_speeds, n_draws]`.
 
-    What came as far as a place was moving there. So where the block moves (everywhere, for one that
-    is known to arrive at its stop), r is drawn again until the avalanche moves; if it does so in
-    none of `MAX_REDRAWS`, the least impossible one counts.
+    Where the block moves (everywhere, for one that `arrives` at its stop), r is drawn again until
+    the avalanche moves; if it does so in none of `MAX_REDRAWS`, the least impossible one counts.
     """
     moving = (square > 0.0) | (arrives & (track.share < 1.0))[:, None]
     root = scatter * track.root

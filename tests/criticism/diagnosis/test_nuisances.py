@@ -20,6 +20,7 @@ from avahazard.inference.likelihood.assemble import with_effects
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.sampling import calibrate_model
+from avahazard.notes import Note
 from avahazard.records.collection import Records
 from avahazard.report.language import language_of
 from avahazard.synth.making import make_dataset
@@ -97,23 +98,22 @@ def _model(given: Observations, *effects: str) -> FittedModel:
 def test_the_evidence_for_paths_is_about_that_of_the_full_fits(seed: int, strength: float) -> None:
     given = _world(seed, strength)
     calibrated = _model(given)
-    found = paths_differ(calibrated)
+    found = paths_differ(calibrated, "m")
     assert found is not None
     base = refit(given, Specification(), {})
-    full = refit(given, base.specification, base.facts, (found.effect,), (), base)
+    full = refit(given, base.specification, base.facts, ("path-effect",), (), base)
     expected = full.evidence - base.evidence
-    assert expected - 2.5 < found.evidence < expected + 0.8
-    assert (found.evidence > WORTH_A_NOTE) == (strength > 0.0)
-    assert found.lacking is None
+    assert expected - 2.5 < found.values["nats"] < expected + 0.8
+    assert (found.values["nats"] > WORTH_A_NOTE) == (strength > 0.0)
+    assert found.values["remedy"] == Note("add_effect", model="m", effect="path-effect")
     result = calibration_result(calibrated, "m", Records(), seed=0)
     if strength:
-        assert found.sd == pytest.approx(0.15, rel=0.7)
-        assert f"paths differ by a standard deviation of {found.sd:.2f}" in result.notes[0]
-        assert "path-effect" in result.notes[0]
+        assert found.values["sd"] == pytest.approx(0.15, rel=0.7)
+        assert result.notes[0] == found
     else:
         assert not any("paths differ" in note for note in result.notes)
 
 
 def test_a_model_with_a_path_effect_has_no_note() -> None:
     given = _world(1, 1.0)
-    assert paths_differ(_model(given, "path-effect")) is None
+    assert paths_differ(_model(given, "path-effect"), "m") is None

@@ -13,6 +13,7 @@ from scipy.stats import chi2
 from avahazard.inference.fitting import star
 from avahazard.inference.fitting.arms import REACH, arms_about
 from avahazard.inference.fitting.mode import (
+    Mode,
     errors_at,
     find_mode,
     held_ascent,
@@ -53,8 +54,8 @@ def _moved(model: Posterior, u: np.ndarray, axis: int, by: float) -> np.ndarray:
 
 def test_the_mode_of_exact_tables_is_a_top_of_the_exact_density() -> None:
     model = _model("turbulent-drag")
-    u, covariance, top = gauss_newton(model, search_mode(model)[1].u + 0.1)
-    sd = np.sqrt(np.diag(covariance))
+    peak = gauss_newton(model, search_mode(model)[1].u + 0.1)
+    u, top, sd = peak.u, peak.log_density, np.sqrt(np.diag(peak.covariance))
     for axis in range(len(u)):
         for side in (-0.3, 0.3):
             v = _moved(model, u, axis, side * sd[axis])
@@ -67,7 +68,7 @@ def test_the_spread_of_a_peak_is_that_by_which_the_density_falls(promised: float
     peak = gauss_newton(model, near(model))
     axes = [k for k, slot in enumerate(model.layout.slots) if slot.arm]
     scores = scores_at(model, peak.u, np.diag(np.sqrt(np.diag(peak.covariance))))
-    found = surveyed_peak(model, peak._replace(covariance=promised * peak.covariance), scores)
+    found = surveyed_peak(model, replace(peak, covariance=promised * peak.covariance), scores)
     share = np.sqrt(np.diag(found.covariance) / np.diag(peak.covariance))[axes]
     assert np.all((share > 0.6) & (share < 1.6))
     assert found.log_density == pytest.approx(peak.log_density, abs=0.2)
@@ -78,7 +79,7 @@ def test_a_survey_goes_to_the_best_place_that_it_sees() -> None:
     peak = gauss_newton(model, near(model))
     axis = model.layout.places["turbulent-drag"].start
     away = _moved(model, peak.u, axis, 3.0 * np.sqrt(peak.covariance[axis, axis]))
-    start = peak._replace(u=away, log_density=model.pinned(away).log_density(away))
+    start = replace(peak, u=away, log_density=model.pinned(away).log_density(away))
     scores = scores_at(model, away, np.diag(np.sqrt(np.diag(peak.covariance))))
     assert surveyed_peak(model, start, scores).log_density > start.log_density + 0.2
 
@@ -113,7 +114,7 @@ def test_a_survey_finds_a_ridge_that_small_steps_hide() -> None:
     scores = scores_at(model, u, 0.003 * np.eye(2))
     narrow = np.linalg.inv(scores.T @ scores + 1e-4 * np.eye(2))
     assert np.sqrt(np.max(np.diag(narrow))) < 0.15 * along  # that the steps hide it
-    start = star.Peak(u, narrow, model.log_density(u))
+    start = Mode(u, model.log_density(u), narrow)
     found = surveyed_peak(model, start, scores)
     assert found.log_density > start.log_density + 2.0
     assert 0.5 < np.sqrt(np.linalg.eigvalsh(found.covariance)[-1]) / along < 2.0
