@@ -314,7 +314,7 @@ def compare(
     """
 
 
-ALONE = 0.05
+ALONE, NEAR = 0.05, 0.1
 CANDIDATES_SHOWN = 8
 
 
@@ -346,7 +346,7 @@ def show_diagnosis(found: Diagnosis) -> Iterator[Shown]:
 
 def _nearest(best: Candidate, n_tried: int) -> Iterator[Shown]:
     """A candidate that would count had it been the only question."""
-    if best.p_value_alone < ALONE and best.p_value > LEVEL:
+    if best.p_value_alone < ALONE and LEVEL < best.p_value < NEAR:
         alone = "< 0.001" if best.p_value_alone < 0.001 else f"= {best.p_value_alone:.3f}"
         yield Whole(
             f"{best.effect} comes nearest: p {alone} by itself, "

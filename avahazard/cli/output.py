@@ -235,9 +235,15 @@ def _show_table(console: Console, found: report_tables.Table) -> None:
 
 
 class AtMarks(TextWrapper):
-    """Breaks at blanks, and after a mark between letters, as in base+path-effect+force:slope."""
+    """Breaks at blanks, and after a mark between letters, as in base+path-effect+snow_type.wet."""
 
-    wordsep_re = re.compile(r"(\s+|\S*?[^\W\d_][-+:*](?=[^\W\d_]))")
+    wordsep_re = re.compile(r"(\s+|\S*?[^\W\d_][-+:*.](?=[^\W\d_]))")
+
+
+class AtAnyMarks(TextWrapper):
+    """Breaks within names too, as in snow_type."""
+
+    wordsep_re = re.compile(r"(\s+|\S*?[^\W_][-+:*._](?=[^\W\d_]))")
 
 
 class BrokenText(Text):
@@ -246,6 +252,8 @@ class BrokenText(Text):
     def wrap(self, console: Console, width: int, **options: Any) -> Lines:
         """Return the lines of the cell, at most `width` wide."""
         lines = AtMarks(max(width, 1), break_long_words=False).wrap(self.plain)
+        if max(map(len, lines), default=0) > width:
+            lines = AtAnyMarks(max(width, 1), break_long_words=False).wrap(self.plain)
         return Text("\n".join(lines)).wrap(console, width, **options)
 
 

@@ -56,20 +56,26 @@ def offsets_of(model: Calibration) -> dict[str, ParameterSummary]:
 def parameters_table(model: Calibration, *, offsets: bool = True) -> Table:
     """The posterior of the parameters; `offsets`: with those of the paths."""
 
-    def of(key: str) -> Callable[[Any], str]:
-        return lambda p: as_sure_as(p[1].sd, getattr(p[1], key))
+    def of(key: str) -> Callable[[Any], str | None]:
+        # What is fixed has no spread.
+        return lambda p: as_sure_as(p[1].sd, getattr(p[1], key)) if p[1].sd else None
 
     columns = (
         (say("parameter"), lambda p: p[0]),
-        (">" + say("mean"), of("mean")),
+        (">" + say("mean"), lambda p: as_sure_as(p[1].sd, p[1].mean)),
         (">" + say("± sd"), of("sd")),
         (">5 %", of("q05")),
         (">95 %", of("q95")),
         (">" + say("mode"), of("mode")),
         (say("unit"), lambda p: unit_text(p[1].unit) or None),
     )
+    from avahazard.effects.groups import PATH  # noqa: PLC0415 (slow)
+
     hidden = () if offsets else {id(found) for found in offsets_of(model).values()}
     rows = [p for p in model.parameters.items() if id(p[1]) not in hidden]
+    # Others keep their places.
+    of_paths = iter(sorted((p for p in rows if p[0].startswith(PATH)), key=lambda p: p[0]))
+    rows = [next(of_paths) if p[0].startswith(PATH) else p for p in rows]
     return made("parameters", say("Parameters"), columns, rows)
 
 
@@ -279,10 +285,13 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
             say("evidence: the log marginal likelihood it adds; it ranks the effects in the lead.")
         )
     for c in diagnosis.candidates:
-        if c.effect in named and c.confounded_with:
-            effect, others = spoken().effect(c.effect), spoken().effects(c.confounded_with)
+        # A pair that holds the effect's own column is no other.
+        column = c.effect.partition(":")[2]
+        others = [k for k in c.confounded_with if column not in k.partition(":")[2].split("*")]
+        if c.effect in named and others:
+            effect, names = spoken().effect(c.effect), spoken().effects(others)
             legends.append(
-                say("{effect} is confounded with {others}.", effect=effect, others=others)
+                say("{effect} is confounded with {others}.", effect=effect, others=names)
             )
 
     def stands(c: Candidate) -> bool:
