@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from avahazard.arrays import Bools, Floats
+from avahazard.arrays import Floats
 from avahazard.inference.fitted_model import FittedModel, table_groups
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
@@ -80,8 +80,11 @@ def predict_stops(
         for some in np.array_split(group, -(-len(group) // DRAWS_AT_ONCE)):
             found = look_up(tables, friction[:, some])
             record[:, some], x[:, some], elevation[:, some], left[:, some] = found
-        if release_off:
-            left[:, group] = left_by_chance(tables, friction[:, group], left[:, group], rng)
+        unsure = tables.leaving_sigma > 0.0
+        if release_off and unsure.any():
+            off = tables.leaving_sigma[:, None] * rng.standard_normal((n, len(group)))
+            by_chance = look_up(tables, friction[:, group] * np.exp(off))[3]
+            left[:, group] = np.where(unsure[:, None], by_chance, left[:, group])
     # One column stands for all where no parameter shapes the tables.
     whole = np.broadcast_to(sigma, friction.shape) if len(groups) == 1 else sigma[:, of_group]
     return PredictedStops(record, x, elevation, left, friction, whole)
@@ -105,17 +108,6 @@ def group_shift(model: FittedModel, u: Floats, draw: int, rng: np.random.Generat
     new = model.posterior.layout.spread_values(u)[plan.of] * rng.standard_normal(len(plan.of))
     known = [offsets[n][draw] if n in offsets else new[k] for k, n in enumerate(plan.names)]
     return plan.shift(np.array(known, np.float64))
-
-
-def left_by_chance(
-    tables: Predicted, friction: Floats, left: Bools, rng: np.random.Generator
-) -> Bools:
-    """Whether blocks leave `[n_events, n_draws]` whose releases are off by their stated errors."""
-    unsure = tables.leaving_sigma > 0.0
-    if not np.any(unsure):
-        return left
-    off = tables.leaving_sigma[:, None] * rng.standard_normal(friction.shape)
-    return np.where(unsure[:, None], look_up(tables, friction * np.exp(off))[3], left)
 
 
 def look_up(
@@ -222,12 +214,10 @@ MOST_OFF = 0.9
 def ground_error(model: FittedModel, friction: Floats | None = None) -> Floats:
     """Standard deviation `[n_events]` (m, in each record's coordinate) of the predicted stop.
 
-    Along the path a block spends μ g dx and gains g dy, so what counts is how far the heights of
-    its release and of its stop are off, s₀ and s₁: it stops where one with a friction off by √(s₀²
-    + s₁²) / L does, L its reach (Ancey 2005, § 2: μ = H / L without curvature). An elevation is off
-    by s₁ besides, as the stop lies on other ground. Every event keeps its `friction` `[n_events]`,
-    by default the posterior median for its volume. A runout beyond the profile counts as at its
-    end. Zero without a profile, or where the ground is a polynomial of points without error.
+    By the errors of the profile's heights (docs/theory/criticism.md, "The error budget"). Every
+    event keeps its `friction` `[n_events]`, by default the posterior median for its volume. A
+    runout beyond the profile counts as at its end. Zero without a profile, or where the ground is a
+    polynomial of points without error.
     """
     observations, posterior = model.observations, model.posterior
     if friction is None:
@@ -312,10 +302,10 @@ def extrapolation(
 
 
 def drawn_frictions(model: FittedModel, path_id: str | None, volume_m3: float) -> Floats:
-    """Draws of friction `[n_draws]` of a volume on a path (None: of none).
+    """Draws of friction `[n_draws]` of a volume on a path (None: of none), with scatter and offset.
 
-    From the posterior, with its scatter and the path's offset; of its middle alone where the stop
-    scatters, not friction. Effects that look at columns of the event are at their reference.
+    Of its middle alone where the stop scatters, not friction. Effects that look at columns of the
+    event are at their reference.
     """
     friction, u = model.friction, model.draws
     location, scatter = friction.location_and_scatter(u, np.array([[volume_m3]]))

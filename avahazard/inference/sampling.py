@@ -170,12 +170,11 @@ def sample(
 ) -> FittedModel:
     """Draw from the posterior with several chains from dispersed starts.
 
-    Where the chains have not converged, what they found so far reshapes the proposals and they run
-    on, twice as long each time, `MAX_ROUNDS` times at most; only the last round is kept. Of fewer
-    draws than `ESS_LIMIT` in all, which never pass, there is one round. The model that is returned
-    has the posterior that was sampled, on a star fit to it. Where no star holds, tables are made on
-    the spot for each step, and the star is one about the draws. `start` `[n_slots]` is where the
-    mode is sought from; `progress` receives the share done. Equal seeds give equal draws.
+    Chains that have not converged run on, twice as long each time, `MAX_ROUNDS` times at most; only
+    the last round is kept. Of fewer draws than `ESS_LIMIT` in all, which never pass, there is one
+    round. The model has the posterior on a star fit to it; where no star holds, tables are made for
+    each step, and the star is one about the draws. `start` `[n_slots]` is where the mode is sought
+    from; `progress` receives the share done. Equal seeds give equal draws.
     """
     fine, mode = search_mode(posterior, start)
     # Short walks show where a star falls short: a long one on such a star would be in vain.

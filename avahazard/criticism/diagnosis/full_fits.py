@@ -115,9 +115,8 @@ def fitted_in_full(
     """The candidates that stand out, fitted (but those `known`), and the screening with p-values.
 
     Without those that gain too little to have evidence. `alone` are candidates that no screening
-    can try, tested by themselves; `expected` the keys of those that were declared beforehand. These
-    are a family of their own, with two thirds of the level; the others have the rest of it, and all
-    of it once every expected one is significant (the fallback procedure, Wiens 2003).
+    can try, tested by themselves; `expected` the keys of those declared beforehand, a family of
+    their own (the fallback procedure, Wiens 2003; docs/theory/criticism.md).
     """
     observations = base.observations
     likely = likely_values(screening.candidates, observations)
@@ -367,8 +366,8 @@ shifts of these in scatters."""
 def kinds_of(model: FittedModel) -> Kinds | None:
     """The second kind of avalanche of a model: its events, and the columns that go with it.
 
-    A column goes with it by rank correlation, paths apart, at 5 in 100 for all columns together
-    (Holm). None where all avalanches are of one kind.
+    By rank correlation, paths apart, at 5 in 100 for all columns together (Holm). None where all
+    avalanches are of one kind.
     """
     kinds, columns = model.friction.kinds(np.median(model.draws, axis=0)), model.columns
     if kinds is None:

@@ -95,11 +95,9 @@ class Detectable(NamedTuple):
 
 
 def detectable(base: Refit, critical_gain: float) -> Detectable:
-    """The smallest effect that is detectable with 80 % power.
+    """The smallest effect that is detectable with 80 % power (docs/theory/criticism.md).
 
-    A shift of rms δ in log friction has, on n events of total variance s², a gain with
-    non-centrality n δ²/s²; the gain must pass `critical_gain`, and be worth `MARGIN` after the
-    price of one more parameter.
+    Its gain must pass `critical_gain`, and be worth `MARGIN` after the price of one more parameter.
     """
     observations = base.observations
     stopped = observations.kind != LEFT

@@ -133,10 +133,9 @@ def _best(posterior: Posterior, u: Floats) -> float:
 def paths_differ(model: FittedModel, name: str) -> Note | None:
     """The note on a spread between paths that `model` does not have, with its evidence (nats).
 
-    None where it has one, where there is one path, or for the paper's methods. The evidence is
-    ∫ L(τ) p(τ) dτ / L(0), where L is the likelihood with the scatter at its best for each τ and
-    the law as calibrated; offsets of paths are integrated out. The law held, it is a little less
-    (by a nat or two) than that of the model fitted with its path effect, and takes half a second.
+    None where it has one, where there is one path, or for the paper's methods. The evidence is ∫
+    L(τ) p(τ) dτ / L(0), L with the scatter at its best for each τ and the law as calibrated: a nat
+    or two less than that of the model fitted with its path effect.
     """
     columns = model.observations.columns
     n_paths = len(np.unique(columns.path_index[columns.path_index >= 0]))

@@ -97,10 +97,10 @@ def _evidence_with(
 
 
 def stand_in_for_volume(columns: EventColumns, definition: Definition) -> Floats | None:
-    """The column `[n_events]` of an effect that goes by one which goes with the recorded volumes.
+    """The column `[n_events]`, or its log, of an effect by one that goes with the recorded volumes.
 
-    Its log where it is positive. None for the volume itself, and where chance would make as much
-    of it, within paths, in one of a hundred cases.
+    None for the volume itself, and where chance would make as much of it, within paths, in one of a
+    hundred cases.
     """
     name = definition.column or definition.reads
     values = None if name is None or name == VOLUME else number_column(columns, name)
@@ -126,11 +126,9 @@ def groups_by_misstated_volumes(question: Question, groups: str) -> str | None:
 
 def _errors_of_volumes(question: Question) -> str | None:
     """The candidate that scales the errors of the volumes, if there is one."""
-    for candidate in question.screening.candidates:
-        effect = effect_on(candidate.definition, question.base.observations)
-        if isinstance(effect, VolumeErrorEffect):
-            return candidate.key
-    return None
+    on, candidates = question.base.observations, question.screening.candidates
+    scales = (c for c in candidates if isinstance(effect_on(c.definition, on), VolumeErrorEffect))
+    return next((candidate.key for candidate in scales), None)
 
 
 def by_undetected_stops(question: Question, leader: str) -> str | None:
@@ -212,11 +210,7 @@ def suspects(base: Refit) -> tuple[str, ...]:
 
 
 def impossible_stops(base: Refit) -> tuple[str, ...]:
-    """Events recorded within a jump of F(μ), over `MOST_ERRORS` errors from both of its ends.
-
-    A block stops where it slows down at rest, that is where tan θ < μ; on steeper ground it is
-    caught or passes, whatever its friction. Such a record indicates something that a block lacks.
-    """
+    """Events recorded within a jump of F(μ), over `MOST_ERRORS` errors from both of its ends."""
     observations, table = base.observations, base.posterior.nodes.predicted_at(base.mode.u)
     found = []
     for i in np.flatnonzero(np.isin(observations.kind, (ELEVATION, PLACE))):

@@ -169,7 +169,9 @@ class LinearModel:
             rows = self.bounded(self.with_rest(rows, before, after, step))
             columns[:, moved] = rows[:, None]
         if paths:
-            columns *= self._on_path(paths)
+            data = self.posterior.observations.columns
+            index = [data.paths.index(p) if p in data.paths else -2 for p in paths]
+            columns *= data.path_index[self._event, None] == np.array(index)
         return columns
 
     @property
@@ -186,12 +188,6 @@ class LinearModel:
             if np.any(some := alike & (size > 0.0)):
                 share[some] = np.minimum(1.0, MOST_TIMES * np.median(size[some]) / size[some])
         return np.asarray(rows * share[self._event])
-
-    def _on_path(self, paths: Sequence[str]) -> NDArray[np.bool_]:
-        """Whether each row is of an event on each of these paths, `[n_rows, n]`."""
-        columns = self.posterior.observations.columns
-        index = [columns.paths.index(p) if p in columns.paths else -2 for p in paths]
-        return np.asarray(columns.path_index[self._event, None] == np.array(index))
 
     def beside(
         self, effect: Effect | None = None, specification: Specification | None = None
@@ -305,18 +301,14 @@ class LinearModel:
         own, precision = self.own
         n = len(precision) - but_last
         own = own[:, :n]
-        both = self._weighed(np.column_stack([own, columns]))
+        both = np.column_stack([own, columns])
+        members, tau = self.members
+        if len(tau):
+            inner = csc_matrix(members.T @ members + diags(tau**-2.0))
+            both -= members @ splu(inner).solve(np.ascontiguousarray(members.T @ both))
         bend = own.T @ both[:, :n] + np.diag(precision[:n] + 1e-9)
         taken = np.linalg.solve(bend, both[:, :n].T @ columns)
         return np.asarray(both[:, n:] - both[:, :n] @ taken)
-
-    def _weighed(self, columns: Floats) -> Floats:
-        members, tau = self.members
-        if not len(tau):
-            return columns
-        inner = csc_matrix(members.T @ members + diags(tau**-2.0))
-        pulled = np.ascontiguousarray(members.T @ columns)
-        return np.asarray(columns - members @ splu(inner).solve(pulled))
 
     def by_chance(self, n: int, rng: np.random.Generator) -> Floats:
         """Rows `[n_rows, n]` as they are where nothing is missing."""

@@ -357,7 +357,9 @@ def _of_effect(effect: Effect, model: LinearModel) -> Iterator[Block]:
     on_friction = isinstance(effect, FrictionEffect)
     neutral = effect.neutral
     whole = model.of_effect(effect, neutral)
-    if not others or _acts_alone(effect, whole):
+    # Parameters after the first may act without it: `whole` is the change at nearly none of it.
+    size = np.max(np.abs(whole), axis=0) * [p.prior_sd for p in effect.parameters]
+    if not others or np.max(size[1:]) > SHAPES * size[0]:
         yield Block(effect.key, whole, precision, neutral, 0 if others else side, on_friction)
         return
     for corner in product(*(np.linspace(p.low, p.high, OTHER_POINTS) for p in others)):
@@ -365,12 +367,3 @@ def _of_effect(effect: Effect, model: LinearModel) -> Iterator[Block]:
         yield Block(
             effect.key, model.of_effect(effect, values, of_first=True), precision[:1], values, side
         )
-
-
-def _acts_alone(effect: Effect, rows: Floats) -> bool:
-    """Whether parameters after the first act without it; one that shapes the first does not.
-
-    `rows` `[n_rows, n_parameters]` are the changes by each, at nearly nothing of the first.
-    """
-    size = np.max(np.abs(rows), axis=0) * [p.prior_sd for p in effect.parameters]
-    return bool(np.max(size[1:]) > SHAPES * size[0])

@@ -32,10 +32,9 @@ def arms_about(posterior: Posterior, u: Floats, size: Floats, points: Ints) -> A
     """The arms of a star about u, of these numbers of `points` `[n_axes]`.
 
     They are as long as `size` `[n_axes, n_axes]`, the square of the reach times a covariance, and
-    turn with it: coordinates that go together move the tables little where they move together.
-    Those that lean against an end of their range are moved by their own arms alone, and so are
-    those that can be anything (`_free_together`): these have all that they can be, with points
-    beside the arms (`_all_over`).
+    turn with it. Those that lean against an end of their range are moved by their own arms alone,
+    and so are those that can be anything (`_free_together`): these have all that they can be, with
+    points beside the arms (`_all_over`).
     """
     axes, slots = axes_of(posterior), posterior.layout.slots
     low, high = posterior.layout.ranges[:, axes]

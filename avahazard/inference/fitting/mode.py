@@ -129,9 +129,8 @@ def ascent(
     """The best coordinates from u on with only the slots `free` moving, and the cost there.
 
     The cost is minus the log density; an iteration that gains less than `least` nats is the last.
-    What shapes tables moves along the arms of the star;
-    gradients are exact by the slots `Posterior.sloped`, and differences over `GRADIENT_STEP` of
-    `units` by the others, forwards but at an upper bound.
+    What shapes tables moves along the arms of the star; gradients are exact by the slots
+    `Posterior.sloped`, else differences over `GRADIENT_STEP` of `units`.
     """
     layout = posterior.layout
     unit, (low, high) = units(posterior), layout.arm_ends

@@ -112,11 +112,11 @@ def starred(posterior: Posterior, peak: Mode) -> tuple[Posterior, Mode]:
 
 
 def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) -> Mode:
-    """The mode by exact tables from u on: Gauss-Newton steps that gain `least` nats or more.
+    """The peak that is reached from u `[n_slots]`, by steps that gain `least` nats or more.
 
     Steps are stretched while they gain. Where they end, the information is held against how the
     density falls (`surveyed_peak`), after every gain once more, and from there on scores are taken
-    over wider differences. Against a bound the standard deviation is one over the density's rate.
+    over wider differences (docs/theory/likelihood.md, "Stars").
     """
     layout = posterior.layout
     others = np.setdiff1d(np.arange(len(u)), axes_of(posterior))
@@ -252,9 +252,8 @@ def _error(posterior: Posterior, u: Floats) -> float:
 def improved(fine: Posterior, draws: Floats) -> Posterior | None:
     """`fine` on a better star where its `draws` `[..., n_slots]` ask for one, else None.
 
-    It reaches on where draws gather at an end that their range does not have: the curvature at the
-    mode of a posterior that is skewed or bent says too little of how far it reaches. It gets more
-    points, and some beside its arms, where some of the draws disagree with tables made on the spot.
+    It reaches on where draws gather at an end that their range does not have, and has more points,
+    some beside its arms, where draws disagree with tables made on the spot.
     """
     if not fine.nodes.varies:
         return None

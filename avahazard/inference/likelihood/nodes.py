@@ -192,14 +192,12 @@ def wrong_ranges(observations: Observations) -> tuple[Floats, Floats]:
     """
     low, high = np.full(observations.n_events, np.nan), np.full(observations.n_events, np.nan)
     for i, kind in enumerate(observations.kind):
-        if kind == LEFT:
-            continue
         if kind == LENGTH:
             low[i], high[i] = 0.0, LONGEST_LENGTH * observations.fall_height[i]
-            continue
-        site = observations.sites[observations.columns.path_index[i]]
-        line = site.heights() if kind == ELEVATION else site.terrain_x
-        low[i], high[i] = np.min(line), np.max(line)
+        elif kind != LEFT:
+            site = observations.sites[observations.columns.path_index[i]]
+            line = site.heights() if kind == ELEVATION else site.terrain_x
+            low[i], high[i] = np.min(line), np.max(line)
     return low, high
 
 

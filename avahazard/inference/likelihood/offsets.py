@@ -154,10 +154,9 @@ def pulls_of_groups(
     """Derivatives of a likelihood of which offsets of groups are integrated out (`newton_offsets`).
 
     By location and by log scatter `[n_events, n_volumes]` of the events, and by the log of the
-    spread of each offset `[n_offsets]`; `terms_at` shifts `[n_events]` of log friction. With o the
-    mode, H the precision there and ℓ the log likelihood, the integral is ℓ - oᵀPo/2 - log|H|/2.
-    Its derivatives are those of ℓ and of log|H|, in which events count by the variance of their
-    shift; H changes with what is moved, and as o moves along.
+    spread of each offset `[n_offsets]`; `terms_at` shifts `[n_events]` of log friction. They are
+    those of ℓ and of log|H|/2 (docs/theory/likelihood.md, "All records"), in which events count by
+    the variance of their shift.
     """
     mode = offsets.mode
     shift = np.append(mode, 0.0)[index].sum(axis=0)

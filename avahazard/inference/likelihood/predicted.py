@@ -269,20 +269,15 @@ def fronts(site: Site, block: RunoutCurve, advance: Floats) -> RunoutCurve:
     status = block.status.copy()
     ahead = advance != 0.0
     if ahead.any():
-        front = _ahead(site, x[ahead], advance[ahead])
+        terrain = site.terrain
+        s = np.interp(x[ahead], terrain.x, terrain.s) + advance[ahead, None]
+        beyond = np.maximum(s - terrain.s[-1], 0.0)
+        front = np.interp(s, terrain.s, terrain.x) + beyond
         # The front may have passed the end of the profile where the block did not.
         status[ahead] = np.where(front > site.smooth.x_max, LEFT_PROFILE, status[ahead])
         x[ahead] = np.minimum(front, site.smooth.x_max)
         y[ahead] = site.smooth.height(x[ahead])
     return RunoutCurve(x, y, status)
-
-
-def _ahead(site: Site, x: Floats, distance: Floats) -> Floats:
-    """x of places `distance` metres along the path ahead of x `[n, n_friction]`."""
-    terrain = site.terrain
-    s = np.interp(x, terrain.x, terrain.s) + distance[:, None]
-    beyond = np.maximum(s - terrain.s[-1], 0.0)
-    return np.asarray(np.interp(s, terrain.s, terrain.x) + beyond)
 
 
 Key = TypeVar("Key")

@@ -1,9 +1,9 @@
 """Log likelihood of each event, and its derivatives in location and scatter of friction.
 
-They are sums over nodes of a density of friction, in loops that compile to vectors. Normal: exp x
-by x = n log 2 + r with a whole n and |r| ≤ log(2) / 2; exp r is its Taylor series to r^12, exact to
-the last digit but one, and 2^n is written into the bits of a float. Student's: with z = (ν - m) / σ
-and a shape s = 1 / (1 + z²/4) the density is STUDENT_PEAK s^(5/2) / σ.
+Sums over nodes of a density of friction, in loops that compile to vectors. Normal: exp x by x = n
+log 2 + r with a whole n and |r| ≤ log(2) / 2; exp r is its Taylor series to r^12, and 2^n is
+written into the bits of a float. Student's: with z = (ν - m) / σ and s = 1 / (1 + z²/4) the density
+is STUDENT_PEAK s^(5/2) / σ.
 """
 
 from __future__ import annotations
