@@ -174,11 +174,7 @@ def _wider(
 
 
 def held_out_gain(wider: Refit, base: Refit) -> float:
-    """What a model gains over another on held-out records (nats).
-
-    Where it has an effect on single paths, on which other paths have no information, the groups are
-    events.
-    """
+    """What a model gains over another on held-out records (nats)."""
     groups = choose_groups(base.observations, wider.posterior.effects)
     return float(np.sum(wider.held_out(groups) - base.held_out(groups)))
 

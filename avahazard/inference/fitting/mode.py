@@ -228,9 +228,8 @@ def covariance_at(posterior: Posterior, u: Floats) -> Floats:
         scores = scores_at(posterior, u, np.diag(APART * unit)) * unit
         priors = np.array([slot.sd for slot in posterior.layout.slots]) / unit
         information = scores.T @ scores + np.diag(priors**-2.0)
-        spreads = [
-            *posterior.layout.spreads.values()
-        ]  # of which the scores, given offsets, say nothing
+        # Of spreads the scores, given offsets, say nothing.
+        spreads = [*posterior.layout.spreads.values()]
         information[spreads, spreads] = np.maximum(hessian[spreads, spreads], LEAST_CURVATURE)
         if np.linalg.eigvalsh(hessian)[0] < LEAST_CURVATURE:
             hessian = information

@@ -195,24 +195,19 @@ def straight_density_nodes(height, observed, sigma, in_log, panels, place, weigh
     span = np.log(high) - np.log(low)
     count = int(min(max(np.ceil(span / STEP), FEWEST), N_POINTS))
     step = span / count
-    points, logs = np.empty(count), np.empty(count)
-    for k in range(count):
-        at = np.log(height / high) + (k + 0.5) * step
-        z = (height * np.exp(-at) - observed) / sigma
-        logs[k] = np.log(step) - 0.5 * z * z - np.log(sigma) - HALF_LOG_2PI
-        points[k] = at
-        if not in_log:
-            points[k] = np.exp(at)
-            logs[k] += at
+    points = np.log(height / high) + (np.arange(count) + 0.5) * step
+    z = (height * np.exp(-points) - observed) / sigma
+    logs = np.log(step) - 0.5 * z * z - np.log(sigma) - HALF_LOG_2PI
+    if not in_log:
+        logs += points
+        points = np.exp(points)
     top = np.max(logs)
     masses = np.exp(logs - top)
     panel_nodes(points, masses, panels, place, weight)
     log_total = top + np.log(np.sum(masses))
-    tail[:] = 0.0
-    z = observed / sigma
-    share = np.exp(-0.5 * z * z - np.log(sigma) - HALF_LOG_2PI - log_total)
-    if share > LEAST_TAIL:
-        tail[1] = share
+    at_rest = -0.5 * (observed / sigma) ** 2 - np.log(sigma) - HALF_LOG_2PI
+    share = np.exp(at_rest - log_total)
+    tail[0], tail[1] = 0.0, share if share > LEAST_TAIL else 0.0
     return log_total, points[-1]
 
 

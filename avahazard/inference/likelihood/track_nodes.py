@@ -204,24 +204,12 @@ def track_rows(observations: Observations, predicted: Predicted) -> list[TrackRo
         observed_left = bool(observations.kind[i] == LEFT)
         observed, error = float(observations.observed[i]), float(predicted.sigma[i])
         first, end = rows_left(record, left, observed_left, observed, error)
-        tracks.append(
-            TrackRows(
-                event=i,
-                speed=track.speed,
-                sigma=track.sigma,
-                spread=track.spread,
-                grid=MU[first:end],
-                record=record[first:end].copy(),
-                left=left[first:end].copy(),
-                speeds=block.speed[first:end].copy(),
-                cell=block.cell - first if block.cell >= 0 else -1,
-                at_jump=block.at_jump,
-                observed_left=observed_left,
-                observed=observed,
-                error=error,
-                unseen_from=float(unseen_from[i]),
-            )
-        )
+        some, cell = slice(first, end), block.cell - first if block.cell >= 0 else -1
+        measured = i, track.speed, track.sigma, track.spread
+        # Copies: the tables themselves are large.
+        tables = MU[some], record[some].copy(), left[some].copy(), block.speed[some].copy()
+        stop = observed_left, observed, error, float(unseen_from[i])
+        tracks.append(TrackRows(*measured, *tables, cell, block.at_jump, *stop))
     return tracks
 
 
