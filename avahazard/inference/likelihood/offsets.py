@@ -236,17 +236,12 @@ def _as_if_normal(nodes, location, scatter, in_log, keep):  # type: ignore[no-un
     n = len(location)
     g, h = np.zeros(n), np.zeros(n)
     for i in range(n):
-        if not keep[i] or nodes.is_probability[i]:
+        place, weight = nodes.place[i, : nodes.used[i]], nodes.weight[i, : nodes.used[i]]
+        total = np.sum(weight)
+        if not keep[i] or nodes.is_probability[i] or total <= 0.0:
             continue
-        total, first, second = 0.0, 0.0, 0.0
-        for k in range(nodes.used[i]):
-            total += nodes.weight[i, k]
-            first += nodes.weight[i, k] * nodes.place[i, k]
-            second += nodes.weight[i, k] * nodes.place[i, k] ** 2
-        if total <= 0.0:
-            continue
-        mean = first / total
-        m, variance = np.mean(location[i]), max(second / total - mean * mean, 0.0)
+        mean = np.sum(weight * place) / total
+        m, variance = np.mean(location[i]), np.sum(weight * (place - mean) ** 2) / total
         variance += np.mean(scatter[i]) ** 2 + np.var(location[i])
         level = 1.0 if in_log else m
         g[i] = (mean - m) * level / variance

@@ -219,7 +219,9 @@ even for that, by 0.03 % for twice it. Each costs a normal probability at every 
 def hidden_from(observations: Observations, predicted: Predicted, in_log: bool = True) -> Floats:
     """Friction `[n_events]`, or its log, from which on stops lie above the declared limit.
 
-    inf where all are seen, or no limit is declared; the lowest of the tables where none is.
+    inf where all are seen, or no limit is declared; the lowest of the tables where none is. Seen is
+    what stops below the limit, and all that goes further. Between two frictions stops are spread
+    evenly, but for a discontinuous cell, in each half of which its end holds.
     """
     edge = np.full(observations.n_events, np.inf)
     grid = np.log(MU) if in_log else MU
@@ -227,29 +229,18 @@ def hidden_from(observations: Observations, predicted: Predicted, in_log: bool =
     for i, discontinuous in zip(limited, predicted.curve[limited].discontinuous, strict=True):
         elevation = predicted.elevation[i] - predicted.raised[i]
         left = predicted.status[i] == LEFT_PROFILE
-        if np.isfinite(elevation).any():
-            edge[i] = _highest_seen(elevation, left, observations.limit[i], grid, discontinuous)
+        limit = observations.limit[i]
+        seen = np.flatnonzero(left | (elevation <= limit))
+        if not np.isfinite(elevation).any():
+            continue
+        if not len(seen):
+            edge[i] = grid[0]
+        elif (j := int(seen[-1])) < len(grid) - 1:
+            low, high = elevation[j], elevation[j + 1]
+            # The end of a profile may itself lie above the limit.
+            share = 0.5 if discontinuous[j] or low > limit else (limit - low) / (high - low)
+            edge[i] = grid[j] + share * (grid[j + 1] - grid[j])
     return edge
-
-
-def _highest_seen(
-    elevation: Floats, left: Bools, limit: float, grid: Floats, discontinuous: Bools
-) -> float:
-    """The highest friction at which a stop is seen; inf where that is the highest of the grid.
-
-    Seen is what stops below the limit, and all that goes further. Between two frictions stops are
-    spread evenly, but for a `discontinuous` cell, in each half of which its end holds.
-    """
-    seen = np.flatnonzero(left | (elevation <= limit))
-    if not len(seen):
-        return float(grid[0])
-    j = int(seen[-1])
-    if j == len(grid) - 1:
-        return float(np.inf)
-    low, high = elevation[j], elevation[j + 1]
-    # The end of a profile may itself lie above the limit.
-    share = 0.5 if discontinuous[j] or low > limit else (limit - low) / (high - low)
-    return float(grid[j] + share * (grid[j + 1] - grid[j]))
 
 
 @kernel
