@@ -327,8 +327,9 @@ def show_diagnosis(found: Diagnosis) -> Iterator[Shown]:
     candidates = model_tables.candidates_table(found)
     yield replace(candidates, shown=max(candidates.shown or 0, CANDIDATES_SHOWN))
     best = found.candidates[0] if found.candidates else None
-    if found.missing and best is not None and best.effect in found.missing:
-        yield Whole(best.physics)
+    for c in found.candidates:
+        if c.effect in found.named:
+            yield Whole(c.physics if len(found.named) == 1 else f"{c.effect}: {c.physics}")
     yield model_tables.shape_table(found)
     yield model_tables.laws_table(found)
     if found.effect_file is not None:

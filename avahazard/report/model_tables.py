@@ -260,7 +260,7 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
     not worth a fit: the next diagnosis asks about them again.
     """
     floor = 1.0 / (diagnosis.n_worlds + 1)
-    named, coordinate = set(diagnosis.missing), diagnosis.coordinate
+    named, coordinate = diagnosis.named, diagnosis.coordinate
     unit = unit_of(coordinate)
 
     def errors(c: Candidate) -> str:

@@ -168,6 +168,12 @@ class Diagnosis(Result):
     next: Note | None = field(default=None, metadata=ABSENT)
 
     @property
+    def named(self) -> tuple[str, ...]:
+        """All keys that the verdict speaks of: what is missing, and what is needed together."""
+        together = self.pairs[-1].effects if self.pairs else ()
+        return tuple(dict.fromkeys((*self.missing, *together)))
+
+    @property
     def lawful(self) -> Candidate | None:
         """The candidate of which laws were asked."""
         return next((c for c in self.candidates if c.laws), None)

@@ -143,7 +143,7 @@ def effects_figure(diagnosis: Diagnosis) -> Figure | None:
     most = max(max(row.chance_gain, row.screened_gain) for row in rows)
     floor = 1.0 / (diagnosis.n_worlds + 1)
     colors = [
-        fig.VERMILION if row.effect in diagnosis.missing
+        fig.VERMILION if row.effect in diagnosis.named
         else fig.ORANGE if row.p_value <= LEVEL
         else fig.BLUE
         for row in rows
