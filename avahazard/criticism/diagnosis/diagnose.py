@@ -253,16 +253,15 @@ def verdict_on(
             verdict, missing = "ambiguous", (*missing, *more)
     rivals = tuple(fits.values()) if missing else ()
     simple = [k for k in missing if k not in fits or definition(k).beyond < 2]
-    pair = None if simple else masked_pair(question)
-    if pair and missing and fits[missing[0]].evidence - pair[1].evidence > MARGIN:
-        pair = None
-    if pair := pair or (columns_apart(question, missing[0]) if missing and not simple else None):
+    pair = columns_apart(question, missing[0]) if missing and not simple else None
+    if pair is None and not simple:
+        pair = masked_pair(question)
+        if pair and missing and fits[missing[0]].evidence - pair[1].evidence > MARGIN:
+            pair = None
+    if pair:
         together, fit = pair
         rivals = (fit,)
-        entries = [definition(key) for key in together.effects]
-        verdict, missing = verdict_of(
-            entries[:1] if any(e.names_cause for e in entries) else entries
-        )
+        verdict, missing = verdict_of([definition(together.effects[0])])
     if group := named_group(question, rivals, groups, granted):
         return *verdict_of(map(definition, group)), None
     if len(missing) > 1 and missing[0] in fits and (together := needed_beside(question, missing)):
