@@ -136,7 +136,7 @@ def diagnose(
         of_smooth = laws.get(smooth) or found_laws(base, {smooth: fits[smooth]})[smooth]
     named_first = sorted(ranked, key=lambda c: c.key not in missing)
     of_groups = [named_as_candidate(base, group) for group in groups if group.name in missing]
-    laws = {**laws, smooth or "": of_smooth}
+    laws = {**laws, smooth: of_smooth} if smooth else laws
     tried = [*of_groups, *candidates(question, named_first, evidence, naming, laws)]
     fitted_laws = Rows(found.law for found in of_smooth)
     fits = {c.key: fits[c.key] for c in named_first}
@@ -252,13 +252,7 @@ def verdict_on(
         if more := tuple(key for key in faults if key not in missing):
             verdict, missing = "ambiguous", (*missing, *more)
     rivals = tuple(fits.values()) if missing else ()
-    simple = [k for k in missing if k not in fits or definition(k).beyond < 2]
-    pair = columns_apart(question, missing[0]) if missing and not simple else None
-    if pair is None and not simple:
-        pair = masked_pair(question)
-        if pair and missing and fits[missing[0]].evidence - pair[1].evidence > MARGIN:
-            pair = None
-    if pair:
+    if pair := best_pair(question, missing):
         together, fit = pair
         rivals = (fit,)
         verdict, missing = verdict_of([definition(together.effects[0])])
@@ -384,6 +378,22 @@ def needed_beside(question: Question, keys: Sequence[str]) -> Pair | None:
         fit = wider
     p_value = max(c.p_family for c in question.screening.candidates if c.key in keys)
     return _together(tuple(keys), fit, base, singles, p_value)
+
+
+def best_pair(question: Question, missing: Sequence[str]) -> tuple[Pair, Refit] | None:
+    """The two effects that explain more together than those named so far, and the fit of both.
+
+    None where any of these is simpler than a pair of columns.
+    """
+    fits = question.fits
+    if any(key not in fits or question.base.definition(key).beyond < 2 for key in missing):
+        return None
+    if missing and (apart := columns_apart(question, missing[0])):
+        return apart
+    pair = masked_pair(question)
+    if pair and missing and fits[missing[0]].evidence - pair[1].evidence > MARGIN:
+        return None
+    return pair
 
 
 def masked_pair(question: Question) -> tuple[Pair, Refit] | None:
