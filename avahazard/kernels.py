@@ -6,8 +6,6 @@ module are cached in a folder whose name holds a hash of all that their code is 
 compiles that module anew and those whose kernels use what it defines.
 """
 
-from __future__ import annotations
-
 import re
 import shutil
 from collections.abc import Callable, Iterator

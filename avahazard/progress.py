@@ -1,7 +1,5 @@
 """Progress of long computations on standard error, with the time that is left."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Iterator

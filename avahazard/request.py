@@ -3,8 +3,6 @@
 The command line, the Python API and the file of a project take their options from these classes.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import KW_ONLY, MISSING, dataclass, field, fields

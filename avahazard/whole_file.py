@@ -1,7 +1,5 @@
 """A file that is there whole or not at all, also after a power cut."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Iterator

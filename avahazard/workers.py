@@ -4,8 +4,6 @@ There is one pool. It is made when first used, and what runs in it does its own 
 that there are never more threads at work than workers.
 """
 
-from __future__ import annotations
-
 import os
 import threading
 from collections.abc import Callable, Iterable, Iterator

@@ -1,7 +1,5 @@
 """Commands on the database and on files: init, db, report, export, synth."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,5 @@
 """Commands on what is to be expected: volumes, hazard, zones, simulate, map."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import timedelta

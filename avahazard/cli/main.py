@@ -4,8 +4,6 @@ A command is a function in a file beside this one; it is loaded only when it is 
 help is there at once. To add one, add its name to COMMANDS.
 """
 
-from __future__ import annotations
-
 import ast
 import io
 import keyword

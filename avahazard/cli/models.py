@@ -3,8 +3,6 @@
 The ladder of models too, and one effect.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path

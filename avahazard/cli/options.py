@@ -1,7 +1,5 @@
 """Arguments and options of commands, made of the requests of the use cases."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable, Iterable, Iterator
 from itertools import chain

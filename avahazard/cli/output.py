@@ -1,7 +1,5 @@
 """What a command prints: one JSON document, or tables for people; all made safe for a terminal."""
 
-from __future__ import annotations
-
 import errno
 import json
 import re

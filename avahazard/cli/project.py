@@ -1,7 +1,5 @@
 """Commands that do a whole job: run, demo."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path

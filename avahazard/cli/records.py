@@ -1,7 +1,5 @@
 """Commands on records and paths: import, paths, path, runout, friction, fit, alpha-beta."""
 
-from __future__ import annotations
-
 import shlex
 from collections import Counter
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The catalogue: every effect by its key (docs/effects.md is made from it)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from importlib import import_module

@@ -1,7 +1,5 @@
 """Friction changes at a date: on one path (a dam, a forest gone), or on all."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

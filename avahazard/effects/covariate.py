@@ -4,8 +4,6 @@ Snow type, channelled and open paths, height and season have names. And with the
 law or scatter says.
 """
 
-from __future__ import annotations
-
 from functools import partial
 from itertools import product
 

@@ -1,7 +1,5 @@
 """What an effect is: a small file with its meaning, its parameters and what it acts on."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, TypeVar

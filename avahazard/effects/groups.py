@@ -4,8 +4,6 @@ Each effect has one parameter, the spread of these offsets. And two kinds of ava
 recorded: friction scatters about two places.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from datetime import date
 from functools import partial

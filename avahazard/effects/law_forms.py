@@ -4,8 +4,6 @@ A form gives the curve at states s from its change and, of some, a shape: a plac
 exponent. `low` and `high` are the ends of the states that the curve is known at.
 """
 
-from __future__ import annotations
-
 import ast
 import inspect
 import re

@@ -5,8 +5,6 @@ entrainment) are members of the families at the end: a resistance that varies sm
 state of the block, in a shape the data choose. What no name fits is found there, with its shape.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial

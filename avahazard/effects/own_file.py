@@ -4,8 +4,6 @@ The file says KEY, MEANING, NEEDS and PARAMETERS, and has exactly one of the fun
 `FORMS`. It becomes a definition with the same rights as one of the catalogue.
 """
 
-from __future__ import annotations
-
 import ast
 import inspect
 import traceback

@@ -1,7 +1,5 @@
 """Effects on the record: shifts, fronts, undetected runouts, and stated errors."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A path made ready to run: regularised, cut into cells, with its releases, cover and runs."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache

@@ -10,8 +10,6 @@ with a friction μ of each track, and j the stretches. Without speeds a place ca
 from a path whose friction is another.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial

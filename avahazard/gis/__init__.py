@@ -1,7 +1,5 @@
 """Maps: lines and terrain models in, map files out. Needs the packages of the extra `gis`."""
 
-from __future__ import annotations
-
 from importlib.util import find_spec
 
 from avahazard.records.errors import AvahazardError

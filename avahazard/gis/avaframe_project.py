@@ -4,8 +4,6 @@ A stop along a line is AIMEC's: the farthest place across from which, within `HA
 line, peak pressure exceeds `STOP_KPA`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path as FilePath
 from typing import NamedTuple

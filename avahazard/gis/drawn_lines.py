@@ -1,7 +1,5 @@
 """Files of lines, one line a path, made into rows of paths and profiles on a terrain model."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path as FilePath

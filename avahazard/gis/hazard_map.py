@@ -1,7 +1,5 @@
 """The map of a model's results: paths, releases, runouts, zones and recorded stops."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace

@@ -1,7 +1,5 @@
 """Reference systems: read, judged for lengths in metres, and what lies in them moved."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

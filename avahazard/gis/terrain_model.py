@@ -1,7 +1,5 @@
 """A terrain model (DEM): elevations between its cells, and the ground around a path."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass

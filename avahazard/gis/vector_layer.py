@@ -1,7 +1,5 @@
 """One layer of lines or polygons out of a GeoPackage, GeoJSON, Shapefile, KML or GPX."""
 
-from __future__ import annotations
-
 import re
 import warnings
 from dataclasses import dataclass

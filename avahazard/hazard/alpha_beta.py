@@ -4,8 +4,6 @@
 extreme runout lies on the line at α = slope β + intercept, with the scatter of the regression.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

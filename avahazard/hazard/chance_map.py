@@ -5,8 +5,6 @@ lies between the runs that do and do not. The chance of an avalanche is that of 
 the calibrated P[μ|V], mixed over the volumes, as along a line; no run is drawn anew.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby

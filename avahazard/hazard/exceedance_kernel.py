@@ -5,8 +5,6 @@ smooth over a scatter: from its density and two derivatives of that at nodes, fi
 value anywhere follows by quintic Hermite interpolation within 1e-8 (docs/theory/hazard.md).
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ The sign of the shape is that of `scipy.stats.genextreme`: positive has an upper
 heavy tail.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """How often which volumes come down a path: by records, or by a table of the user."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise

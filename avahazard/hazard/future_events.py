@@ -5,8 +5,6 @@ on), who draw the release from the records' distribution. What spreads recorded 
 and the error of the records: future avalanches have the spread without the error.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -5,8 +5,6 @@ the block, the runout curves of each group, and the friction of each draw, class
 the rate and the volumes of the path they are its `Avalanches`, of which `exceedance` is asked.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """The rows of `hazard` of one path: design runout, runout of a volume, and what varies in each."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Trends of the rate of avalanches and of their volumes; rate and volumes as of a year."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

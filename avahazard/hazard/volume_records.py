@@ -3,8 +3,6 @@
 Alone, and together of scale and shape.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """Where the frequency of volumes comes from."""
 
-from __future__ import annotations
-
 from pathlib import Path as FilePath
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """Speed and pressure along a path by return period, and zones by limits on them."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass

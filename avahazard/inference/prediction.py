@@ -1,7 +1,5 @@
 """What a model says of stops, and how far a volume lies beyond its records."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

@@ -6,8 +6,6 @@ depend on where a chain is, so the densities there are computed in large pieces.
 shaped by the curvature at the mode and then, during warm-up only, by each chain's own draws.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Random generators keyed by what is computed: any number of workers gives the same bits."""
 
-from __future__ import annotations
-
 import hashlib
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Runs of the block: several frictions side by side, marched down the cells of a path together."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -3,8 +3,6 @@
 w = u² in m²/s², x in m. All functions work on one block; the kernels inline them over several.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from avahazard.kernels import kernel

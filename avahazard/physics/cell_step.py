@@ -12,8 +12,6 @@ small factor `later` is what this difference itself grows by up to the end. L is
 a known term of third order. As L = 0 at t, an error of t counts by its square.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from avahazard.arrays import Floats

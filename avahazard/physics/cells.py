@@ -5,8 +5,6 @@ are expanded in powers of μ, exactly to the order kept: the cells turn so littl
 below 1e-8 of w.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import NamedTuple

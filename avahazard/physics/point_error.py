@@ -4,8 +4,6 @@ The penalty of the spline is λ = 1/τ². Second divided differences of the poin
 level and slope: their likelihood is the restricted one (REML), with a band of five as covariance.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, Literal
 

@@ -5,8 +5,6 @@ lose nothing; all matrices are bands of seven, and a path costs milliseconds how
 has.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from math import ceil

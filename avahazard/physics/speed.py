@@ -6,8 +6,6 @@ is carried on (u² below zero, and then no force but gravity and friction), so t
 whole way is that of the mean friction.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from avahazard.arrays import Floats

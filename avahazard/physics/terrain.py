@@ -1,7 +1,5 @@
 """The regularised path cut into cells, with the geometry that the block needs."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 

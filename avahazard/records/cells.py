@@ -1,7 +1,5 @@
 """The cells of a table as plain numbers and ISO dates, or refused where they are ambiguous."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Sequence

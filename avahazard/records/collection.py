@@ -1,7 +1,5 @@
 """Paths, avalanches, speeds and runs of flow models as records, and all that belong together."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import sqlite3

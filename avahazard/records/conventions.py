@@ -1,7 +1,5 @@
 """Numbers and dates as people and spreadsheets write them, and what a user says of them."""
 
-from __future__ import annotations
-
 import datetime as dt
 import re
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Checks between records: references, places on the profiles, contradictions, and doubts."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Hashable, Iterable, Set
 from dataclasses import fields

@@ -1,7 +1,5 @@
 """Errors that a user can correct: one message, one hint, and the rows at fault."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches

@@ -1,7 +1,5 @@
 """The tables of a file by their forms: columns known by their names, cells made plain."""
 
-from __future__ import annotations
-
 import datetime as dt
 import math
 import re

@@ -1,7 +1,5 @@
 """A first `columns.toml`: what the columns of a table seem to be, by their names and contents."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence

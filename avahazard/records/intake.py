@@ -1,7 +1,5 @@
 """What a call of import has read: records, where each stood, what is wrong, what is stored."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass, field, fields
 from typing import Any

@@ -1,7 +1,5 @@
 """What each column of docs/data_forms.md means: spellings, units, limits, what its cells hold."""
 
-from __future__ import annotations
-
 import math
 import re
 import tomllib

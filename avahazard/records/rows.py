@@ -1,7 +1,5 @@
 """The forms of a row of each file (docs/data_forms.md), and the check of a table row by row."""
 
-from __future__ import annotations
-
 import datetime as dt
 from collections.abc import Iterable, Iterator
 from typing import Annotated, Literal, Self, TypeVar

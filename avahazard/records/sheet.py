@@ -1,7 +1,5 @@
 """The tables of a text file or a workbook as they were written: encoding, separators, sheets."""
 
-from __future__ import annotations
-
 import codecs
 import csv
 import datetime as dt

@@ -1,7 +1,5 @@
 """TOML files held to a form, with one message for the first place at fault."""
 
-from __future__ import annotations
-
 import tomllib
 from typing import TypeVar
 

@@ -1,7 +1,5 @@
 """Design runouts and runouts of volumes as a table in a file: CSV or workbook."""
 
-from __future__ import annotations
-
 import csv
 import re
 from collections.abc import Sequence

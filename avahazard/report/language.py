@@ -3,8 +3,6 @@
 Words are made in the language that is spoken: English, unless within `speaking`.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager

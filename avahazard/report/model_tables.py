@@ -1,7 +1,5 @@
 """Tables of a model: its parameters, its scores, where it fails, what it may lack, its ladder."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from operator import attrgetter
 from typing import Any

@@ -1,7 +1,5 @@
 """What the command line and the report say in sentences: of a model's error, its verdict."""
 
-from __future__ import annotations
-
 import math
 
 from avahazard.report.language import plural, say, spoken

@@ -1,7 +1,5 @@
 """Tables of paths, design runouts and zones, each described once: terminal and report show it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby

@@ -1,7 +1,5 @@
 """Numbers and records in words."""
 
-from __future__ import annotations
-
 import math
 import tomllib
 from collections.abc import Mapping

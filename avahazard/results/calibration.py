@@ -1,7 +1,5 @@
 """What a calibration found, what a model was made of, and models and effects as lists."""
 
-from __future__ import annotations
-
 from dataclasses import field
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Models against the measurements, every one and its error, and predictions of new events."""
 
-from __future__ import annotations
-
 from dataclasses import field
 
 from avahazard.notes import Note

@@ -1,7 +1,5 @@
 """Which physical effect a model lacks."""
 
-from __future__ import annotations
-
 from dataclasses import field
 
 from avahazard.notes import Note

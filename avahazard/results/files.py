@@ -1,7 +1,5 @@
 """The database, files in and out of it, and what synth, demo and run make."""
 
-from __future__ import annotations
-
 from dataclasses import field
 from typing import Any
 

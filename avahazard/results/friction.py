@@ -1,7 +1,5 @@
 """Apparent friction of the records, its density, and laws fitted to it."""
 
-from __future__ import annotations
-
 from dataclasses import field
 
 from avahazard.notes import Note

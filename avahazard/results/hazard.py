@@ -1,7 +1,5 @@
 """Runouts, speeds, pressures and zones per path, and the frequency of volumes."""
 
-from __future__ import annotations
-
 from dataclasses import field
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Paths: records, profiles, runs down them or over their terrain, and the runout by terrain."""
 
-from __future__ import annotations
-
 from dataclasses import field
 
 from avahazard.notes import Note

@@ -1,7 +1,5 @@
 """Records in and out of the database: all, those of some paths, or piece by piece."""
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import fields

@@ -1,7 +1,5 @@
 """Calibrations and their draws, comparisons, diagnoses, and what was found on each path."""
 
-from __future__ import annotations
-
 import datetime as dt
 import hashlib
 import re

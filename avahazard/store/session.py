@@ -1,7 +1,5 @@
 """The connection to a database (SQLite by a plain path, any other by its URL) and its sessions."""
 
-from __future__ import annotations
-
 import json
 import os
 import sqlite3

@@ -1,7 +1,5 @@
 """Making, upgrading, copying and checking a database."""
 
-from __future__ import annotations
-
 import os
 import sqlite3
 from collections.abc import Iterator

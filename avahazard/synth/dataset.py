@@ -1,7 +1,5 @@
 """A synthetic dataset before its avalanches run: what effects read and change."""
 
-from __future__ import annotations
-
 import math
 import zlib
 from collections.abc import Sequence

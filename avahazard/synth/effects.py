@@ -4,8 +4,6 @@ An effect is a function of the dataset and a strength. It changes the dataset in
 its true parameters. Strength 0 is no effect; at 1 it is plain to see with 250 events on 10 paths.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from functools import partial
 

@@ -1,7 +1,5 @@
 """A synthetic dataset, from a seed to its records and its truth."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 

@@ -1,7 +1,5 @@
 """A synthetic dataset on disk, in the forms that `import` reads."""
 
-from __future__ import annotations
-
 import csv
 import json
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Work path by path: cut into tasks, done by the engine, stored as it comes, taken up again."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import time

@@ -1,7 +1,5 @@
 """Calibration of a model on the stored records, its priors; models in lists, and made again."""
 
-from __future__ import annotations
-
 import datetime as dt
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Models against the measurements: scores, where one fails, their ladder, and new events."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import partial

@@ -1,7 +1,5 @@
 """The database: made, brought up to date, filled from files, looked at, checked, copied."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import partial
 from importlib.resources import files

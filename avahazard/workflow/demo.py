@@ -1,7 +1,5 @@
 """The main job on the demo data, from an empty database to a report; then a hidden effect."""
 
-from __future__ import annotations
-
 from importlib.resources import as_file, files
 from pathlib import Path as FilePath
 from typing import Any, cast

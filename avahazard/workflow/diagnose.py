@@ -1,7 +1,5 @@
 """Which physical effect a stored model lacks, if any: verdict, candidates, what to measure next."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial

@@ -3,8 +3,6 @@
 Own effects are read from the files that are named, and held against what is stored.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterable, Sequence
 from contextlib import suppress

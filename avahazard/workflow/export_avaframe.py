@@ -1,7 +1,5 @@
 """A model and its future avalanches as AvaFrame projects, one for each path with terrain."""
 
-from __future__ import annotations
-
 import csv
 import re
 import tempfile

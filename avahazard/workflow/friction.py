@@ -5,8 +5,6 @@ Calibration does not use them. The block runs by itself, as in the paper, or wit
 stored model, whose law and scatter are then shown beside the events.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Runouts, speeds, pressures and zones per path, by a stored model; how often which volume is."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterator, Sequence
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """The one step to do now, decided from what is stored of the models; every command prints this."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Collection, Sequence
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Paths: how profiles were regularised, what the block assumes, a run of it, and α-β runouts."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path as FilePath

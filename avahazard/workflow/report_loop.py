@@ -1,7 +1,5 @@
 """The loop for the report: the models of the same records, and what the last effect explains."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

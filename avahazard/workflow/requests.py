@@ -1,7 +1,5 @@
 """What the use cases are asked: each option once, with its type, default, check and help."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Literal

@@ -1,7 +1,5 @@
 """What is stored of a model: saving and loading it, what its calibration found, its notes."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, fields, replace

@@ -1,7 +1,5 @@
 """Make a synthetic dataset with known effects, on disk."""
 
-from __future__ import annotations
-
 from pathlib import Path as FilePath
 from typing import Any, cast
 

@@ -1,7 +1,5 @@
 """Which physical effect is missing, if any: nuisances, screening, full refits, naming, verdict."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType

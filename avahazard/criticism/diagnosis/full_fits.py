@@ -4,8 +4,6 @@ A full fit may gain more than the screening's first order, or far less: its p-va
 fit (docs/theory/criticism.md, "In full").
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace

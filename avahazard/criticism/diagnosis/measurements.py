@@ -1,7 +1,5 @@
 """How far data tell effects apart, how large one would be detected, what to measure."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

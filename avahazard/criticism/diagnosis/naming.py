@@ -4,8 +4,6 @@ Effects that were declared before anybody looked come first. A name on the motio
 measured force as its witness where there is one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial

@@ -1,7 +1,5 @@
 """What is granted before anything is blamed on physics, and whether a calibrated model lacks it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any

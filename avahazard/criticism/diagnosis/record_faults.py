@@ -1,7 +1,5 @@
 """What faults of the records, rather than of the model, could explain."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

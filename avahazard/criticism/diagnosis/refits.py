@@ -1,7 +1,5 @@
 """Models fitted in full with or without an effect: their mode, and their evidence."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType

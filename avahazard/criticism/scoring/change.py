@@ -1,7 +1,5 @@
 """How the scores of a model change from its parent's: the fall of the error and its interval."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -7,8 +7,6 @@ average over the orders in which sources can be added (Owen 2014). That needs dr
 some sources alone (Song, Nelson & Staum 2016).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import permutations

@@ -5,8 +5,6 @@ These are weighted by the posterior density (importance sampling), so that its b
 where draws of the whole posterior are known nearby, its second derivatives.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Literal, NamedTuple
 

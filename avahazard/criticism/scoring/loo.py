@@ -1,7 +1,5 @@
 """Leave one out: the log density of each record given all others."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import NamedTuple
 

@@ -3,8 +3,6 @@
 They are stops drawn with the error of the record; scores are in its coordinate, or along the path.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Predicted against measured speeds along the tracks, and the force that the speeds tell of."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import NamedTuple

@@ -4,8 +4,6 @@ What lies at the stop is taken at the predicted stop, not at the record's: event
 stopped high would otherwise be found to have stopped higher than predicted.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace

@@ -5,8 +5,6 @@ itself is projected out, and offsets of groups are random, so that a score is th
 likelihood (docs/theory/criticism.md, "The linear model of a fit").
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

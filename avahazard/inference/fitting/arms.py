@@ -1,7 +1,5 @@
 """The arms of a star: how far it reaches about a place, which way, and with what points."""
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

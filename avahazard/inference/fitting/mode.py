@@ -6,8 +6,6 @@ counts with the mixture of all that were used (Cappé, Guillin, Marin & Robert 2
 2000).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple

@@ -5,8 +5,6 @@ parameters, then a star about the mode that agrees with such tables: docs/theory
 "Stars".
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from itertools import product
 from operator import itemgetter

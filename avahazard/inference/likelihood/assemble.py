@@ -1,7 +1,5 @@
 """A model put together: the named effects built on observations, and the posterior over it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

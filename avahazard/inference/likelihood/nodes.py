@@ -7,8 +7,6 @@ With Student's tails a record is a mixture (Box and Tiao 1968, Biometrika 55, 11
 lies anywhere on their path (`layout.WRONG_SHARE`). See docs/theory/likelihood.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

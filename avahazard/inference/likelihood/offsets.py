@@ -4,8 +4,6 @@ A fixed number of steps keeps the result smooth in the parameters. Two offsets o
 no event, so the largest grouping has a diagonal block and is eliminated first.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

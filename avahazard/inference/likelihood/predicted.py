@@ -1,7 +1,5 @@
 """Runs of the block on every site, and what the model says would be recorded of each event."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial

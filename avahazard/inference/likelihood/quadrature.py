@@ -4,8 +4,6 @@ The scatter would fall between the Gauss nodes of a vague record, which would th
 scatter meets them. So a wide likelihood is cut into panels of one width with two nodes each.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from avahazard.arrays import Floats, Ints

@@ -7,8 +7,6 @@ those above the limit would be impossible in part, and friction be driven up wit
 that is estimated is one of records (`edges_of_sight`). See docs/theory/likelihood.md.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from avahazard.arrays import Bools, Floats

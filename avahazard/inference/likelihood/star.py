@@ -7,8 +7,6 @@ times the other; between two points the cubic leaves their range only where the 
 say that it turns there.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections.abc import Sequence
 from itertools import accumulate, combinations

@@ -6,8 +6,6 @@ written into the bits of a float. Student's: with z = (ν - m) / σ and s = 1 / 
 is STUDENT_PEAK s^(5/2) / σ.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -5,8 +5,6 @@ u² σ² + 2 σ⁴ is the mean of the measured speed and those beside it: by its
 measured too low would weigh too much. Between two frictions u² is nearly linear in μ.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Names of what a model can be made of and calibrated by."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Literal, NamedTuple
 

@@ -6,8 +6,6 @@ tails let a few records be grossly wrong. Densities are in z: those in ν are 1/
 derivative in m is -1/σ of that in z, one in log σ is -z times it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

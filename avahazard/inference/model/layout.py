@@ -1,7 +1,5 @@
 """The parameters of a model: the order in which samplers see them, and what people read."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Records in the form that the likelihood runs over: sites, columns, and what was measured."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Errors of release elevations, and what they do to the records of stops."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 

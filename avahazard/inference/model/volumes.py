@@ -1,7 +1,5 @@
 """Recorded volumes and their error: nodes over the log of the true volume of each event."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache

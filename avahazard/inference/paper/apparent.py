@@ -13,8 +13,6 @@ Where m is 1 the a_i are at the minimum of ½ aᵀKa - Σ log a_i, K_ij = exp(-�
 convex: one solution whatever κ and the ties, found by damped Newton. ∫ψ² = 1 then only scales it.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

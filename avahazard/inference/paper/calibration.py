@@ -7,8 +7,6 @@ volume takes the place of log a, with the prior carried over, so that the walk d
 the line of equal fits.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

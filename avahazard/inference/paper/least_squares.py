@@ -1,7 +1,5 @@
 """Least squares of the friction laws on (volume, apparent friction), with covariance."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

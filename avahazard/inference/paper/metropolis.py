@@ -9,8 +9,6 @@ multiplication and one interpolation, and nothing in the loop branches. It is st
 as elsewhere: as in `likelihood.record_nodes`, the frictions of a record have no gaps.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The brief: what those who decide need."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 

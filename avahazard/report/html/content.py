@@ -1,7 +1,5 @@
 """What a report is made of, gathered by the use case; lengths in m, volumes in m3."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any

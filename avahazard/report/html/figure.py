@@ -1,7 +1,5 @@
 """A figure of the report as plain data, and how it is put into the page without harm."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """A path seen from above: its line, the recorded stops and the runouts."""
 
-from __future__ import annotations
-
 import base64
 import math
 from io import BytesIO

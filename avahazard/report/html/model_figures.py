@@ -1,7 +1,5 @@
 """Figures of the model: friction against volume, its density, the posterior."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from itertools import islice
 from typing import Any

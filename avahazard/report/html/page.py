@@ -1,7 +1,5 @@
 """The page: figures, tables and words put into the template."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import re

@@ -1,7 +1,5 @@
 """One path along its length: the profile with its runouts, the speeds, the chance to be reached."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

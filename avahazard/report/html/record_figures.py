@@ -1,7 +1,5 @@
 """Every record against what the model predicts for it, and against what its effects explain."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any

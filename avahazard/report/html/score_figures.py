@@ -1,7 +1,5 @@
 """Figures of scores: where a model fails, its error beside others, measured force, candidates."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from itertools import cycle
 

@@ -1,7 +1,5 @@
 """Pictures of the brief as SVG, which need no script: profiles, terrain, the map of all paths."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
