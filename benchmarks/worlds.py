@@ -3,6 +3,7 @@
 … benchmarks/worlds.py arms                        names of the arms, one a line
 … benchmarks/worlds.py make ARM SEED FOLDER        a dataset beyond the catalogue, as CSV
 … benchmarks/worlds.py beyond --seeds 1-2 -o FILE  the loop on these seeds of every arm
+… benchmarks/worlds.py measuring --seeds 1-2 -o FILE  speeds as advised, and by a fixed plan
 … benchmarks/worlds.py table FILE [--page PAGE]    its tables, printed or written into a page
 
 All arms are gone through before the next seed; what FILE has is left out.  Seeds below 1000 are for
@@ -21,8 +22,8 @@ for threads in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.study import lines, run_missing, write_parts  # noqa: E402
-from benchmarks.worlds import beyond, catalogue, tables  # noqa: E402
-from benchmarks.worlds.loop import judge  # noqa: E402
+from benchmarks.worlds import beyond, catalogue, measuring, tables  # noqa: E402
+from benchmarks.worlds.loop import judge as judge_loop  # noqa: E402
 
 
 def arms() -> list[str]:
@@ -35,10 +36,13 @@ def arms() -> list[str]:
 
 
 def run(given: argparse.Namespace) -> None:
-    """The loop on what has no line yet."""
+    """The loop, or the plans of measuring, on what has no line yet."""
     low, _, high = given.seeds.partition("-")
     asked = given.arms or [""]
-    chosen = [name for name in arms() if any(part in name for part in asked)]
+    loop = given.command == "beyond"
+    judge = judge_loop if loop else measuring.judge
+    known = arms() if loop else measuring.ARMS
+    chosen = [name for name in known if any(part in name for part in asked)]
     names = [f"{name} #{k}" for k in range(int(low), int(high or low) + 1) for name in chosen]
     given.output.parent.mkdir(parents=True, exist_ok=True)
     run_missing(given.output, [(name, name) for name in names], judge, minutes=given.minutes)
@@ -59,13 +63,14 @@ def main() -> None:
     )
     make.add_argument("seed", type=int)
     make.add_argument("folder", type=Path)
-    loop = commands.add_parser("beyond")
-    loop.add_argument("--seeds", required=True, metavar="A-B")
-    loop.add_argument(
-        "--arms", nargs="+", metavar="PART", help="arms with one of these in their name"
-    )
-    loop.add_argument("--minutes", type=float, default=1e6, help="begin no dataset after that")
-    loop.add_argument("-o", "--output", type=Path, required=True)
+    for study in ("beyond", "measuring"):
+        loop = commands.add_parser(study)
+        loop.add_argument("--seeds", required=True, metavar="A-B")
+        loop.add_argument(
+            "--arms", nargs="+", metavar="PART", help="arms with one of these in their name"
+        )
+        loop.add_argument("--minutes", type=float, default=1e6, help="begin no dataset after that")
+        loop.add_argument("-o", "--output", type=Path, required=True)
     table = commands.add_parser("table")
     table.add_argument("results", type=Path)
     table.add_argument("--page", type=Path)
@@ -74,7 +79,7 @@ def main() -> None:
         print("\n".join(arms()))
     elif given.command == "make":
         beyond.make(given.arm, given.seed, given.folder)
-    elif given.command == "beyond":
+    elif given.command in ("beyond", "measuring"):
         run(given)
     elif given.page:
         write_parts(given.page, tables.parts(lines(given.results)))

@@ -370,7 +370,9 @@ def measure_table(diagnosis: Diagnosis) -> Table | None:
     """What to measure next; None where nothing is proposed."""
     columns: tuple[Column, ...] = (
         (say("measurement"), lambda m: spoken().note(m.measurement)),
+        (say("to distinguish"), lambda m: ", ".join(map(spoken().effect, m.between))),
         (">" + say("expected gain, nats"), lambda m: digits(m.expected_gain, ".1f")),
+        (">" + say("days in the field"), lambda m: digits(m.field_days, "g")),
     )
     title = say("What to measure next")
     rows = diagnosis.measure_next

@@ -13,6 +13,11 @@ MOST_MISSED = 0.5
 """Share of the scatter's variance that an effect may be and be missed, for an adequate model."""
 
 
+FIELD_DAYS = {"runout": 1.0, "volume": 1.0, "speed": 2.0, "track": 3.0}
+"""Days in the field to measure one avalanche, by what is measured: its speed at one place or along
+the whole track. For who states none."""
+
+
 class MeasuredAmount(Result):
     """An effect's first parameter, less its neutral value, as the measured force has it."""
 
@@ -108,10 +113,18 @@ class GroupTest(Result):
 
 
 class Measurement(Result):
-    """A measurement, and the nats by which it would part the best explanations."""
+    """A measurement, the nats by which it distinguishes explanations, and its days in the field.
+
+    `between` are the effects of these; where it is one, the other is the model itself. `path_id`
+    and the place `x_m` along it are None where any will do.
+    """
 
     measurement: Note
     expected_gain: float
+    between: tuple[str, ...] = ()
+    field_days: float | None = None
+    path_id: str | None = None
+    x_m: float | None = None
 
 
 class Pair(Result):

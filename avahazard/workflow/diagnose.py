@@ -66,6 +66,7 @@ def diagnose_model(
         stored.facts,
         own,
         expected=expect,
+        field_days=request.field_days,
         seed=request.seed,
         progress=partial(report, f"Diagnosing {name}"),
     )

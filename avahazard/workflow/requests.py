@@ -1,5 +1,6 @@
 """What the use cases are asked: each option once, with its type, default, check and help."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Literal
@@ -10,6 +11,7 @@ from avahazard.records.conventions import Conventions, Decimal, Order
 from avahazard.records.errors import AvahazardError
 from avahazard.report.language import LanguageName
 from avahazard.request import Option, Request, option
+from avahazard.results.diagnosis import FIELD_DAYS
 
 MeanSd = tuple[float, float]
 
@@ -35,6 +37,20 @@ def _priors(texts: Sequence[str]) -> dict[str, MeanSd]:
         if name.strip() in result:
             raise AvahazardError(f"There are two priors of '{name.strip()}'.", "Give one.")
         result[name.strip()] = mean, sd
+    return result
+
+
+def _field_days(texts: Sequence[str]) -> dict[str, float]:
+    """Days in the field by what is measured, of texts `WHAT=DAYS`."""
+    result: dict[str, float] = {}
+    for text in texts:
+        what, _, days = text.partition("=")
+        try:
+            result[what.strip()] = float(days)
+        except ValueError:
+            raise AvahazardError(
+                f"'{text}' states no days in the field.", "Give them as --field-days speed=2."
+            ) from None
     return result
 
 
@@ -155,12 +171,29 @@ class DiagnoseRequest(Request):
         "Declared before looking: tested first, at its own level; may be given again.",
         metavar="EFFECT",
     )
+    field_days: Mapping[str, float] = option(
+        {},
+        "Days in the field that measuring one avalanche takes, for what to measure next: "
+        f"{', '.join(f'{what} ({days:g})' for what, days in FIELD_DAYS.items())}; may be given "
+        "again.",
+        metavar="WHAT=DAYS",
+        parse=_field_days,
+    )
     seed: int = option(0, "Seed of the simulated rows.", least=0)
     plot: Path | None = option(None, _picture("Draw the candidates"))
     write_effect: Path | None = option(
         None, "Write the law of what was found as an effect file.", metavar="FILE"
     )
     effect_files: Sequence[Path] = option((), EFFECT_FILES)
+
+    def check(self) -> None:
+        """Raise `AvahazardError` for days in the field of what is not measured, or none."""
+        for what, days in self.field_days.items():
+            if what not in FIELD_DAYS or not 0.0 < days < math.inf:
+                raise AvahazardError(
+                    f"The days in the field are {what}={days:g}.",
+                    f"Give one of {', '.join(FIELD_DAYS)} and a number over 0: speed=2.",
+                )
 
 
 class RunoutRequest(Request):

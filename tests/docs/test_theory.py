@@ -65,8 +65,11 @@ CONSTANTS = [
     ("likelihood", "within 3 days", "effects.groups", "DAYS", 3),
     ("criticism", "within 3 nats", "criticism.diagnosis.naming", "MARGIN", 3.0),
     ("criticism", "above 0.7", "criticism.diagnosis.diagnose", "ALIKE", 0.7),
-    ("criticism", "mid-track of 20 events", "criticism.diagnosis.measurements", "N_MIDDLES", 20),
-    ("criticism", "whole track of 5", "criticism.diagnosis.measurements", "N_TRACKS", 5),
+    ("criticism", "at one of 8 places", "criticism.diagnosis.measurements", "N_PLACES", 8),
+    ("criticism", "for 3 of", "criticism.diagnosis.measurements", "N_TRACKS", 3),
+    ("criticism", "than 0.05 nats", "criticism.diagnosis.measurements", "LEAST_GAIN", 0.05),
+    ("criticism", "surveyed to 10 %", "criticism.diagnosis.measurements", "VOLUME_SIGMA", 0.1),
+    ("criticism", "three best explanations", "criticism.diagnosis.diagnose", "EXPLANATIONS", 3),
     ("criticism", "1.5 m/s", "criticism.diagnosis.measurements", "SPEED_SIGMA_M_S", 1.5),
 ]
 

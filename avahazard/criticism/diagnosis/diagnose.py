@@ -46,6 +46,7 @@ from avahazard.inference.seeds import generator
 from avahazard.notes import Note
 from avahazard.results.base import Rows
 from avahazard.results.diagnosis import (
+    FIELD_DAYS,
     LEVEL,
     Candidate,
     Diagnosis,
@@ -58,6 +59,8 @@ from avahazard.results.diagnosis import (
 ERROR_DRAWS = 400
 ALIKE = 0.7
 """Correlation above which two effects are called confounded."""
+EXPLANATIONS = 3
+"""Of which each pair is to be distinguished."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,6 +81,7 @@ def diagnose(
     own: Sequence[Definition] = (),
     *,
     expected: Sequence[str] = (),
+    field_days: Mapping[str, float] = MappingProxyType({}),
     seed: int = 0,
     progress: Callable[[float], None] = lambda _share: None,
 ) -> Findings:
@@ -87,7 +91,8 @@ def diagnose(
     it, events beyond the profile and detection limits are in the likelihood, and where friction
     scatters with heavy tails it is let to, before anything is blamed on physics.
 
-    Candidates `expected` were declared beforehand, and are tested first. The model has no name.
+    Candidates `expected` were declared beforehand, and are tested first; `field_days` are those of
+    a measurement (`FIELD_DAYS`). The model has no name.
     """
     plain = nuisances.with_tails_granted(observations, specification, facts, own)
     base, granted, too_many = nuisances.with_nuisances_granted(plain)
@@ -156,7 +161,9 @@ def diagnose(
         heavy_tails=plain.specification.tails != specification.tails,
         suspect_events=record_faults.suspects(base),
         impossible_stops=record_faults.impossible_stops(base),
-        measure_next=_measure_next(Question(base, fits, screening), missed.metres, seed),
+        measure_next=_measure_next(
+            Question(base, fits, screening), missed.metres, field_days, seed
+        ),
         notes=(
             *speeds_off,
             *_unsure(base, evidence, missing),
@@ -180,16 +187,22 @@ def _unsure(base: Refit, evidence: Mapping[str, float], missing: Sequence[str]) 
     )
 
 
-def _measure_next(question: Question, detectable_m: float, seed: int) -> Rows[Measurement]:
-    """What would part the two best explanations, or show an effect that is too small to see."""
+def _measure_next(
+    question: Question, detectable_m: float, field_days: Mapping[str, float], seed: int
+) -> Rows[Measurement]:
+    """What would distinguish the best explanations, or show an effect that is too small to see.
+
+    Explanations are the candidates in the lead, and the model itself where these are few.
+    """
     if question.fits:
-        first, other = [*question.fits.values(), question.base][:2]
-        return measurements.measurement_gains(first, other, seed)
+        best = [*question.fits.items(), ("", question.base)][:EXPLANATIONS]
+        return measurements.measurement_gains(dict(best), field_days, seed)
     # An effect as large as the smallest detectable gains in proportion to the events.
     observations = question.base.observations
     key = "more_events_ratio" if observations.in_ratio else "more_events"
     more = Note(key, n=observations.n_events, size=detectable_m / 2**0.5)
-    return Rows([Measurement(more, question.screening.critical_gain)])
+    days = observations.n_events * (FIELD_DAYS | dict(field_days))["runout"]
+    return Rows([Measurement(more, question.screening.critical_gain, field_days=days)])
 
 
 def beside_places(

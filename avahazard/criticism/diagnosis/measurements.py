@@ -1,8 +1,13 @@
 """How far data tell effects apart, how large one would be detected, what to measure."""
 
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+from operator import itemgetter
+from types import MappingProxyType
+from typing import Any, NamedTuple, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import stats
 from scipy.special import logsumexp
 
@@ -20,7 +25,7 @@ from avahazard.notes import Note
 from avahazard.physics.cells import build_cells
 from avahazard.physics.speed import speeds_along
 from avahazard.results.base import Rows
-from avahazard.results.diagnosis import Measurement
+from avahazard.results.diagnosis import FIELD_DAYS, Measurement
 
 TYPICAL_SD = 0.2
 """Prior sd of a typical effect on log friction."""
@@ -114,40 +119,106 @@ def detectable(base: Refit, critical_gain: float) -> Detectable:
     )
 
 
-N_MIDDLES, N_TRACKS, N_PLACES = 20, 5, 8
-"""Events with a speed at mid-track, or with that many along the whole track."""
-N_EVENTS = 50
-SPEED_SIGMA_M_S = 1.5
+N_ALIKE = 5
+"""Recorded events that a kind of avalanche must have: those to come are like them."""
+N_TRACKS, N_PLACES = 3, 8
+"""Recorded events of a path that stand for those to come, and places along it that are tried."""
+SPEED_SIGMA_M_S, VOLUME_SIGMA, STOP_SIGMA_M = 1.5, 0.1, 1.0
+"""Errors of what is measured (of a volume, of its log)."""
 N_SIMULATIONS = 50
-LEAST_GAIN = 0.5
-"""Expected gain (nats) from which on a measurement is proposed."""
+LEAST_GAIN = 0.05
+"""Expected gain (nats) in one avalanche from which on a measurement is proposed."""
 
 
-def measurement_gains(first: Refit, second: Refit, seed: int = 0) -> Rows[Measurement]:
-    """Measurements that part two fits, best first, each with its expected gain (nats).
+class Tried(NamedTuple):
+    """A measurement: what is measured, its gain (nats) in one avalanche, and its note.
 
-    None that gains less than `LEAST_GAIN`. Without profiles only further events can be measured.
+    `quantity` is a key of `FIELD_DAYS`; `key` and `values` are those of the note but for `n`.
     """
-    gain = record_gain(first, second)
-    found = {Note("measure_runouts", n=N_EVENTS): N_EVENTS * float(np.mean(gain))}
-    if first.observations.sites:
-        groups = first.observations.columns.path_index
-        best = max(float(np.mean(gain[groups == k])) for k in np.unique(groups))
-        for key, n, places in (
-            ("measure_mid_track", N_MIDDLES, 1),
-            ("measure_whole_track", N_TRACKS, N_PLACES),
-        ):
-            found[Note(key, n=n)] = speed_gain(first, second, n, places, seed)
-        found[Note("measure_further_path", n=N_EVENTS)] = N_EVENTS * best
+
+    quantity: str
+    gain: float
+    key: str
+    values: Mapping[str, Any] = MappingProxyType({})
+
+
+def measurement_gains(
+    explanations: Mapping[str, Refit], field_days: Mapping[str, float], seed: int = 0
+) -> Rows[Measurement]:
+    """What distinguishes each pair of explanations by `MARGIN`, the fewest days in the field first.
+
+    Of each quantity what takes fewest avalanches, none under `LEAST_GAIN` in one. `explanations`
+    are fits by the effect that they add, "" being the model itself; `field_days` replace those of
+    `FIELD_DAYS`. Without profiles no speed can be measured.
+    """
+    days = FIELD_DAYS | dict(field_days)
+    found = []
+    for (one, first), (other, second) in combinations(explanations.items(), 2):
+        between = tuple(key for key in (one, other) if key)
+        tried = [*_events(first, second), *_surveys(first, second)]
+        if first.observations.sites:
+            tried += _speeds(first, second, generator(seed, "speed gain", *between))
+        for quantity in days:
+            of_quantity = [t for t in tried if t.quantity == quantity]
+            best = max(of_quantity, key=lambda t: t.gain, default=None)
+            if best and best.gain >= LEAST_GAIN:
+                n = int(np.ceil(MARGIN / best.gain))
+                note, place = Note(best.key, n=n, **best.values), best.values
+                row = Measurement(
+                    note,
+                    n * best.gain,
+                    between,
+                    n * days[quantity],
+                    place.get("path"),
+                    place.get("x"),
+                )
+                found.append((n * days[quantity], -n * best.gain, row))
+    return Rows(row for *_, row in sorted(found, key=itemgetter(0, 1)))
+
+
+def _events(first: Refit, second: Refit) -> Iterator[Tried]:
+    """Runouts of further events, of any kind and of each that columns distinguish."""
+    gain, columns = record_gain(first, second), first.observations.columns
+
+    def of(chosen: NDArray[np.bool_], key: str, **values: Any) -> Iterator[Tried]:
+        if np.count_nonzero(chosen) >= N_ALIKE:
+            yield Tried("runout", float(np.mean(gain[chosen])), key, values)
+
+    yield from of(np.ones(len(gain), bool), "measure_runouts")
+    for k, path in enumerate(columns.paths):
+        yield from of(columns.path_index == k, "measure_on_path", path=path)
+    for column, levels in columns.texts.items():
+        for level in np.unique(levels[levels != ""]).tolist():
+            yield from of(levels == level, "measure_of_level", column=column, level=level)
+    for column, values in (("volume_m3", np.exp(columns.log_volume)), *columns.numbers.items()):
+        if np.isfinite(values).any():
+            thirds = np.nanquantile(values, (1 / 3, 2 / 3))
+            low, high = (float(f"{value:.3g}") for value in thirds)
+            yield from of(values < low, "measure_under", column=column, value=low)
+            yield from of(values > high, "measure_over", column=column, value=high)
     shifts = _column_shifts(first, second)
     if len(shifts) == 2:
         (a, shift_a), (b, shift_b) = shifts.items()
         total = float(np.median(sum(friction_variance(first))))
         # The weaker must be missed: its rival then gives it up.
         apart = 0.5 * min(float(np.var(shift_a)), float(np.var(shift_b))) / total
-        found[Note("measure_unlinked", n=N_EVENTS, one=a, other=b)] = N_EVENTS * apart
-    ranked = sorted(found.items(), key=lambda item: -item[1])
-    return Rows(Measurement(note, float(gain)) for note, gain in ranked if gain >= LEAST_GAIN)
+        yield Tried("runout", apart, "measure_unlinked", {"one": a, "other": b})
+
+
+def _surveys(first: Refit, second: Refit) -> Iterator[Tried]:
+    """Volumes and stops recorded as before and surveyed too: that shows what errors they have."""
+    volumes = [fit.posterior.volumes(fit.mode.u) for fit in (first, second)]
+    one, other = (v.population.factor * v.records.sigma for v in volumes)
+    yield Tried("volume", _between(one, other, VOLUME_SIGMA), "measure_volumes")
+    if not first.observations.in_ratio:
+        one, other = (f.posterior.record_sigma(f.mode.u) for f in (first, second))
+        yield Tried("runout", _between(one, other, STOP_SIGMA_M), "measure_stops")
+
+
+def _between(one: Floats, other: Floats, sigma: float) -> float:
+    """Gain of errors that are seen but for `sigma`; either fit's `[n_events]` are the true ones."""
+    ratio = (one**2 + sigma**2) / (other**2 + sigma**2)
+    return float(np.nansum(ratio + 1.0 / ratio - 2.0)) / (4.0 * len(ratio))
 
 
 def record_gain(first: Refit, second: Refit) -> Floats:
@@ -181,28 +252,56 @@ class _Expected(NamedTuple):
     speeds: Floats
     chance: Floats
 
+    def at(self, places: NDArray[np.int64]) -> Self:
+        """The speeds at some of the places."""
+        return self._replace(speeds=self.speeds[:, places])
 
-def speed_gain(first: Refit, second: Refit, n_events: int, n_places: int, seed: int) -> float:
-    """Mean log likelihood ratio (nats) of speeds at `n_places` along each of `n_events` tracks.
 
-    Either fit is true in half of the simulations. Friction is known as closely as each fit knows
-    it from the record; the errors are the measurement's and the model's own.
+def _speeds(first: Refit, second: Refit, rng: np.random.Generator) -> Iterator[Tried]:
+    """Speeds at each of the places along each path, and at all of them at once."""
+    observations = first.observations
+    for k, path in enumerate(observations.columns.paths):
+        x, gains = path_speed_gains(first, second, k, rng)
+        if len(x):
+            yield Tried("track", float(gains[-1]), "measure_track", {"path": path})
+            heights = observations.sites[k].smooth.height(x)
+            for place, z, gain in zip(x.tolist(), heights.tolist(), gains.tolist(), strict=False):
+                yield Tried("speed", gain, "measure_speed", {"path": path, "x": place, "z": z})
+
+
+Way = tuple[int, float, float]
+"""An event, and the places x (m) of its release and of its stop."""
+
+
+def path_speed_gains(
+    first: Refit, second: Refit, path: int, rng: np.random.Generator
+) -> tuple[Floats, Floats]:
+    """Places x `[n_places]` (m) along a path, and what speeds in one avalanche there would gain.
+
+    Gains `[n_places + 1]` (nats) of each place, and of all at once; half of the events pass them.
+    Empty where no event stopped.
     """
     observations = first.observations
-    stopped = np.flatnonzero(
-        np.isfinite(observations.observed) & (observations.columns.path_index >= 0)
-    )
-    if len(stopped) == 0:
-        return 0.0
-    chosen = stopped[np.linspace(0, len(stopped) - 1, n_events).round().astype(int)]
-    rng = generator(seed, "speed gain", n_places)
-    return float(sum(_event_gain(first, second, int(i), n_places, rng) for i in chosen))
+    on = np.isfinite(observations.observed) & (observations.columns.path_index == path)
+    ways = sorted((_way(observations, int(i)) for i in np.flatnonzero(on)), key=lambda w: w[2])
+    if not ways:
+        return np.empty(0), np.empty(0)
+    passing = ways[len(ways) // 2 :]
+    chosen = passing[:: -(-len(passing) // N_TRACKS)]
+    x = np.linspace(max(w[1] for w in chosen), chosen[0][2], N_PLACES + 2)[1:-1]
+    of_each = [_event_gains(first, second, way, x, rng) for way in chosen]
+    return x, np.mean(of_each, axis=0)
 
 
-def _event_gain(
-    first: Refit, second: Refit, event: int, n_places: int, rng: np.random.Generator
-) -> float:
-    x, way, length = _places(first.observations, event, n_places)
+def _event_gains(
+    first: Refit, second: Refit, way: Way, x: Floats, rng: np.random.Generator
+) -> Floats:
+    """Mean log likelihood ratio (nats) of the speed of one event at each x, and of all of them.
+
+    `[n_x + 1]`. Either fit is true in half of the simulations. Friction is known as closely as each
+    fit knows it from the record; the errors are the measurement's and the model's own.
+    """
+    event, release, stop = way
     pair = (_expected(first, event, x), _expected(second, event, x))
     # Friction scatters along the tracks as found, or as thought of before.
     found = [fit.posterior.layout.track_sigma(fit.mode.u) for fit in (first, second)]
@@ -210,15 +309,17 @@ def _event_gain(
     # Of squares of speed (`speed_errors`), at the mean of what both fits expect.
     mean = np.mean([fit.chance @ fit.speeds for fit in pair], axis=0)
     error = SPEED_SIGMA_M_S**2 * (4.0 * mean**2 + 2.0 * SPEED_SIGMA_M_S**2)
-    spread = own**2 * track_spread(way, length)
-    factor = np.asarray(np.linalg.cholesky(spread + np.diag(error)), np.float64)
-    gains: list[Floats] = []
-    for true, other in (pair, pair[::-1]):
-        drawn = rng.choice(len(true.chance), N_SIMULATIONS, p=true.chance)
-        noise = rng.standard_normal((N_SIMULATIONS, n_places)) @ factor.T
-        square = true.speeds[drawn] ** 2 + noise
-        gains.append(_log_density(square, true, factor) - _log_density(square, other, factor))
-    return float(np.mean(gains))
+    spread = own**2 * track_spread(x - release, stop - release) + np.diag(error)
+    places, gains = np.arange(len(x)), np.zeros(len(x) + 1)
+    for k, some in enumerate((*places[:, None], places)):
+        factor = np.asarray(np.linalg.cholesky(spread[np.ix_(some, some)]), np.float64)
+        for true, other in (pair, pair[::-1]):
+            drawn = rng.choice(len(true.chance), N_SIMULATIONS, p=true.chance)
+            noise = rng.standard_normal((N_SIMULATIONS, len(some))) @ factor.T
+            square = true.speeds[np.ix_(drawn, some)] ** 2 + noise
+            apart = [_log_density(square, fit.at(some), factor) for fit in (true, other)]
+            gains[k] += 0.5 * float(np.mean(apart[0] - apart[1]))
+    return gains
 
 
 def _log_density(square: Floats, expected: _Expected, factor: Floats) -> Floats:
@@ -230,8 +331,7 @@ def _log_density(square: Floats, expected: _Expected, factor: Floats) -> Floats:
     return np.asarray(logsumexp(log_chance - 0.5 * np.sum(z**2, axis=2), axis=1))
 
 
-def _places(observations: Observations, event: int, n_places: int) -> tuple[Floats, Floats, float]:
-    """Places x (m) between the release and the stop of an event, their distances, the stop's."""
+def _way(observations: Observations, event: int) -> Way:
     site = observations.sites[observations.columns.path_index[event]]
     release = float(site.release_x[observations.release[event]])
     stop = float(observations.observed[event])
@@ -239,8 +339,7 @@ def _places(observations: Observations, event: int, n_places: int) -> tuple[Floa
         x = site.terrain_x
         below = np.flatnonzero((site.smooth.height(x) <= stop) & (x > release))
         stop = float(x[below[0]]) if len(below) else float(x[-1])
-    way = np.asarray((np.arange(n_places) + 1.0) / (n_places + 1.0), np.float64) * (stop - release)
-    return release + way, way, stop - release
+    return event, release, stop
 
 
 def _expected(fit: Refit, event: int, x: Floats) -> _Expected:

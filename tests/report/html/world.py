@@ -144,7 +144,9 @@ DIAGNOSIS: dict[str, Any] = {
     "groups": [{"effect": "path-effect", "gain": 0.1, "p_value": 0.7, "spread": 0.03}],
     "detectable_m": 25.0,
     "detectable_log_friction": 0.05,
-    "measure_next": [{"measurement": "speeds on 5 events", "expected_gain": 6.0}],
+    "measure_next": [
+        {"measurement": "speeds on 5 events", "expected_gain": 6.0, "field_days": 10.0}
+    ],
     "still_needed": {},
     "heavy_tails": False,
     "suspect_events": [],
