@@ -67,6 +67,7 @@ CONSTANTS = [
     ("criticism", "above 0.7", "criticism.diagnosis.diagnose", "ALIKE", 0.7),
     ("criticism", "at one of 8 places", "criticism.diagnosis.measurements", "N_PLACES", 8),
     ("criticism", "for 3 of", "criticism.diagnosis.measurements", "N_TRACKS", 3),
+    ("criticism", "8 draws of", "criticism.diagnosis.measurements", "N_DRAWS", 8),
     ("criticism", "than 0.05 nats", "criticism.diagnosis.measurements", "LEAST_GAIN", 0.05),
     ("criticism", "surveyed to 10 %", "criticism.diagnosis.measurements", "VOLUME_SIGMA", 0.1),
     ("criticism", "three best explanations", "criticism.diagnosis.diagnose", "EXPLANATIONS", 3),

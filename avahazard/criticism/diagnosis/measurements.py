@@ -1,6 +1,6 @@
 """How far data tell effects apart, how large one would be detected, what to measure."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 from operator import itemgetter
 from types import MappingProxyType
@@ -121,8 +121,9 @@ def detectable(base: Refit, critical_gain: float) -> Detectable:
 
 N_ALIKE = 5
 """Recorded events that a kind of avalanche must have: those to come are like them."""
-N_TRACKS, N_PLACES = 3, 8
-"""Recorded events of a path that stand for those to come, and places along it that are tried."""
+N_TRACKS, N_PLACES, N_DRAWS = 3, 8, 8
+"""Recorded events of a path that stand for those to come, and places along it that are tried;
+draws of the parameters."""
 SPEED_SIGMA_M_S, VOLUME_SIGMA, STOP_SIGMA_M = 1.5, 0.1, 1.0
 """Errors of what is measured (of a volume, of its log)."""
 N_SIMULATIONS = 50
@@ -152,26 +153,27 @@ def measurement_gains(
     `FIELD_DAYS`. Without profiles no speed can be measured.
     """
     days = FIELD_DAYS | dict(field_days)
+    tracks = tracks_of(next(iter(explanations.values())).observations)
+    expected = {key: expected_speeds(fit, tracks) for key, fit in explanations.items()}
     found = []
     for (one, first), (other, second) in combinations(explanations.items(), 2):
         between = tuple(key for key in (one, other) if key)
         tried = [*_events(first, second), *_surveys(first, second)]
-        if first.observations.sites:
-            tried += _speeds(first, second, generator(seed, "speed gain", *between))
+        # Friction scatters along the tracks as found, or as thought of before.
+        own = max(
+            f.posterior.layout.track_sigma(f.mode.u) or TRACK_SCATTER for f in (first, second)
+        )
+        rng = generator(seed, "speed gain", *between)
+        speeds = expected[one], expected[other]
+        tried += _speeds(first.observations, tracks, speeds, own, rng)
         for quantity in days:
             of_quantity = [t for t in tried if t.quantity == quantity]
             best = max(of_quantity, key=lambda t: t.gain, default=None)
             if best and best.gain >= LEAST_GAIN:
                 n = int(np.ceil(MARGIN / best.gain))
                 note, place = Note(best.key, n=n, **best.values), best.values
-                row = Measurement(
-                    note,
-                    n * best.gain,
-                    between,
-                    n * days[quantity],
-                    place.get("path"),
-                    place.get("x"),
-                )
+                where = place.get("path"), place.get("x")
+                row = Measurement(note, n * best.gain, between, n * days[quantity], *where)
                 found.append((n * days[quantity], -n * best.gain, row))
     return Rows(row for *_, row in sorted(found, key=itemgetter(0, 1)))
 
@@ -246,8 +248,19 @@ def _column_shifts(first: Refit, second: Refit) -> dict[str, Floats]:
     return shifts
 
 
-class _Expected(NamedTuple):
-    """Speeds `[n_nodes, n_places]` of one event at each friction, with the chance of each."""
+class Track(NamedTuple):
+    """Places x `[n_places]` (m) along a path (by number), and recorded events that pass them.
+
+    Of each event its number, and where it was released and stopped (m).
+    """
+
+    path: int
+    x: Floats
+    events: list[tuple[int, float, float]]
+
+
+class Speeds(NamedTuple):
+    """Speeds `[n, n_places]` of one event at each friction and draw, with the chance of each."""
 
     speeds: Floats
     chance: Floats
@@ -257,55 +270,90 @@ class _Expected(NamedTuple):
         return self._replace(speeds=self.speeds[:, places])
 
 
-def _speeds(first: Refit, second: Refit, rng: np.random.Generator) -> Iterator[Tried]:
-    """Speeds at each of the places along each path, and at all of them at once."""
-    observations = first.observations
-    for k, path in enumerate(observations.columns.paths):
-        x, gains = path_speed_gains(first, second, k, rng)
-        if len(x):
-            yield Tried("track", float(gains[-1]), "measure_track", {"path": path})
-            heights = observations.sites[k].smooth.height(x)
-            for place, z, gain in zip(x.tolist(), heights.tolist(), gains.tolist(), strict=False):
-                yield Tried("speed", gain, "measure_speed", {"path": path, "x": place, "z": z})
+def tracks_of(observations: Observations) -> list[Track]:
+    """A track of each path on which an event stopped; the longer half of its events pass it."""
+    tracks = []
+    columns, site_of = observations.columns, observations.sites
+    for k in range(len(columns.paths) if site_of else 0):
+        on = np.isfinite(observations.observed) & (columns.path_index == k)
+        events = sorted((_way(observations, int(i)) for i in np.flatnonzero(on)), key=itemgetter(2))
+        if passing := events[len(events) // 2 :]:
+            chosen = passing[:: -(-len(passing) // N_TRACKS)]
+            start = max(release for _, release, _ in chosen)
+            x = np.linspace(start, chosen[0][2], N_PLACES + 2)[1:-1]
+            tracks.append(Track(k, x, chosen))
+    return tracks
 
 
-Way = tuple[int, float, float]
-"""An event, and the places x (m) of its release and of its stop."""
+def _way(observations: Observations, event: int) -> tuple[int, float, float]:
+    site = observations.sites[observations.columns.path_index[event]]
+    release = float(site.release_x[observations.release[event]])
+    stop = float(observations.observed[event])
+    if observations.kind[event] == ELEVATION:
+        x = site.terrain_x
+        below = np.flatnonzero((site.smooth.height(x) <= stop) & (x > release))
+        stop = float(x[below[0]]) if len(below) else float(x[-1])
+    return event, release, stop
 
 
-def path_speed_gains(
-    first: Refit, second: Refit, path: int, rng: np.random.Generator
-) -> tuple[Floats, Floats]:
-    """Places x `[n_places]` (m) along a path, and what speeds in one avalanche there would gain.
+def expected_speeds(fit: Refit, tracks: Sequence[Track]) -> dict[int, Speeds]:
+    """What a fit expects of the speeds of the tracks' events, over its posterior.
 
-    Gains `[n_places + 1]` (nats) of each place, and of all at once; half of the events pass them.
-    Empty where no event stopped.
+    Friction is known as closely as the record lets the fit know it.
     """
-    observations = first.observations
-    on = np.isfinite(observations.observed) & (observations.columns.path_index == path)
-    ways = sorted((_way(observations, int(i)) for i in np.flatnonzero(on)), key=lambda w: w[2])
-    if not ways:
-        return np.empty(0), np.empty(0)
-    passing = ways[len(ways) // 2 :]
-    chosen = passing[:: -(-len(passing) // N_TRACKS)]
-    x = np.linspace(max(w[1] for w in chosen), chosen[0][2], N_PLACES + 2)[1:-1]
-    of_each = [_event_gains(first, second, way, x, rng) for way in chosen]
-    return x, np.mean(of_each, axis=0)
+    posterior, observations = fit.posterior, fit.observations
+    found: dict[int, list[Speeds]] = {event: [] for t in tracks for event, *_ in t.events}
+    for u in fit.sample[:: -(-len(fit.sample) // N_DRAWS)] if tracks else ():
+        at, nodes = posterior.friction_at(u, posterior.mode_offsets(u)), posterior.nodes_at(u)
+        for track in tracks:
+            site = observations.sites[track.path]
+            resistance = posterior.resistance(site, posterior.layout.effect_values(u))
+            terrain = site.terrain_for(resistance)
+            cells = build_cells(terrain, resistance)
+            for event, release, _ in track.events:
+                friction, chance = friction_given_record(posterior, nodes, event, at)
+                kept = chance > 1e-4
+                speeds = speeds_along(cells, terrain.node(release), friction[kept], track.x)
+                found[event].append(Speeds(speeds, chance[kept]))
+    return {
+        event: Speeds(np.concatenate([d.speeds for d in draws]), chance / np.sum(chance))
+        for event, draws in found.items()
+        for chance in [np.concatenate([d.chance for d in draws])]
+    }
 
 
-def _event_gains(
-    first: Refit, second: Refit, way: Way, x: Floats, rng: np.random.Generator
+def _speeds(
+    observations: Observations,
+    tracks: Sequence[Track],
+    pair: tuple[dict[int, Speeds], dict[int, Speeds]],
+    own: float,
+    rng: np.random.Generator,
+) -> Iterator[Tried]:
+    """Speeds at each of the places along each path, and at all of them at once."""
+    for track in tracks:
+        each = [
+            speed_gains((pair[0][e[0]], pair[1][e[0]]), track.x, e, own, rng) for e in track.events
+        ]
+        gains, path = np.mean(each, axis=0), observations.columns.paths[track.path]
+        yield Tried("track", float(gains[-1]), "measure_track", {"path": path})
+        z = observations.sites[track.path].smooth.height(track.x)
+        for place, height, gain in zip(track.x.tolist(), z.tolist(), gains.tolist(), strict=False):
+            yield Tried("speed", gain, "measure_speed", {"path": path, "x": place, "z": height})
+
+
+def speed_gains(
+    pair: tuple[Speeds, Speeds],
+    x: Floats,
+    event: tuple[int, float, float],
+    own: float,
+    rng: np.random.Generator,
 ) -> Floats:
     """Mean log likelihood ratio (nats) of the speed of one event at each x, and of all of them.
 
-    `[n_x + 1]`. Either fit is true in half of the simulations. Friction is known as closely as each
-    fit knows it from the record; the errors are the measurement's and the model's own.
+    `[n_x + 1]`. Either of the `pair` is true in half of the simulations; the errors are the
+    measurement's and the model's own, whose friction scatters along the track by `own`.
     """
-    event, release, stop = way
-    pair = (_expected(first, event, x), _expected(second, event, x))
-    # Friction scatters along the tracks as found, or as thought of before.
-    found = [fit.posterior.layout.track_sigma(fit.mode.u) for fit in (first, second)]
-    own = max(sigma or TRACK_SCATTER for sigma in found)
+    _, release, stop = event
     # Of squares of speed (`speed_errors`), at the mean of what both fits expect.
     mean = np.mean([fit.chance @ fit.speeds for fit in pair], axis=0)
     error = SPEED_SIGMA_M_S**2 * (4.0 * mean**2 + 2.0 * SPEED_SIGMA_M_S**2)
@@ -322,35 +370,8 @@ def _event_gains(
     return gains
 
 
-def _log_density(square: Floats, expected: _Expected, factor: Floats) -> Floats:
+def _log_density(square: Floats, expected: Speeds, factor: Floats) -> Floats:
     """Log density of squares of speed `[n_simulations, n_places]`, up to a constant."""
     misfit = square[:, None, :] - expected.speeds**2
     z = np.linalg.solve(factor, misfit.reshape(-1, len(factor)).T).T.reshape(misfit.shape)
-    with np.errstate(divide="ignore"):
-        log_chance = np.log(expected.chance)
-    return np.asarray(logsumexp(log_chance - 0.5 * np.sum(z**2, axis=2), axis=1))
-
-
-def _way(observations: Observations, event: int) -> Way:
-    site = observations.sites[observations.columns.path_index[event]]
-    release = float(site.release_x[observations.release[event]])
-    stop = float(observations.observed[event])
-    if observations.kind[event] == ELEVATION:
-        x = site.terrain_x
-        below = np.flatnonzero((site.smooth.height(x) <= stop) & (x > release))
-        stop = float(x[below[0]]) if len(below) else float(x[-1])
-    return event, release, stop
-
-
-def _expected(fit: Refit, event: int, x: Floats) -> _Expected:
-    posterior = fit.posterior
-    observations, u = posterior.observations, fit.mode.u
-    at = posterior.friction_at(u, posterior.mode_offsets(u))
-    friction, chance = friction_given_record(posterior, posterior.nodes.at(u), event, at)
-    site = observations.sites[observations.columns.path_index[event]]
-    resistance = posterior.resistance(site, posterior.layout.effect_values(u))
-    terrain = site.terrain_for(resistance)
-    start = terrain.node(float(site.release_x[observations.release[event]]))
-    kept = chance > 1e-6
-    speeds = speeds_along(build_cells(terrain, resistance), start, friction[kept], x)
-    return _Expected(speeds, chance[kept] / np.sum(chance[kept]))
+    return np.asarray(logsumexp(np.log(expected.chance) - 0.5 * np.sum(z**2, axis=2), axis=1))

@@ -7,9 +7,11 @@ import pytest
 
 from avahazard.criticism.diagnosis import measurements
 from avahazard.criticism.diagnosis.measurements import (
+    expected_speeds,
     measurement_gains,
-    path_speed_gains,
     record_gain,
+    speed_gains,
+    tracks_of,
 )
 from avahazard.criticism.diagnosis.naming import MARGIN
 from avahazard.criticism.diagnosis.refits import Refit, refit, refit_with
@@ -33,32 +35,39 @@ def drag(base: Refit) -> Refit:
 
 def with_drag(base: Refit, value: float) -> Refit:
     found = refit_with(base, "turbulent-drag")
-    found.mode.u[found.posterior.layout.places["turbulent-drag"].start] = value
+    slot = found.posterior.layout.places["turbulent-drag"].start
+    found.mode.u[slot] = found.sample[:, slot] = value
     return replace(found, posterior=found.posterior.exactly())
 
 
-def test_speeds_part_what_moves_at_other_speeds(base: Refit, drag: Refit) -> None:
-    def gains(first: Refit, second: Refit) -> tuple[np.ndarray, np.ndarray]:
-        return path_speed_gains(first, second, 0, generator(1, "test"))
+def gains(first: Refit, second: Refit) -> np.ndarray:
+    """Of speeds along the first track `[n_places + 1]`."""
+    track = tracks_of(first.observations)[0]
+    pair = [expected_speeds(fit, [track]) for fit in (first, second)]
+    each = [
+        speed_gains((pair[0][e[0]], pair[1][e[0]]), track.x, e, 0.05, generator(1, "test"))
+        for e in track.events
+    ]
+    return np.mean(each, axis=0)
 
-    assert not np.any(gains(base, base)[1])
-    x, weak = gains(with_drag(base, 0.4), base)
-    _, strong = gains(drag, base)
-    assert len(strong) == len(x) + 1 == 9
+
+def test_speeds_part_what_moves_at_other_speeds(base: Refit, drag: Refit) -> None:
+    assert not np.any(gains(base, base))
+    weak, strong = gains(with_drag(base, 0.4), base), gains(drag, base)
+    assert len(strong) == 9
     assert 0.0 < np.max(weak[:-1]) < np.max(strong[:-1]) < strong[-1]
-    assert gains(base, drag)[1] == pytest.approx(strong, rel=0.3, abs=0.05)
+    assert gains(base, drag) == pytest.approx(strong, rel=0.3, abs=0.05)
 
 
 def test_a_place_gains_what_measuring_there_gains(base: Refit, drag: Refit) -> None:
     """The gain is the mean log likelihood ratio of the simulated speeds: an obvious twin."""
-    observations = base.observations
-    event = int(np.flatnonzero(observations.columns.path_index == 0)[0])
-    way = measurements._way(observations, event)
-    x = np.array([0.5 * (way[1] + way[2])])
-    found = measurements._event_gains(drag, base, way, x, generator(1, "test"))
-    pair = [measurements._expected(fit, event, x) for fit in (drag, base)]
+    track = tracks_of(base.observations)[0]
+    track = track._replace(x=track.x[3:4])
+    event, release, stop = track.events[0]
+    pair = [expected_speeds(fit, [track])[event] for fit in (drag, base)]
+    found = speed_gains((pair[0], pair[1]), track.x, track.events[0], 0.1, generator(1, "test"))
     mean = np.mean([fit.chance @ fit.speeds[:, 0] for fit in pair])
-    own = measurements.TRACK_SCATTER**2 * measurements.track_spread(x - way[1], way[2] - way[1])
+    own = 0.1**2 * measurements.track_spread(track.x - release, stop - release)
     sigma = np.sqrt(own[0, 0] + 1.5**2 * (4.0 * mean**2 + 2.0 * 1.5**2))
     grid = np.linspace(0.0, 90.0**2, 20001)
     densities = [
