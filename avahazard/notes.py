@@ -47,10 +47,6 @@ class Writer(Formatter):
         """A number as Python writes it (`-1,234.5`, `12%`) in the language."""
         return text
 
-    def effect(self, key: str) -> str:
-        """The name of an effect."""
-        return key
-
     def say(self, message: str, /, **values: object) -> str:
         """A sentence in the language, with its places filled."""
         text = self.translated(message)
@@ -98,7 +94,7 @@ class Writer(Formatter):
         if isinstance(value, Note):
             return self.note(value)
         if isinstance(value, str):
-            return self.effect(value) if format_spec == "effect" else value
+            return value
         if isinstance(value, Range):
             low, high = (self.number(format(v, format_spec)) for v in (value.low, value.high))
             return low if low == high else self.say("{low} to {high}", low=low, high=high)

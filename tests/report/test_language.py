@@ -85,9 +85,10 @@ def test_notes_within_a_note_are_said_in_the_language_too() -> None:
     assert "path-effect" in said
 
 
-def test_effects_have_names_where_they_are_meant_and_keys_in_commands() -> None:
-    note = Note("measure_unlinked", n=20, one="season", other="covariate:wind")
-    assert "Jahreszeit und Spalte wind" in language_of("de").note(note)
+def test_effects_have_names_in_a_language() -> None:
+    german = language_of("de")
+    assert german.effects(["season", "covariate:wind"]) == "Jahreszeit und Spalte wind"
+    assert german.effect("my-own") == "my-own"
 
 
 def test_ranges_and_counts_are_said_in_the_language() -> None:

@@ -198,7 +198,7 @@ def test_what_cannot_be_told_apart_nor_averaged_is_measured(database: str) -> No
     useful = Measurement(Note("measure_runouts", n=50), 4.2)
     alike = replace(ADEQUATE, verdict="ambiguous", missing=("season", "speed:elevation"))
     put(database, "one", error=60.0, diagnosis=replace(alike, measure_next=Rows([useful])))
-    assert next_step(database, "one") == "measure runouts of 50 more events on paths like these"
+    assert next_step(database, "one") == "measure runouts of 50 more avalanches"
 
 
 def test_else_each_of_them_is_added_and_all_are_averaged(database: str) -> None:

@@ -15,6 +15,7 @@ from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.naming import MARGIN
 from avahazard.criticism.diagnosis.refits import Refit
 from avahazard.criticism.scoring.speed_misfit import friction_given_record
+from avahazard.effects.covariate import columns_of_pair
 from avahazard.effects.effect import FrictionEffect, of_kind
 from avahazard.inference.fitting.mode import likely_friction
 from avahazard.inference.likelihood.posterior import Posterior
@@ -199,12 +200,12 @@ def _events(first: Refit, second: Refit) -> Iterator[Tried]:
             yield from of(values < low, "measure_under", column=column, value=low)
             yield from of(values > high, "measure_over", column=column, value=high)
     shifts = _column_shifts(first, second)
-    if len(shifts) == 2:
-        (a, shift_a), (b, shift_b) = shifts.items()
+    # A pair of columns cannot vary apart from one of them.
+    if len(shifts) == 2 and not any(map(columns_of_pair, shifts)):
         total = float(np.median(sum(friction_variance(first))))
         # The weaker must be missed: its rival then gives it up.
-        apart = 0.5 * min(float(np.var(shift_a)), float(np.var(shift_b))) / total
-        yield Tried("runout", apart, "measure_unlinked", {"one": a, "other": b})
+        apart = 0.5 * min(float(np.var(shift)) for shift in shifts.values()) / total
+        yield Tried("runout", apart, "measure_unlinked")
 
 
 def _surveys(first: Refit, second: Refit) -> Iterator[Tried]:
