@@ -81,10 +81,13 @@ def main() -> None:
         beyond.make(given.arm, given.seed, given.folder)
     elif given.command in ("beyond", "measuring"):
         run(given)
-    elif given.page:
-        write_parts(given.page, tables.parts(lines(given.results)))
     else:
-        print("\n\n".join(tables.parts(lines(given.results)).values()))
+        found = lines(given.results)
+        parts = (measuring if "advised" in found[0] else tables).parts(found)
+        if given.page:
+            write_parts(given.page, parts)
+        else:
+            print("\n\n".join(parts.values()))
 
 
 if __name__ == "__main__":

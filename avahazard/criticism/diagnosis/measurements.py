@@ -249,7 +249,7 @@ def _column_shifts(first: Refit, second: Refit) -> dict[str, Floats]:
     return shifts
 
 
-class Track(NamedTuple):
+class PassedTrack(NamedTuple):
     """Places x `[n_places]` (m) along a path (by number), and recorded events that pass them.
 
     Of each event its number, and where it was released and stopped (m).
@@ -271,7 +271,7 @@ class Speeds(NamedTuple):
         return self._replace(speeds=self.speeds[:, places])
 
 
-def tracks_of(observations: Observations) -> list[Track]:
+def tracks_of(observations: Observations) -> list[PassedTrack]:
     """A track of each path on which an event stopped; the longer half of its events pass it."""
     tracks = []
     columns, site_of = observations.columns, observations.sites
@@ -282,7 +282,7 @@ def tracks_of(observations: Observations) -> list[Track]:
             chosen = passing[:: -(-len(passing) // N_TRACKS)]
             start = max(release for _, release, _ in chosen)
             x = np.linspace(start, chosen[0][2], N_PLACES + 2)[1:-1]
-            tracks.append(Track(k, x, chosen))
+            tracks.append(PassedTrack(k, x, chosen))
     return tracks
 
 
@@ -297,7 +297,7 @@ def _way(observations: Observations, event: int) -> tuple[int, float, float]:
     return event, release, stop
 
 
-def expected_speeds(fit: Refit, tracks: Sequence[Track]) -> dict[int, Speeds]:
+def expected_speeds(fit: Refit, tracks: Sequence[PassedTrack]) -> dict[int, Speeds]:
     """What a fit expects of the speeds of the tracks' events, over its posterior.
 
     Friction is known as closely as the record lets the fit know it.
@@ -325,7 +325,7 @@ def expected_speeds(fit: Refit, tracks: Sequence[Track]) -> dict[int, Speeds]:
 
 def _speeds(
     observations: Observations,
-    tracks: Sequence[Track],
+    tracks: Sequence[PassedTrack],
     pair: tuple[dict[int, Speeds], dict[int, Speeds]],
     own: float,
     rng: np.random.Generator,
