@@ -5,7 +5,6 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import fields, replace
-from fnmatch import fnmatch
 from itertools import chain, pairwise
 from pathlib import Path as FilePath
 from sys import intern
@@ -32,7 +31,7 @@ from avahazard.records.crosscheck import check_one_scale, check_places, check_re
 from avahazard.records.errors import AvahazardError, Problems, RejectedRows, RowProblem, told_once
 from avahazard.records.forms import FORMS, PLACES, Kind, column_kinds, read_covariates, read_forms
 from avahazard.records.intake import Drawn, Intake, speed_key
-from avahazard.records.mapping import BESIDE, TableMapping, lacking, mapped, read_mappings
+from avahazard.records.mapping import Mappings
 from avahazard.records.rows import (
     EventRow,
     PathRow,
@@ -42,8 +41,7 @@ from avahazard.records.rows import (
     VelocityRow,
     check_rows,
 )
-from avahazard.records.sheet import read_tables
-from avahazard.records.table import Cells, FileTable, SheetLayout
+from avahazard.records.table import Cells, FileTable
 
 TABLES = (".csv", ".tsv", ".xlsx", ".xlsm", ".xls", ".xlsb", ".ods")
 OTHERS = (".numbers",)
@@ -133,18 +131,17 @@ def read_files(
     `convert` moves stops that are points into the system of their path.
     """
     intake = Intake(known=known)
-    used: list[TableMapping] = []
+    mappings = Mappings(columns, given.unknown)
     tables: dict[Kind, list[FileTable]] = {kind: [] for kind in FORMS}
     for file in find_files(sources):
         intake.files.append(str(file))
         faults: Problems = []
-        sheets = mapped_tables(file, faults, columns, used)
+        sheets = mappings.tables(file, faults, intake.notes)
         for kind, table in read_forms(sheets, intake, faults, need_runout, given):
             tables[kind].append(table)
-    if columns is not None and not used:
-        raise AvahazardError(
-            f"No file is one that {columns} is for.", "Its `file` and `sheet` must name one."
-        )
+    if of_mappings := mappings.unused(intake.notes):  # what it leaves unread is not at fault
+        intake.problems = told_once(of_mappings)
+        return intake
     for table in points:
         intake.files.append(table.file)
         for kind, spelt in read_forms([table], intake, (), need_runout, given):
@@ -180,40 +177,6 @@ def read_files(
     check_one_scale(intake)
     intake.problems = [with_remedy(problem) for problem in told_once(intake.problems)]
     return intake
-
-
-def mapped_tables(
-    file: FilePath, problems: Problems, columns: FilePath | None, used: list[TableMapping]
-) -> list[FileTable]:
-    """The tables of a file, by a mapping where one is for it, which is added to `used`."""
-    beside = file.parent / BESIDE
-    where = columns or (beside if beside.is_file() else None)
-    found: list[FileTable] = []
-    lacks: Problems = []
-    for mapping in read_mappings(where) if where is not None else ():
-        if not fnmatch(file.name, mapping.file or "*"):
-            continue
-        faults: Problems = []
-        layout = SheetLayout(mapping.header, mapping.units, mapping.merged)
-        named = mapping.file is not None
-        for table in read_tables(file, faults, layout):
-            if mapping.sheet not in (None, table.title or None):
-                continue
-            absent = lacking(mapping, table)
-            if not absent:
-                found.append(mapped(table, mapping))
-                used.append(mapping)
-                problems += [fault for fault in faults if fault.file == table.file]
-            elif named or mapping.sheet or len(absent) < len(mapping.needed()):
-                accepted = f"the columns that {where} names, or that file corrected"
-                at = table.file, table.first, ""
-                lacks += [RowProblem(*at, name, accepted) for name in absent]
-        if named and not found:
-            lacks += faults
-    if found or lacks:
-        problems += () if found else lacks
-        return found
-    return read_tables(file, problems)
 
 
 def _ids(column: str, tables: Iterable[FileTable]) -> set[str]:

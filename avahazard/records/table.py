@@ -92,7 +92,7 @@ class FileTable:
 
     `name` hints at the form, `words` say how the file was read, `separator` is that of a text
     file, empty for a sheet with its `title` and `first_day`. `first` is the line of the header,
-    `given` what a mapping says of the cells.
+    `given` what the `mapping` says of the cells, by which its columns have their names.
     """
 
     file: str
@@ -105,6 +105,7 @@ class FileTable:
     first: int = 1
     first_day: dt.date = FIRST_DAY
     given: Conventions = UNKNOWN
+    mapping: str = ""
 
     @property
     def header(self) -> tuple[str, ...]:
