@@ -14,13 +14,10 @@ from numpy.typing import NDArray
 
 from avahazard.arrays import Bools, Floats, Ints
 from avahazard.records.collection import Event, Path
+from avahazard.records.conventions import WINDS
 from avahazard.records.meanings import one_spelling
 
 ORIENTATION = "orientation"
-WINDS = (
-    "N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE",
-    "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW",
-)  # fmt: skip
 RELEASE_SIGMA = "release_sigma_m"
 """A column of events or paths: the error of the release elevation, and so no driver of friction."""
 

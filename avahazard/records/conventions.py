@@ -2,7 +2,7 @@
 
 import datetime as dt
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Literal
@@ -160,6 +160,31 @@ def _by_order(
         if k not in faulty:
             found[k] = (year, second, first) if chosen == "dmy" else (year, first, second)
     return "the day first" if chosen == "dmy" else "the month first"
+
+
+WINDS = (
+    "N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE",
+    "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW",
+)  # fmt: skip
+POINTS = ("NESW", "NOSW", "NESO", "NØSV", "NÖSV")
+"""North, east, south and west by their letters in several languages: O is east or west."""
+CAPITALS = re.compile(f"[{''.join(POINTS)}]{{1,3}}")
+
+
+def read_directions(texts: Collection[str]) -> dict[str, str]:
+    """Those of `texts` that are directions, each as one of `WINDS`.
+
+    The letters of all of them decide on the language; where several are possible, only what is the
+    same in each is read.
+    """
+    capitals = {text for text in texts if CAPITALS.fullmatch(text)}
+    letters = set("".join(capitals))
+    languages = [str.maketrans(p, "NESW") for p in POINTS if letters.issubset(p)]
+    meant = {text: {text.translate(language) for language in languages} for text in capitals}
+    read = {text: text.upper() for text in texts} | {
+        t: min(m) for t, m in meant.items() if len(m) == 1
+    }
+    return {text: wind for text, wind in read.items() if wind in WINDS}
 
 
 Decimal = Literal["point", "comma"]

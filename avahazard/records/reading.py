@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from avahazard.arrays import Floats
+from avahazard.notes import ENGLISH
 from avahazard.records.cells import with_remedy
 from avahazard.records.collection import (
     DEGREES,
@@ -26,7 +27,7 @@ from avahazard.records.collection import (
     runout_sigma_m,
     speed_sigma_m_s,
 )
-from avahazard.records.conventions import UNKNOWN, Conventions
+from avahazard.records.conventions import UNKNOWN, Conventions, read_directions
 from avahazard.records.crosscheck import check_one_scale, check_places, check_references
 from avahazard.records.errors import AvahazardError, Problems, RejectedRows, RowProblem, told_once
 from avahazard.records.forms import FORMS, PLACES, Kind, column_kinds, read_covariates, read_forms
@@ -302,11 +303,29 @@ def gather_paths(tables: Sequence[FileTable], intake: Intake) -> list[Path]:
     old = {path.path_id: path for path in intake.known.paths}
     paths = []
     for table in tables:
+        winds = _directions(table, intake)
         rows = _each_once("path", "path_id", table, intake)
         for line, row in check_rows(PathRow, table.file, rows, intake.problems):
             kept = _kept(old.get(row.path_id), covariates[table.file, line], table.header)
-            paths.append(Path(**{**row.model_dump(), **kept}))
+            orientation = winds.get(row.orientation or "", row.orientation)
+            paths.append(Path(**{**row.model_dump(), "orientation": orientation, **kept}))
     return paths
+
+
+def _directions(table: FileTable, intake: Intake) -> dict[str, str]:
+    """The orientations in English; which of them are none is a note."""
+    found = table.counts("orientation")
+    winds = read_directions(found)
+    if changed := [f"{text} is {wind}" for text, wind in winds.items() if text.upper() != wind]:
+        intake.read.append(f"{table.file}: orientation, {', '.join(changed)}")
+    if none := [text for text in found if text not in winds]:
+        why = ": O is east or west by language" if "O" in none else ""
+        intake.notes.append(
+            f"{table.file}: orientation {ENGLISH.few(none)} is read as no direction{why}. Write N, "
+            "NNE, NE, E (east) to W (west), or give the words classes in columns.toml, such as "
+            f'{{from = "{table.columns["orientation"].spelt}", classes = {{"{none[0]}" = "…"}}}}.'
+        )
+    return {text: wind for text, wind in winds.items() if text.upper() != wind}
 
 
 def gather_profiles(tables: Sequence[FileTable], intake: Intake) -> list[Profile]:

@@ -440,3 +440,24 @@ def test_points_elsewhere_lose_their_cover_with_a_note(write: Write) -> None:
     intake = read_files([write("profiles.csv", text)], known)
     assert intake.records.profiles[0].land_cover is None
     assert any("no land_cover" in note for note in intake.notes)
+
+
+@pytest.mark.parametrize(
+    ("given", "read"),
+    [
+        ("N NO O SO W", "N NE E SE W"),
+        ("N E SO O", "N E SW W"),
+        ("N NO O S", "N NO O S"),
+        ("N E W O", "N E W O"),
+        ("NØ V S", "NE W S"),
+        ("ne Nord", "ne Nord"),
+    ],
+)
+def test_the_directions_of_a_file_decide_on_their_language(
+    write: Write, given: str, read: str
+) -> None:
+    rows = [f"p{k},{text}" for k, text in enumerate(given.split())]
+    file = write("paths.csv", "\n".join(["path_id,orientation", *rows]))
+    found = read_files([file], Records())
+    assert " ".join(str(path.orientation) for path in found.records.paths) == read
+    assert any("no direction" in note for note in found.notes) == (given == read)
