@@ -122,7 +122,7 @@ def backup(target: Annotated[str, argument("The new file.", "FILE")]) -> None:
 
 
 def _written(found: results.WrittenReport) -> Iterator[Shown]:
-    size = f"paths {found.n_paths}, events {found.n_events}, {found.bytes / 1e6:.1f} MB"
+    size = f"paths {found.n_paths}, events {found.n_events}, {found.bytes / 1e3:,.0f} kB"
     yield Whole(f"{found.file}: {size}. Open it in a browser.")
 
 

@@ -23,8 +23,15 @@ PLAIN_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)
 ODD = re.compile("[,\\s'’\u2212]")  # what a number of a file with commas does not hold, unquoted
 ODD_ELSEWHERE = re.compile("[.,\\s'’\u2212]")
 DECIMAL = {"point": "decimal points", "comma": "decimal commas"}
-LIKELY_MARKS = {"?", "??", "-", "--", "–", "—", "na", "n/a", "n.a.", "nan", "null", "none"}
-AMBIGUOUS = "a number: is this sign a decimal one or of thousands? Use --decimal point or comma"
+LIKELY_MARKS = {
+    "?", "??", "-", "--", "–", "—", "na", "n/a", "n.a.", "nan", "null", "none",
+    "k.a.", "k. a.", "unbekannt", "inconnu", "sconosciuto", "ukjent", "unknown",
+}  # fmt: skip
+AMBIGUOUS = (
+    "a number: is this sign a decimal one or of thousands? Import with --decimal point or comma, "
+    'or write decimal = "point" or "comma" in a columns.toml beside the file'
+)
+UNKNOWN_MARK = "unknown = [{0!r}] in columns.toml, or import with --unknown {0!r}"
 MADE_A_DATE = "the text that was meant: the spreadsheet holds a date here"
 
 
@@ -64,7 +71,7 @@ def _edited(table: FileTable, edits: Edits, words: Sequence[str]) -> FileTable:
 def _without_marks(table: FileTable, given: Conventions, problems: Problems) -> FileTable:
     """Empty the cells that mean unknown; refuse likely marks that nobody has named."""
     edits: Edits = {}
-    accepted = "an empty cell where it is unknown; or import with --unknown {!r}"
+    accepted = f"an empty cell where it is unknown; or {UNKNOWN_MARK}"
     for name in table.columns:
         found = table.counts(name)
         marks = {text for text in found if given.is_unknown(text)}
@@ -177,10 +184,27 @@ def with_remedy(problem: RowProblem) -> RowProblem:
         if mark is not None and float(mark) in USUAL_MARKS:
             extra = f"if it means unknown, import with --unknown={text}"
     elif RANGE.fullmatch(text):
-        extra = 'a range needs range = "geometric" (mean, low, high) in columns.toml'
+        usual = usual_of_range(problem.column)
+        extra = f'a range needs range = "{usual}" (or low, high) in columns.toml'
     elif known_unit(text, meaning.unit):
         extra = f"a row of units needs units = {problem.line} in columns.toml"
+    elif "--unknown" not in problem.accepted:
+        extra = number_alone(text)
     return replace(problem, accepted=f"{problem.accepted}; {extra}") if extra else problem
+
+
+def number_alone(text: str) -> str:
+    """What to write in a column of numbers for a text with a number, or none."""
+    found = re.search(NUMBER, text)
+    if found is None:
+        return f"if it means unknown, {UNKNOWN_MARK.format(text)}"
+    number = found.group().rstrip(" .,'’")
+    return f"the number alone, such as {number}"
+
+
+def usual_of_range(column: str) -> OfRange:
+    """Which number usually stands for a range: volumes spread over orders of magnitude."""
+    return "geometric" if column == "volume_m3" else "mean"
 
 
 def _of_range(ends: Sequence[str], kind: OfRange | None) -> float | None:

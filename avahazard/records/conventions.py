@@ -34,7 +34,11 @@ WINTER_BEGINS = 10  # October
 LANGUAGES = ("en", "de", "de_AT", "fr", "it", "nb")
 
 ACCEPTED = "a date as 1950-02-13, or a year as 1950"
-AMBIGUOUS = f"{ACCEPTED}: day or month first? Use --dates dmy or --dates mdy"
+NO_SUCH_DAY = f"{ACCEPTED}: this day does not exist"
+AMBIGUOUS = (
+    f"{ACCEPTED}: day or month first? Import with --dates dmy (or mdy), or write "
+    'dates = "dmy" in a columns.toml beside the file'
+)
 MIXED = "dates with the day first or the month first, one of them in a column; or 1950-02-13"
 BESIDE_DAYS = f"{ACCEPTED}: beside Excel's day numbers this may be a year or a day"
 BESIDE_DATES = f"{ACCEPTED}: a day number of a spreadsheet beside written dates is an error"
@@ -86,7 +90,7 @@ def read_dates(
             winter = str(year + (month >= WINTER_BEGINS))
             dates[k] = dt.date(year, month, day).isoformat() if day else winter
         except ValueError:
-            faults.append((k, ACCEPTED))
+            faults.append((k, NO_SUCH_DAY))
     if not words:
         return dates, faults, ""
     both = zip(texts, dates, strict=True)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats, Ints
-from avahazard.notes import Note
+from avahazard.notes import ENGLISH, Note
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Event, Path, Profile, Speed
 from avahazard.records.intake import KEYS, Intake, Key, speed_key
@@ -68,7 +68,7 @@ def _off_the_profile(
         low, high = _heights(profile)
         if on_counter_slope(elevation, profile):
             twice = "too: the profile rises again, and reaches this elevation at two places"
-            return column, value, f"{kind}x_m {twice}"
+            return column, value, f"{kind}x_m {twice}{_crossings(elevation, profile)}"
     else:
         return None
     far = slack[0] if x is not None else slack[1]
@@ -99,6 +99,14 @@ def on_counter_slope(elevation_m: float, profile: Profile) -> bool:
         any(low < elevation_m <= high for low, high in rises(profile))
         for rises in (_rises_of_points, _rises)
     )
+
+
+def _crossings(elevation_m: float, profile: Profile) -> str:
+    """Where the points of a profile pass an elevation."""
+    x, above = profile.x_m, profile.y_m - elevation_m
+    k = np.flatnonzero(np.diff(np.sign(above)))
+    places = np.unique(np.round(x[k] + np.diff(x)[k] * above[k] / (above[k] - above[k + 1])))
+    return f": x = {ENGLISH.listed([f'{x:.0f}' for x in places])} m" if len(places) > 1 else ""
 
 
 @lru_cache(maxsize=KEPT)

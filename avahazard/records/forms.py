@@ -12,7 +12,7 @@ from typing import Literal
 
 from avahazard.notes import ENGLISH, counted
 from avahazard.records.cells import PLAIN_NUMBER as NUMBER
-from avahazard.records.cells import USUAL_MARKS, plain_cells
+from avahazard.records.cells import USUAL_MARKS, number_alone, plain_cells
 from avahazard.records.collection import Covariate, Event, Path
 from avahazard.records.conventions import Conventions
 from avahazard.records.errors import Problems, RowProblem
@@ -50,25 +50,26 @@ PLACES = ("runout_x_m", "runout_elevation_m", "left_profile", "easting_m", "lon"
 Kind = Literal["paths", "profiles", "events", "velocities"]
 
 KNOWN_FORMS = (
-    "a columns.toml for these names (import FILE --guess-columns writes one); or the columns of "
-    "paths (path_id), profiles (path_id, x_m, y_m), events (event_id and path_id, "
+    "the columns of paths (path_id), profiles (path_id, x_m, y_m), events (event_id and path_id, "
     "or fall_height_m and runout_length_m, or h_over_l) or velocities (event_id, x_m or "
     "elevation_m, speed_m_s)"
 )
-OTHER_NAMES = "; or a columns.toml with the names here (import FILE --guess-columns writes one)"
+OTHER_NAMES = "a columns.toml with the names here (import FILE --guess-columns writes one)"
 
 
 def recognise(table: FileTable, problems: Problems, *, need_runout: bool = True) -> Kind | None:
     """Return the kind of `table`, or None after adding to `problems` what its header lacks."""
     columns = set(table.header)
+    there = f"their lines in {table.mapping}" if table.mapping else OTHER_NAMES
     kind = _kind(columns, (table.name or PurePath(table.file).stem).lower())
     if kind is None:
-        problems.append(RowProblem(table.file, 1, "", ", ".join(table.header), KNOWN_FORMS))
+        accepted = f"{there}; or {KNOWN_FORMS}"
+        problems.append(RowProblem(table.file, table.first, "", ", ".join(table.header), accepted))
         return None
-    lacking = [names for names in _required(kind, columns, need_runout) if not columns & set(names)]
+    lacking = [names for names in required(kind, columns, need_runout) if not columns & set(names)]
     for names in lacking:
-        accepted = "a column " + " or ".join(names) + OTHER_NAMES
-        problems.append(RowProblem(table.file, 1, names[0], "", accepted))
+        accepted = f"a column {' or '.join(names)}; or {there}"
+        problems.append(RowProblem(table.file, table.first, names[0], "", accepted))
     return None if lacking else kind
 
 
@@ -92,7 +93,7 @@ _BY_NAME: dict[str, Kind] = {
 }
 
 
-def _required(kind: Kind, columns: set[str], need_runout: bool) -> list[tuple[str, ...]]:
+def required(kind: Kind, columns: set[str], need_runout: bool) -> list[tuple[str, ...]]:
     """Return groups of columns, of each of which one must be there."""
     if kind == "paths":
         return [("path_id",)]
@@ -155,7 +156,7 @@ def read_covariates(
                 elif NUMBER.fullmatch(text) and abs(float(text)) <= LARGEST:
                     values[name] = float(text)
                 else:
-                    accepted = _accepted(name, stored)
+                    accepted = _accepted(name, text, stored)
                     problems.append(RowProblem(table.file, line, name, text, accepted))
             found[table.file, line] = values
     return found
@@ -191,13 +192,14 @@ def _means_numbers(name: str) -> bool:
     return name in MEANINGS and MEANINGS[name].content == "number" and bool(MEANINGS[name].further)
 
 
-def _accepted(name: str, stored: Mapping[str, Content]) -> str:
-    finite = f"a number of at most {LARGEST:g} in size"
+def _accepted(name: str, text: str, stored: Mapping[str, Content]) -> str:
+    number = f"a number of at most {LARGEST:g} in size" if _like_a_number(text) else "a number"
     if name in stored:
-        return f"{finite}: the records stored before hold {name} as numbers"
-    if _means_numbers(name):
-        return f"{finite}, or an empty cell where it is missing"
-    return f"{finite}, as most of the column, or an empty cell where it is missing"
+        why = f", as the records stored before hold in {name}"
+    else:
+        why = "" if _means_numbers(name) else ", as in most of the column"
+    remedy = "" if _like_a_number(text) else f"; {number_alone(text)}"
+    return f"{number}{why}, or an empty cell where it is missing{remedy}"
 
 
 YEARS = ("date", "observed_from", "observed_to")
@@ -257,7 +259,7 @@ def _years_beyond(_column: str, texts: Collection[str]) -> Beyond:
     dates = [text for text in texts if len(text) in (4, 10) and text[:4].isdigit()]
     refused = {text for text in dates if text > tomorrow[: len(text)]}
     odd = {text for text in dates if int(text[:4]) < FIRST_YEAR} - refused
-    return refused, odd, "a date that is not to come", f"before the year {FIRST_YEAR}"
+    return refused, odd, "a date that is not in the future", f"before the year {FIRST_YEAR}"
 
 
 FAR, FAR_OF_MARK = 10.0, 1.0

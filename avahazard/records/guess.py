@@ -10,11 +10,12 @@ from typing import NamedTuple
 import numpy as np
 from rapidfuzz import fuzz, process
 
-from avahazard.records.cells import LIKELY_MARKS, RANGE
+from avahazard.records.cells import LIKELY_MARKS, RANGE, usual_of_range
 from avahazard.records.conventions import ISO, is_number, read_dates
 from avahazard.records.errors import Problems
+from avahazard.records.forms import Kind, required
 from avahazard.records.intake import Guess
-from avahazard.records.meanings import MEANINGS, NAMES, known_unit, squash
+from avahazard.records.meanings import ABOVE_SEA, MEANINGS, NAMES, known_unit, squash
 from avahazard.records.rows import PathRow
 from avahazard.records.sheet import read_tables
 from avahazard.records.table import FileTable, SheetLayout
@@ -57,7 +58,7 @@ def guess_tables(file: FilePath) -> tuple[list[GuessedTable], Problems]:
 
 def _any_unit(text: str) -> bool:
     return not is_number(text) and any(
-        known_unit(text, unit) for unit in ("m", "m3", "m2", "m/s", "degrees", "years")
+        known_unit(text, unit) for unit in (ABOVE_SEA, "m", "m3", "m2", "m/s", "degrees", "years")
     )
 
 
@@ -65,13 +66,16 @@ def _guessed(table: FileTable, layout: SheetLayout) -> GuessedTable:
     candidates = [guess for name in table.header for guess in _candidates(table, name)]
     likely = {guess.column for guess in candidates if guess.confidence >= LIKELY}
     profile = likely >= {"x_m", "y_m"} and not likely & {"date", "volume_m3"}
-    others = likely - OF_PROFILES if profile else {"x_m", "y_m"}
+    others = likely - OF_PROFILES if profile else {"x_m", "y_m", "land_cover"}
     candidates = [guess for guess in candidates if guess.column not in others]
     candidates.sort(key=lambda guess: -guess.confidence)
     taken: dict[str, Guess] = {}
     open_: list[str] = []
     for guess in candidates:
-        if any(other.source == guess.source for other in taken.values()):
+        same = next((other for other in taken.values() if other.source == guess.source), None)
+        if same and same.confidence == guess.confidence and guess.column not in taken:
+            open_.append(f"{guess.source!r} may also be {guess.column}, not {same.column}")
+        if same:
             continue
         rival = taken.get(guess.column)
         if rival and rival.confidence == guess.confidence:
@@ -84,7 +88,8 @@ def _guessed(table: FileTable, layout: SheetLayout) -> GuessedTable:
     for guess in taken.values():
         unit = MEANINGS[guess.column].unit if guess.column in MEANINGS else ""
         if guess.ranges:
-            open_.append(f"{guess.source!r} holds ranges: their geometric mean is taken")
+            which = usual_of_range(guess.column)
+            open_.append(f'{guess.source!r} holds ranges: range = "{which}" is taken')
         if unit in ("m", "m3", "m a.s.l.") and not guess.unit:
             open_.append(f"the unit of {guess.source!r} is not said: {unit} is assumed")
     unused = [n for n in table.header if n not in {g.source for g in taken.values()}]
@@ -95,14 +100,24 @@ def _guessed(table: FileTable, layout: SheetLayout) -> GuessedTable:
         open_.append(f"{reach.source!r} is mostly below {drop.source!r}: is it in km?")
     every = (text for name in table.header for text in table.counts(name))
     unknown = dict.fromkeys(text for text in every if text.casefold() in MARKS)
-    if _without_numbers(taken):
-        open_.append("no column names the events: their rows do (event_id = row number)")
+    open_ += _lacking(taken, profile)
     return GuessedTable(table, layout, tuple(taken.values()), tuple(open_), tuple(unknown))
+
+
+def _lacking(taken: Mapping[str, Guess], profile: bool) -> Iterator[str]:
+    """The columns that the form of a table requires and that none is taken for."""
+    if _without_numbers(taken):
+        yield "no column names the events: their rows do (event_id = row number)"
+    events = not OF_TERRAIN.issuperset(taken)
+    kind: Kind = "events" if events else "profiles" if profile else "paths"
+    for names in required(kind, {"event_id", *taken}, need_runout=True):
+        if names != ("event_id",) and not set(names) & set(taken):
+            yield f"no column seems to be {' or '.join(names[:3])}, which is required"
 
 
 def _without_numbers(columns: Mapping[str, Guess]) -> bool:
     """Whether a table has events that no column names."""
-    return "event_id" not in columns and bool(columns.keys() - OF_TERRAIN)
+    return "event_id" not in columns and not OF_TERRAIN.issuperset(columns)
 
 
 def _middle(table: FileTable, guess: Guess) -> float:
@@ -196,7 +211,7 @@ def as_toml(tables: Sequence[tuple[str, GuessedTable]]) -> str:
         for guess in found.guesses:
             source = _quoted(guess.source)
             more = f", unit = {_quoted(guess.unit)}" if guess.unit else ""
-            more += ', range = "geometric"' if guess.ranges else ""
+            more += f', range = "{usual_of_range(guess.column)}"' if guess.ranges else ""
             value = f"{{from = {source}{more}}}" if more else source
             said = f"  # {guess.confidence:.0%}: {guess.reason}"
             if guess.column not in DATE_PARTS:

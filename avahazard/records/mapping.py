@@ -112,7 +112,7 @@ def read_mappings(file: FilePath) -> dict[str, TableMapping]:
                 raise AvahazardError(
                     f"{place}, columns, {name}: {source.unit!r} is no unit of it"
                     + (f", which counts in {unit}." if unit else "."),
-                    "Write such as ft, km, km3, km/h, 1e6 m3; a column of your own has no unit.",
+                    "Write such as ft, km, cu yd, km/h, 1e6 m3; a column of your own has no unit.",
                 )
     return found
 
@@ -132,16 +132,23 @@ def try_mapping(name: str, mapping: TableMapping, table: FileTable) -> Trial:
     One that names neither file nor sheet means the tables that have any of its columns.
     """
     needed = mapping.needed()
+    elsewhere = TableMapping.model_fields.keys() - {"need", "keep"}
+    apart = {key: f" (the key {key} stands above [columns])" for key in elsewhere}
     there = {squash(column) for column in table.header}
-    lacks: Problems | None = [
-        RowProblem(name, 0, key, c, _one_of(f"a column of {table.file}", c, table.header))
+    lacks: Problems = [
+        RowProblem(
+            name,
+            0,
+            key,
+            c,
+            _one_of(f"a column of {table.file}{apart.get(key, '')}", c, table.header),
+        )
         for c, key in needed.items()
         if squash(c) not in there
     ]
     alike = mapping.file or mapping.sheet or not lacks or len(lacks) < len(needed)
-    if not alike or mapping.sheet not in (None, table.title or None):
-        lacks = None
-    return Trial(mapping, table.file, table.title, lacks)
+    meant = alike and mapping.sheet in (None, table.title or None)
+    return Trial(mapping, table.file, table.title, lacks if meant else None)
 
 
 def _one_of(what: str, name: str, known: Sequence[str]) -> str:

@@ -108,6 +108,7 @@ ABOVE_SEA_LEVEL = re.compile(
     r"(m|ft|feet)\s*(?:a\.?\s?s\.?\s?l\.?|ü\.?\s?\w+\.?|s\.?l\.?m\.?|moh\.?)", re.IGNORECASE
 )
 WORDS = {"pied": "ft", "pieds": "ft", "fuss": "ft", "fuß": "ft", "piedi": "ft", "fot": "ft"}
+CUBIC = re.compile(r"\b(cu|cubic)\.?\s+", re.IGNORECASE)
 MILLIONS = re.compile(r"M(?:m3|m³|m\^3)|mio\.?\s*m3|million\s+m3", re.IGNORECASE)
 
 
@@ -124,7 +125,7 @@ def factor(text: str, unit: str) -> float | None:
     """
     above = ABOVE_SEA_LEVEL.fullmatch(text.strip())
     text = above.group(1) if above else text.strip()
-    if MILLIONS.fullmatch(text):
+    if MILLIONS.fullmatch(text) or (above and unit != ABOVE_SEA):
         return None
     target = "m" if unit == ABOVE_SEA else unit
     try:
@@ -135,7 +136,7 @@ def factor(text: str, unit: str) -> float | None:
 
 
 def _spelt(text: str) -> str:
-    text = text.replace("²", "2").replace("³", "3")
+    text = CUBIC.sub(r"\1_", text.replace("²", "2").replace("³", "3"))
     return POWER.sub(r"**\1", WORDS.get(text.casefold(), text))
 
 

@@ -42,9 +42,10 @@ from avahazard.records.rows import (
     VelocityRow,
     check_rows,
 )
+from avahazard.records.sheet import WORKBOOKS
 from avahazard.records.table import Cells, FileTable
 
-TABLES = (".csv", ".tsv", ".xlsx", ".xlsm", ".xls", ".xlsb", ".ods")
+TABLES = (".csv", ".tsv", *WORKBOOKS)
 OTHERS = (".numbers",)
 
 

@@ -16,7 +16,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from avahazard.records.conventions import ISO
+from avahazard.records.conventions import ACCEPTED, ISO, NO_SUCH_DAY
 from avahazard.records.errors import Problems, RowProblem
 from avahazard.records.meanings import RATIO
 
@@ -145,10 +145,12 @@ LENGTH = "metres, over 0"
 
 
 def _iso_date(text: str) -> str:
-    if not ISO.fullmatch(text) or text == "0000":
+    if not ISO.fullmatch(text):
         raise ValueError(text)
-    if len(text) > len("1950"):
-        dt.date.fromisoformat(text)
+    try:
+        dt.date.fromisoformat(text if len(text) > len("1950") else f"{text}-01-01")
+    except ValueError:
+        raise wrong("date", NO_SUCH_DAY) from None
     return text
 
 
@@ -159,7 +161,7 @@ class DepositRow(Row):
     """An event without its place: the two forms of an event build on it."""
 
     event_id: Name = Field(description=ID)
-    date: Date | None = Field(None, description="a date as 1950-02-13, or a year as 1950")
+    date: Date | None = Field(None, description=ACCEPTED)
     runout_sigma_m: Positive | None = Field(None, description=LENGTH)
     release_elevation_m: Number | None = Field(None, description=ELEVATION)
     volume_m3: Positive | None = Field(None, description="a volume in m3, over 0")

@@ -37,6 +37,7 @@ def read_tables(path: FilePath, problems: Problems, layout: SheetLayout = PLAIN)
 
 HEADER_ACCEPTED = "a header row with the names of the columns"
 TEXT_ACCEPTED = "a text file in UTF-8 (in a spreadsheet: save as .xlsx, or as 'CSV UTF-8')"
+WORKBOOKS = (".xlsx", ".xlsm", ".xls", ".xlsb", ".ods")
 MARKS = (
     (codecs.BOM_UTF8, "utf-8", "UTF-8 with a byte order mark"),
     (codecs.BOM_UTF32_LE, "utf-32-le", "UTF-32"),
@@ -59,7 +60,8 @@ def decode(file: str, raw: bytes, problems: Problems) -> tuple[str, str] | None:
     """
 
     def refuse(line: int, byte: int) -> None:
-        problems.append(RowProblem(file, line, "", f"byte 0x{byte:02x}", TEXT_ACCEPTED))
+        accepted = DAMAGED if PurePath(file).suffix.lower() in WORKBOOKS else TEXT_ACCEPTED
+        problems.append(RowProblem(file, line, "", f"byte 0x{byte:02x}", accepted))
 
     invalid: list[int] = []
     for codec, name in _encodings(raw):
@@ -156,6 +158,10 @@ def _separator(text: str) -> str:
 
 ZIP, OLE = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
 SHEET_ACCEPTED = "a workbook (.xlsx, .xls, .ods) without a password, or a text file (CSV)"
+DAMAGED = (
+    "a workbook that can be read: this file is damaged; take another copy of it, or open it in a "
+    "spreadsheet and save it again"
+)
 MOST_BYTES = 1_000_000_000  # unpacked; a small file can hold endless zeros
 
 
@@ -169,7 +175,8 @@ def _read_sheets(file: str, raw: bytes, problems: Problems, layout: SheetLayout)
     except (KeyboardInterrupt, SystemExit):
         raise
     except BaseException:  # a panic of the library, which is in Rust, is no Exception
-        problems.append(RowProblem(file, 0, "", PurePath(file).name, SHEET_ACCEPTED))
+        accepted = DAMAGED if raw.startswith(ZIP) else SHEET_ACCEPTED
+        problems.append(RowProblem(file, 0, "", PurePath(file).name, accepted))
         return []
     before = len(problems)
     found = [_sheet(file, grid, len(grids) > 1, layout, problems) for grid in grids]

@@ -4,8 +4,9 @@ import tomllib
 from typing import TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import ErrorDetails
 
-from avahazard.records.errors import AvahazardError
+from avahazard.records.errors import AvahazardError, did_you_mean
 
 
 class Strict(BaseModel):
@@ -30,8 +31,24 @@ def read_toml(name: str, text: str, form: type[Form], hint: str) -> Form:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         given = "" if first["type"] == "missing" else f" (given: {first['input']!r})"
-        message = f"{name}, {_place(first['loc'])}: {first['msg']}{given}."
-        raise AvahazardError(message, hint) from error
+        what, meant = _fault(first, form)
+        message = f"{name}, {_place(first['loc'])}: {what}{given}."
+        raise AvahazardError(message, f"{meant}{hint}") from error
+
+
+def _fault(error: ErrorDetails, form: type[Strict]) -> tuple[str, str]:
+    """What is wrong, and what may be meant by a key that is not known here."""
+    *above, key = map(str, error["loc"])
+    if above and key in form.model_fields:
+        return f"this key stands above [{above[-1]}]", ""
+    if error["type"] != "extra_forbidden":
+        return error["msg"], ""
+    schema = form.model_json_schema()
+    tables = schema, *schema.get("$defs", {}).values()
+    known = {name for table in tables for name in table.get("properties", ())}
+    if key in known:
+        return "this key does not stand here", ""
+    return "there is no such key", did_you_mean(key, sorted(known))
 
 
 def _place(location: tuple[int | str, ...]) -> str:

@@ -202,7 +202,7 @@ def guess_columns(sources: Sequence[str | FilePath]) -> results.GuessedColumns:
         tuple(map(str, files)),
         str(target),
         Rows(guess for _, found in tables for guess in found.guesses),
-        tuple(text for _, found in tables for text in found.open),
+        tuple(f"{found.table.file}: {text}" for _, found in tables for text in found.open),
     )
 
 

@@ -84,6 +84,8 @@ BOWL = Profile("P", np.array([0.0, 100, 200, 300, 400]), np.array([900.0, 800, 7
 )
 def test_counter_slope_is_between_lowest_point_and_end(elevation: float, twice: bool) -> None:
     assert on_counter_slope(elevation, BOWL) is twice
+    fault = stop_fault(Event("e", "P", runout_elevation_m=elevation, runout_sigma_m=1.0), BOWL)
+    assert (fault is not None and "at two places: x = " in str(fault[2])) is twice
 
 
 @pytest.mark.parametrize(

@@ -109,3 +109,39 @@ def test_a_folder_has_one_mapping_with_ranges_and_words_and_a_table_of_paths(
     records = read_records([tmp_path])
     assert records.profiles[0].land_cover == ("offen", "forest", "forest", "offen", "offen")
     assert records.events[0].volume_m3 == 2000.0
+
+
+@pytest.mark.parametrize(
+    ("header", "cells", "columns"),
+    [
+        (
+            "N° fiche;Zug-Nr.;Winter;Anriss (m ü. M.);Auslauf (m ü. M.)",
+            "F1;Z1;1999;2400;1500",
+            "event_id path_id date release_elevation_m runout_elevation_m",
+        ),
+        ("ID;Path;Deposit volume (cu yd)", "a;P;10", "event_id path_id volume_m3"),
+        (
+            "Couloir;Distance (m);Altitude (m);Couverture",
+            "P;0;2000;x",
+            "path_id x_m y_m land_cover",
+        ),
+    ],
+)
+def test_headers_of_offices(tmp_path: Path, header: str, cells: str, columns: str) -> None:
+    file = tmp_path / "k.csv"
+    file.write_text(f"{header}\n{cells}\n", encoding="utf-8")
+    ((found,), _) = guess_tables(file)
+    by_source = {guess.source: guess.column for guess in found.guesses}
+    assert [by_source.get(name) for name in header.split(";")] == columns.split()
+    lacks_a_stop = any("no column seems to be runout_x_m" in text for text in found.open)
+    assert lacks_a_stop == ("volume_m3" in columns)
+
+
+def test_what_is_required_and_what_a_header_may_also_be_is_open(tmp_path: Path) -> None:
+    file = tmp_path / "k.csv"
+    file.write_text("Nr;Datum;Auslauf (m)\n1;1999;400-500\n", encoding="utf-8")
+    ((found,), _) = guess_tables(file)
+    said = "\n".join(found.open)
+    assert "'Auslauf (m)' may also be runout_x_m" in said
+    assert "no column seems to be path_id, which is required" in said
+    assert 'range = "mean"' in said

@@ -7,7 +7,9 @@ from openpyxl import Workbook
 
 from avahazard.records.collection import Path as AvalanchePath
 from avahazard.records.collection import Records
+from avahazard.records.errors import AvahazardError
 from avahazard.records.intake import Intake
+from avahazard.records.mapping import read_mappings
 from avahazard.records.reading import read_files
 
 KNOWN = Records(paths=(AvalanchePath("Pra"),))
@@ -80,3 +82,28 @@ def test_mappings_for_other_files_are_named(tmp_path: Path) -> None:
     assert any("c.toml, table 3: not used" in note for note in found.notes)
     alone = read(tmp_path, other)
     assert "c.toml" in alone.problems[0].file
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("unknwon = []", "unknwon: there is no such key .* Did you mean unknown?"),
+        ('[columns]\na = {from = "A", unti = "m"}', "columns, a, unti: there is no such key"),
+        ('[columns]\nunknown = ["?"]', r"columns, unknown: this key stands above \[columns\]"),
+        ('range = "mean"', "range: this key does not stand here"),
+    ],
+)
+def test_keys_that_are_none_are_named(tmp_path: Path, text: str, message: str) -> None:
+    file = tmp_path / "columns.toml"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(AvahazardError, match=message):
+        read_mappings(file)
+
+
+def test_a_mapping_may_only_say_how_a_table_is_written(tmp_path: Path) -> None:
+    file = tmp_path / "events.csv"
+    file.write_text("event_id;path_id;runout_elevation_m;volume_m3\na;Pra;900;1,500\n")
+    (problem,) = read_files([file], KNOWN).problems
+    assert 'decimal = "point" or "comma" in a columns.toml' in problem.accepted
+    (tmp_path / "columns.toml").write_text('decimal = "comma"', encoding="utf-8")
+    assert read_files([file], KNOWN).records.events[0].volume_m3 == 1.5

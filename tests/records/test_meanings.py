@@ -5,7 +5,15 @@ from __future__ import annotations
 import pytest
 
 from avahazard.records.forms import COLUMNS
-from avahazard.records.meanings import MEANINGS, known_name, near_name, one_spelling, plain_word
+from avahazard.records.meanings import (
+    ABOVE_SEA,
+    MEANINGS,
+    factor,
+    known_name,
+    near_name,
+    one_spelling,
+    plain_word,
+)
 
 
 @pytest.mark.parametrize(
@@ -80,3 +88,20 @@ def test_the_most_common_spelling_is_kept() -> None:
         "powder": "Powder",
         "Powder": "Powder",
     }
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "times"),
+    [
+        ("cu yd", "m3", 0.764554857984),
+        ("cu. ft", "m3", 0.028316846592),
+        ("yd3", "m3", 0.764554857984),
+        ("cubic yards", "m3", 0.764554857984),
+        ("m ü. M.", ABOVE_SEA, 1.0),
+        ("ft asl", ABOVE_SEA, 0.3048),
+        ("m ü. M.", "m", None),
+        ("Mm3", "m3", None),
+    ],
+)
+def test_units_as_people_write_them(text: str, unit: str, times: float | None) -> None:
+    assert factor(text, unit) == (times and pytest.approx(times))

@@ -130,6 +130,30 @@ def test_bad_events_are_named(write: Write, row: str, column: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("cells", "remedy"),
+    [
+        ("800,30/02/1978,10,1", "this day does not exist"),
+        ("800,1978-02-30,10,1", "this day does not exist"),
+        ("800,2999-01-01,10,1", "a date that is not in the future"),
+        ("800-900,1978,10,1", 'range = "mean"'),
+        ("800,1978,10-20,1", 'range = "geometric"'),
+        ("800,1978,environ 5'000,1", "the number alone, such as 5'000"),
+        ("800,1978,selten,1", "unknown = ['selten'] in columns.toml"),
+        ("k.A.,1978,10,1", "unknown = ['k.A.'] in columns.toml"),
+        ("800,1978,10,ca. 4", "a number, as in most of the column"),
+        ("800,1978,10,1e40", "a number of at most 1e+30"),
+    ],
+)
+def test_what_would_be_accepted(write: Write, cells: str, remedy: str) -> None:
+    write("profiles.csv", PROFILE)
+    rows = f"a,P,800,1978,10,1\nb,P,800,1978,10,2\nc,P,{cells}\n"
+    file = write("events.csv", f"{EVENTS},date,volume_m3,snow\n{rows}")
+    (problem,) = problems(file.parent)
+    assert problem.accepted.count("--unknown") < 2
+    assert remedy in problem.accepted
+
+
+@pytest.mark.parametrize(
     ("row", "column"),
     [
         ("P,1900,1899,open,1", "observed_from"),

@@ -161,12 +161,19 @@ def test_merged_cells_are_refused(tmp_path: Path) -> None:
     assert any("not merged" in p.accepted for p in found.problems)
 
 
-@pytest.mark.parametrize("raw", [b"PK\x03\x04 no archive", b"\xd0\xcf\x11\xe0 an old one"])
-def test_what_is_no_workbook_is_refused(tmp_path: Path, raw: bytes) -> None:
+@pytest.mark.parametrize(
+    ("raw", "accepted"),
+    [
+        (b"PK\x03\x04 no archive", "this file is damaged"),
+        (b"XK\x03\x04\x81 no archive", "this file is damaged"),
+        (b"\xd0\xcf\x11\xe0 an old one", "(.xlsx, .xls, .ods) without a password"),
+    ],
+)
+def test_what_is_no_workbook_is_refused(tmp_path: Path, raw: bytes, accepted: str) -> None:
     file = tmp_path / "events.xlsx"
     file.write_bytes(raw)
     (problem,) = read(file).problems
-    assert "(.xlsx, .xls, .ods) without a password" in problem.accepted
+    assert accepted in problem.accepted
 
 
 def test_content_decides_not_the_ending(tmp_path: Path) -> None:

@@ -231,7 +231,7 @@ def test_what_is_named_is_added_and_the_answers_are_by_the_child(folder: Path) -
     ("text", "words"),
     [
         ("", "files: Field required"),
-        ('files = ["world"]\ncolour = 1', "colour: Extra inputs are not permitted (given: 1)"),
+        ('files = ["world"]\ncolour = 1', "colour: there is no such key (given: 1)"),
         ('files = ["world"]\n[model]\nscatter = "much"', "model, scatter"),
         ('files = ["world"]\n[hazard]\nreturn_periods = [100, 0.5]', "hazard, return_periods 2"),
         ('files = ["world"', "is not a TOML file"),
