@@ -36,8 +36,8 @@ LANGUAGES = ("en", "de", "de_AT", "fr", "it", "nb")
 ACCEPTED = "a date as 1950-02-13, or a year as 1950"
 NO_SUCH_DAY = f"{ACCEPTED}: this day does not exist"
 AMBIGUOUS = (
-    f"{ACCEPTED}: day or month first? Import with --dates dmy (or mdy), or write "
-    'dates = "dmy" in a columns.toml beside the file'
+    f"{ACCEPTED}: day or month first? Write "
+    'dates = "dmy" or "mdy" in a columns.toml beside the file, or import with --dates'
 )
 MIXED = "dates with the day first or the month first, one of them in a column; or 1950-02-13"
 BESIDE_DAYS = f"{ACCEPTED}: beside Excel's day numbers this may be a year or a day"

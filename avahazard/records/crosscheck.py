@@ -237,9 +237,12 @@ def _elevations(profile: Profile, first: float, last: float) -> tuple[float, flo
 
 def check_references(intake: Intake, path_ids: Set[str], event_ids: Set[str]) -> None:
     """Refuse events of a path, and speeds of an event, that neither files nor database have."""
+    named = {p.name: p.path_id for p in (*intake.known.paths, *intake.records.paths) if p.name}
     for event in intake.records.events:
         if event.path_id is not None and event.path_id not in path_ids:
             accepted = "a path_id of these files or of the database"
+            if event.path_id in named:
+                accepted += f", such as {named[event.path_id]}, whose name this is"
             intake.refuse(("event", event.event_id), "path_id", event.path_id, accepted)
     for speed in intake.records.speeds:
         if speed.event_id not in event_ids:

@@ -36,6 +36,12 @@ def faults(intake: Intake) -> list[tuple[str, str]]:
     return [(p.file, p.column) for p in intake.problems]
 
 
+def test_the_name_of_a_path_is_not_its_id() -> None:
+    intake = Intake(records=Records(paths=(Path("P", name="Pra"),), events=(Event("e", "Pra"),)))
+    check_references(intake, {"P"}, {"e"})
+    assert "such as P, whose name this is" in intake.problems[0].accepted
+
+
 def test_paths_and_events_must_be_known() -> None:
     intake = Intake(records=Records(events=(STOP,), speeds=(SPEED,)))
     check_references(intake, {"Q"}, {"other"})
