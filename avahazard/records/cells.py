@@ -28,8 +28,8 @@ LIKELY_MARKS = {
     "k.a.", "k. a.", "unbekannt", "inconnu", "sconosciuto", "ukjent", "unknown",
 }  # fmt: skip
 AMBIGUOUS = (
-    "a number: is this sign a decimal one or of thousands? Write "
-    'decimal = "point" or "comma" in a columns.toml beside the file, or import with --decimal'
+    "a number: is this sign a decimal one or of thousands? Write decimal = "
+    '"comma" (or "point") in a columns.toml beside the file, or import with --decimal comma'
 )
 UNKNOWN_MARK = "unknown = [{0!r}] in columns.toml, or import with --unknown {0!r}"
 MADE_A_DATE = "the text that was meant: the spreadsheet holds a date here"

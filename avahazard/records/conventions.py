@@ -37,7 +37,7 @@ ACCEPTED = "a date as 1950-02-13, or a year as 1950"
 NO_SUCH_DAY = f"{ACCEPTED}: this day does not exist"
 AMBIGUOUS = (
     f"{ACCEPTED}: day or month first? Write "
-    'dates = "dmy" or "mdy" in a columns.toml beside the file, or import with --dates'
+    'dates = "dmy" (or "mdy") in a columns.toml beside the file, or import with --dates dmy'
 )
 MIXED = "dates with the day first or the month first, one of them in a column; or 1950-02-13"
 BESIDE_DAYS = f"{ACCEPTED}: beside Excel's day numbers this may be a year or a day"

@@ -104,6 +104,6 @@ def test_a_mapping_may_only_say_how_a_table_is_written(tmp_path: Path) -> None:
     file = tmp_path / "events.csv"
     file.write_text("event_id;path_id;runout_elevation_m;volume_m3\na;Pra;900;1,500\n")
     (problem,) = read_files([file], KNOWN).problems
-    assert 'decimal = "point" or "comma" in a columns.toml' in problem.accepted
+    assert 'decimal = "comma" (or "point") in a columns.toml' in problem.accepted
     (tmp_path / "columns.toml").write_text('decimal = "comma"', encoding="utf-8")
     assert read_files([file], KNOWN).records.events[0].volume_m3 == 1.5
