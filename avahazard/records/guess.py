@@ -23,7 +23,6 @@ from avahazard.records.table import FileTable, SheetLayout
 DATE_PARTS = ("year", "month", "day")
 FROM_UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]|[,;]\s*(\S+)$|_(m3|m2|m|km3|km|ft|ha)$")
 PLAIN = re.compile(r"[0-9]+(?:\.[0-9]*)?")
-MARKS = LIKELY_MARKS | {"unknown"}
 OF_PROFILES = {"path_id", "x_m", "y_m", "land_cover", "easting_m", "northing_m", "lon", "lat"}
 OF_TERRAIN = OF_PROFILES | PathRow.model_fields.keys()
 SURE, LIKELY, NEAR = 0.95, 0.8, 87.0
@@ -99,7 +98,7 @@ def _guessed(table: FileTable, layout: SheetLayout) -> GuessedTable:
     if drop and reach and drop.unit == reach.unit and _middle(table, reach) < _middle(table, drop):
         open_.append(f"{reach.source!r} is mostly below {drop.source!r}: is it in km?")
     every = (text for name in table.header for text in table.counts(name))
-    unknown = dict.fromkeys(text for text in every if text.casefold() in MARKS)
+    unknown = dict.fromkeys(text for text in every if text.casefold() in LIKELY_MARKS)
     open_ += _lacking(taken, profile)
     return GuessedTable(table, layout, tuple(taken.values()), tuple(open_), tuple(unknown))
 
@@ -131,7 +130,7 @@ def _candidates(table: FileTable, name: str) -> Iterator[Guess]:
     unit = next((g for g in given.groups() if g), "") if given else table.columns[name].unit
     bare = FROM_UNIT.sub("", name).strip() if given and _any_unit(unit) else name
     unit = unit if _any_unit(unit) else ""
-    texts = [text for text in table.counts(name) if text.casefold() not in MARKS]
+    texts = [text for text in table.counts(name) if text.casefold() not in LIKELY_MARKS]
     for column, (word, likeness) in _like(bare).items():
         confidence = SURE if likeness == 100.0 else LIKELY * likeness / 100.0 + 0.04
         reason = f"{bare!r} is {word!r}" if likeness == 100.0 else f"{bare!r} is near {word!r}"

@@ -83,6 +83,9 @@ class TableMapping(Strict):
         return columns | {name: key for name, key in others.items() if name not in columns}
 
 
+ABOVE_COLUMNS = TableMapping.model_fields.keys() - {"need", "keep"}
+
+
 class Document(TableMapping):
     """One table, or several as `[[table]]`."""
 
@@ -131,21 +134,15 @@ def try_mapping(name: str, mapping: TableMapping, table: FileTable) -> Trial:
 
     One that names neither file nor sheet means the tables that have any of its columns.
     """
-    needed = mapping.needed()
-    elsewhere = TableMapping.model_fields.keys() - {"need", "keep"}
-    apart = {key: f" (the key {key} stands above [columns])" for key in elsewhere}
     there = {squash(column) for column in table.header}
-    lacks: Problems = [
-        RowProblem(
-            name,
-            0,
-            key,
-            c,
-            _one_of(f"a column of {table.file}{apart.get(key, '')}", c, table.header),
-        )
-        for c, key in needed.items()
-        if squash(c) not in there
-    ]
+    needed = mapping.needed()
+    lacks: Problems = []
+    for column, key in needed.items():
+        if squash(column) not in there:
+            what = f"a column of {table.file}"
+            if key in ABOVE_COLUMNS:
+                what += f" (the key {key} stands above [columns])"
+            lacks.append(RowProblem(name, 0, key, column, _one_of(what, column, table.header)))
     alike = mapping.file or mapping.sheet or not lacks or len(lacks) < len(needed)
     meant = alike and mapping.sheet in (None, table.title or None)
     return Trial(mapping, table.file, table.title, lacks if meant else None)
@@ -153,7 +150,7 @@ def try_mapping(name: str, mapping: TableMapping, table: FileTable) -> Trial:
 
 def _one_of(what: str, name: str, known: Sequence[str]) -> str:
     close = did_you_mean(name, known).rstrip()
-    return f"{what}. {close}" if close else f"{what}: {ENGLISH.few(known, MOST_NAMES)}"
+    return f"{what}. {close}" if close else f"{what}: {ENGLISH.few(known, MOST_NAMES) or 'none'}"
 
 
 @dataclass
@@ -203,7 +200,7 @@ class Mappings:
     def unused(self, notes: list[str]) -> Problems:
         """What is wrong with mappings by which no table was read; a note on those for others."""
         problems: Problems = []
-        others: list[str] = []
+        others: Problems = []
         taken = {trial.file for trial in self.trials if trial.lacks == []}
         for name, mapping in (item for found in self.found.values() for item in found.items()):
             tried = [trial for trial in self.trials if trial.mapping is mapping]
@@ -215,16 +212,21 @@ class Mappings:
             if near:
                 nearest = min(near, key=len)
                 problems += nearest
-            elif mapping.sheet and titles:
-                accepted = _one_of("a sheet of what is imported", mapping.sheet, titles)
-                problems.append(RowProblem(name, 0, "sheet", mapping.sheet, accepted))
+            elif mapping.file and not tried:
+                accepted = "the name of an imported file"
+                others.append(RowProblem(name, 0, "file", mapping.file, accepted))
+            elif mapping.sheet:
+                accepted = _one_of("a sheet of an imported workbook", mapping.sheet, titles)
+                fault = RowProblem(name, 0, "sheet", mapping.sheet, accepted)
+                (problems if titles else others).append(fault)
             else:
-                others.append(name)
-        if others and self.given and not taken:
-            accepted = "a mapping of what is imported: no table has any of its columns"
-            problems += [RowProblem(name, 0, "", "", accepted) for name in others]
-        elif others:
-            notes.append(f"{'; '.join(others)}: not used, no imported table is one for it.")
+                columns, accepted = ENGLISH.few([*mapping.needed()]), "columns of an imported table"
+                others.append(RowProblem(name, 0, "", columns, accepted))
+        if self.given and not taken:
+            return problems + others
+        if others:
+            names = "; ".join(other.file for other in others)
+            notes.append(f"{names}: not used, no imported table is one for it.")
         return problems
 
 
