@@ -186,7 +186,7 @@ def with_remedy(problem: RowProblem) -> RowProblem:
     elif RANGE.fullmatch(text):
         usual = usual_of_range(problem.column)
         extra = f'a range needs range = "{usual}" (or low, high) in columns.toml'
-    elif known_unit(text, meaning.unit):
+    elif known_unit(text, meaning.unit) and not text[0].isdigit():
         extra = f"a row of units needs units = {problem.line} in columns.toml"
     elif "--unknown" not in problem.accepted:
         extra = number_alone(text)

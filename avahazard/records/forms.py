@@ -59,16 +59,16 @@ OTHER_NAMES = "a columns.toml with the names here (import FILE --guess-columns w
 
 def recognise(table: FileTable, problems: Problems, *, need_runout: bool = True) -> Kind | None:
     """Return the kind of `table`, or None after adding to `problems` what its header lacks."""
-    columns = set(table.header)
-    there = f"their lines in {table.mapping}" if table.mapping else OTHER_NAMES
+    columns, mapping = set(table.header), table.mapping
     kind = _kind(columns, (table.name or PurePath(table.file).stem).lower())
     if kind is None:
-        accepted = f"{there}; or {KNOWN_FORMS}"
+        accepted = f"in {mapping}, {KNOWN_FORMS}" if mapping else f"{OTHER_NAMES}; or {KNOWN_FORMS}"
         problems.append(RowProblem(table.file, table.first, "", ", ".join(table.header), accepted))
         return None
     lacking = [names for names in required(kind, columns, need_runout) if not columns & set(names)]
     for names in lacking:
-        accepted = f"a column {' or '.join(names)}; or {there}"
+        accepted = f"a column {' or '.join(names)}"
+        accepted += f" in {mapping}" if mapping else f"; or {OTHER_NAMES}"
         problems.append(RowProblem(table.file, table.first, names[0], "", accepted))
     return None if lacking else kind
 

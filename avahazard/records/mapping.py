@@ -216,7 +216,9 @@ class Mappings:
                 accepted = "the name of an imported file"
                 others.append(RowProblem(name, 0, "file", mapping.file, accepted))
             elif mapping.sheet:
-                accepted = _one_of("a sheet of an imported workbook", mapping.sheet, titles)
+                what = "a sheet of an imported workbook"
+                what += "" if mapping.file else ' (write file = "…" if it is of another)'
+                accepted = _one_of(what, mapping.sheet, titles)
                 fault = RowProblem(name, 0, "sheet", mapping.sheet, accepted)
                 (problems if titles else others).append(fault)
             else:

@@ -75,6 +75,12 @@ def test_what_is_needed_is_not_there_where_it_is_unknown(tmp_path: Path) -> None
     assert any("sheet Notizen: not read" in note for note in found.notes)
 
 
+def test_what_a_mapping_lacks_of_a_form_is_asked_of_it(tmp_path: Path) -> None:
+    found = read(tmp_path, MAPPING.replace('path_id = "Zug", date', "date"))
+    (problem,) = found.problems
+    assert problem.accepted == f"a column path_id in {tmp_path / 'c.toml'}, table 2"
+
+
 def test_mappings_for_other_files_are_named(tmp_path: Path) -> None:
     other = '[[table]]\nfile = "Profile.csv"\ncolumns = {path_id = "Zug", x_m = "X", y_m = "Y"}\n'
     found = read(tmp_path, MAPPING + other)

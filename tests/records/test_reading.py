@@ -138,6 +138,8 @@ def test_bad_events_are_named(write: Write, row: str, column: str) -> None:
         ("800-900,1978,10,1", 'range = "mean"'),
         ("800,1978,10-20,1", 'range = "geometric"'),
         ("800,1978,environ 5'000,1", "the number alone, such as 5'000"),
+        ("800,1978,5000 m3,1", "the number alone, such as 5000"),
+        ("800,1978,m3,1", "a row of units needs units = 4"),
         ("800,1978,selten,1", "unknown = ['selten'] in columns.toml"),
         ("k.A.,1978,10,1", "unknown = ['k.A.'] in columns.toml"),
         ("800,1978,10,ca. 4", "a number, as in most of the column"),
