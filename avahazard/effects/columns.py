@@ -21,6 +21,10 @@ ORIENTATION = "orientation"
 RELEASE_SIGMA = "release_sigma_m"
 """A column of events or paths: the error of the release elevation, and so no driver of friction."""
 
+FALL_HEIGHT = "fall_height_m"
+"""A column of events without a profile. It ends at the stop and so is an outcome: an effect may be
+added by it, but none is proposed."""
+
 
 @dataclass(frozen=True, eq=False)
 class MeasuredTrack:
@@ -210,7 +214,7 @@ def _of_path(path: Path) -> dict[str, float | str | None]:
 
 def _of_line(event: Event) -> dict[str, float | str | None]:
     """What an event without a profile has instead of a path's columns: how far it fell."""
-    return {} if event.fall_height_m is None else {"fall_height_m": event.fall_height_m}
+    return {} if event.fall_height_m is None else {FALL_HEIGHT: event.fall_height_m}
 
 
 NO_EVENTS = build_columns((), {}, np.empty(0))

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri, stdtr
 
 from avahazard.arrays import Floats
+from avahazard.effects.columns import FALL_HEIGHT
 from avahazard.inference.model.observations import Observations
 from avahazard.notes import Note
 from avahazard.results.base import Rows
@@ -168,7 +169,8 @@ def event_axes(observations: Observations, predicted_x: Floats) -> dict[str, Lev
         **_at_the_stop(observations, predicted_x),
     }
     for name, values in columns.numbers.items():
-        axes.setdefault(name, _number_levels(values))
+        if name != FALL_HEIGHT:
+            axes.setdefault(name, _number_levels(values))
     for name, texts in columns.texts.items():
         axes.setdefault(name, texts)
     return {name: np.asarray(levels, dtype=np.object_) for name, levels in axes.items()}

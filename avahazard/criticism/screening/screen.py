@@ -21,7 +21,7 @@ from avahazard.arrays import Floats, Ints
 from avahazard.criticism.screening.linear_model import NOTHING, LinearModel, linear_model
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.change import ALL, change
-from avahazard.effects.columns import ORIENTATION
+from avahazard.effects.columns import FALL_HEIGHT, ORIENTATION
 from avahazard.effects.covariate import RELEASE, VOLUME, covariate, interaction, scatter_by
 from avahazard.effects.effect import Definition, Effect, FrictionEffect
 from avahazard.inference.likelihood.posterior import Posterior
@@ -232,7 +232,8 @@ def candidate_definitions(
     known, columns = catalogue().values(), observations.columns
     # Where a path faces is asked by northness and eastness.
     texts = [name for name in columns.texts if name != ORIENTATION]
-    of_events = [*columns.numbers, *texts, *columns.made]
+    known_columns = (*columns.numbers, *texts, *columns.made)
+    of_events = [name for name in known_columns if name != FALL_HEIGHT]
     # A smooth of a column that has an effect of its own would only repeat it.
     taken = {entry.column for entry in known}
     smooths = [covariate(c) for c in dict.fromkeys([*of_events, *COMMON_COLUMNS]) if c not in taken]

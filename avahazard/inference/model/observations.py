@@ -10,6 +10,7 @@ from scipy.stats import rankdata
 
 from avahazard.arrays import Floats, Ints
 from avahazard.effects.columns import (
+    FALL_HEIGHT,
     EventColumns,
     MeasuredTrack,
     build_columns,
@@ -316,7 +317,7 @@ def outcome_columns(columns: EventColumns, kind: Ints, observed: Floats) -> dict
     group = 10 * columns.path_index + kind
     found = {}
     for name, values in columns.numbers.items():
-        if name == "fall_height_m":  # what an event without a profile has in the place of a path
+        if name == FALL_HEIGHT:
             continue
         stops = observed, columns.height_over_length
         ranks = [_rank_correlation(values, stop, group) for stop in stops]

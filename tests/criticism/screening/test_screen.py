@@ -11,6 +11,7 @@ import pytest
 from scipy import stats
 
 from avahazard.criticism.diagnosis.refits import Refit, refit
+from avahazard.criticism.scoring.where_it_fails import event_axes
 from avahazard.criticism.screening import screen as module
 from avahazard.criticism.screening.linear_model import linear_model
 from avahazard.criticism.screening.screen import (
@@ -22,6 +23,7 @@ from avahazard.criticism.screening.screen import (
     candidate_definitions,
     screen,
 )
+from avahazard.effects.columns import FALL_HEIGHT
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
@@ -33,6 +35,14 @@ POWER = Specification(law="power")
 
 def base_of(slope: float, seed: int = 1, n: int = 90) -> Refit:
     return refit(build_observations(lengths(n, slope, seed)), POWER, {})
+
+
+def test_the_fall_of_an_event_ends_at_its_stop_and_is_no_candidate() -> None:
+    observations = build_observations(lengths(90, 0.0, 1))
+    assert FALL_HEIGHT in observations.columns.numbers
+    assert FALL_HEIGHT not in event_axes(observations, np.full(90, np.nan))
+    keys = [entry.key for entry in candidate_definitions(observations, POWER)]
+    assert not any(FALL_HEIGHT in key for key in keys)
 
 
 def screened(fit: Refit, n_worlds: int = 199) -> Screening:
