@@ -46,6 +46,12 @@ COMPUTING = frozenset(
 )
 """Commands that compute for long, with the options of the engine."""
 
+AFTER = dict.fromkeys(("import", "calibrate", "compare", "diagnose", "add"), "Nothing was stored.")
+AFTER |= dict.fromkeys(
+    ("run", "hazard", "zones", "simulate"), "The same command goes on with what is not stored yet."
+)
+"""What an interruption of a command leaves."""
+
 
 def function_of(command: str) -> str:
     """Its function; a name that Python keeps for itself ends in an underscore."""
@@ -115,11 +121,15 @@ class Commands(TyperGroup):
             return super().invoke(ctx)
         except BrokenPipeError:
             raise
-        except SystemError as error:
+        except (SystemError, KeyboardInterrupt) as error:
             cause: BaseException | None = error
             while isinstance(cause, SystemError):  # of Ctrl-C within compiled code, some in a chain
                 cause = cause.__cause__
-            raise cause if isinstance(cause, KeyboardInterrupt) else error from None
+            if not isinstance(cause, KeyboardInterrupt):
+                raise
+            left = AFTER.get(ctx.invoked_subcommand or "", "")
+            typer.echo(f"\nInterrupted. {left}".rstrip(), err=True)
+            raise cause from None
         except (AvahazardError, OSError) as error:
             from avahazard.cli.output import show_error  # noqa: PLC0415
 

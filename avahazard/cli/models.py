@@ -27,7 +27,7 @@ def show_calibration(model: results.Calibration) -> Iterator[Shown]:
     """Show what a calibration found."""
     yield Whole(f"{model.model}: {_parts(model)}")
     yield model_tables.parameters_table(model)
-    yield from map(Whole, sentences.kinds_text(model.kinds) if model.kinds else ())
+    yield from sentences.kinds_text(model.kinds) if model.kinds else ()
     yield model_tables.kinds_table(model)
     checks = model.diagnostics
     rhat = "infinite" if checks.rhat_max is None else f"{checks.rhat_max:.3f}"
@@ -183,7 +183,7 @@ def rerun(name: StoredModel, effect_files: EffectFiles = None) -> None:
 def _child(found: results.Calibration) -> Iterator[Shown]:
     yield from show_calibration(found)
     assert found.comparison is not None
-    yield Whole(sentences.before_and_after_text(found.comparison))
+    yield sentences.before_and_after_text(found.comparison)
 
 
 @answers("calibrate.add", _child)
@@ -282,7 +282,10 @@ def show_comparison(found: Comparison) -> Iterator[Shown]:
     yield from sentences.error_text(found)
     if scores.elpd_loo is not None:
         se = "" if scores.elpd_loo_se is None else f" ± {scores.elpd_loo_se:.1f}"
-        yield f"elpd, each record left out in turn: {scores.elpd_loo:.1f}{se} nats."
+        yield (
+            "elpd (log predictive density, each record left out in turn): "
+            f"{scores.elpd_loo:.1f}{se} nats (natural logarithm); higher is better."
+        )
     yield model_tables.budget_table(found)
     yield model_tables.misfit_table(found)
     yield model_tables.failures_table(found)
@@ -318,7 +321,7 @@ CANDIDATES_SHOWN = 8
 
 def show_diagnosis(found: Diagnosis) -> Iterator[Shown]:
     """Show the verdict, the candidates, and what else was found."""
-    yield Whole(sentences.verdict_text(found, found.model))
+    yield sentences.verdict_text(found, found.model)
     if found.declared is not None:
         words = ", ".join(found.declared.effects)
         yield f"Declared beforehand ({found.declared.at}), tested first: {words}."
@@ -327,7 +330,7 @@ def show_diagnosis(found: Diagnosis) -> Iterator[Shown]:
     best = found.candidates[0] if found.candidates else None
     for c in found.candidates:
         if c.effect in found.named:
-            yield Whole(c.physics if len(found.named) == 1 else f"{c.effect}: {c.physics}")
+            yield c.physics if len(found.named) == 1 else f"{c.effect}: {c.physics}"
     yield model_tables.shape_table(found)
     yield model_tables.laws_table(found)
     if found.effect_file is not None:
@@ -347,7 +350,7 @@ def _nearest(best: Candidate, n_tried: int) -> Iterator[Shown]:
     """A candidate that would count had it been the only question."""
     if best.p_value_alone < ALONE and LEVEL < best.p_value < NEAR:
         alone = "< 0.001" if best.p_value_alone < 0.001 else f"= {best.p_value_alone:.3f}"
-        yield Whole(
+        yield (
             f"{best.effect} comes nearest: p {alone} by itself, "
             f"{best.p_value:.2f} as the best of {n_tried}. The first counts only where it was "
             "declared beforehand (--expect)."
@@ -360,17 +363,17 @@ def _findings(found: Diagnosis) -> Iterator[Shown]:
         if c.force_witness is not None:
             value, se = c.force_witness.value, c.force_witness.se
             fitted = ", ".join(f"{k} {v:.3g}" for k, v in c.parameters.items())
-            yield Whole(
+            yield (
                 f"The measured force has {value:.2g} ± {se:.2g} of {c.effect} (fitted: {fitted})."
             )
     if found.impossible_stops:
         n = len(found.impossible_stops)
-        yield Whole(
+        yield (
             f"{n} recorded {'stop' if n == 1 else 'stops'} on ground too steep for a block to stop "
             f"there: {', '.join(found.impossible_stops[:6])}{', …' if n > 6 else ''}."
         )
     if found.heavy_tails:
-        yield Whole(
+        yield (
             "Friction scatters with heavy tails: Student's t was used. Look at wrong records: "
             f"{', '.join(found.suspect_events[:6]) or 'none stands out'}."
         )

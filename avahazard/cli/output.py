@@ -8,13 +8,14 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextvars import ContextVar
 from inspect import signature
-from itertools import groupby
+from itertools import groupby, zip_longest
 from operator import attrgetter
 from textwrap import TextWrapper, indent, wrap
 from typing import Any, Literal, NamedTuple
 
 import typer
 from rich import box
+from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, RenderableType
 from rich.containers import Lines
 from rich.padding import Padding
@@ -255,6 +256,24 @@ class BrokenText(Text):
         return Text("\n".join(lines)).wrap(console, width, **options)
 
 
+LONGEST_WORD = 14
+"""Words of a table are broken where they are longer, or where it is too wide all the same."""
+
+
+def _fitted(natural: list[int], least: list[int], room: int) -> tuple[list[int], int]:
+    """Widths of columns and the blanks between them: the widest columns are folded to their words.
+
+    Columns stand closer where their words would not fit else; no widths where they do not either.
+    """
+    n = len(natural)
+    blank = int(sum(least) + 2 * n <= room)
+    over = sum(natural) + (1 + blank) * (n - 1) + 2 - room
+    while over > 0 and (folded := [k for k in range(n) if natural[k] > least[k]]):
+        natural[max(folded, key=natural.__getitem__)] -= 1
+        over -= 1
+    return natural if over <= 0 else [], blank
+
+
 def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> Table:
     """Return a table; a heading that begins with '>' is set to the right, and never folded."""
     title = safe(title, LONGEST_CELL)
@@ -264,20 +283,30 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> 
         min_width=len(title),  # a title is folded to the width of its table
         box=box.SIMPLE_HEAD,
         pad_edge=False,
-        padding=(0, 1, 0, 0),
     )
     with speaking(TERMINAL):
         cells = [[safe(cell(value), LONGEST_CELL) for value in row] for row in rows]
+    headings, natural, least = list[str](), list[int](), list[int]()
     for k, name in enumerate(columns):
-        right = name.startswith(">")
-        heading = safe(name.removeprefix(">"), LONGEST_CELL)
-        if right:  # half of 3.4e-06 is another number
-            widest = max(
-                (len(text) for text in (*(r[k] for r in cells), *heading.split())), default=0
-            )
+        heading, own = safe(name.removeprefix(">"), LONGEST_CELL), [row[k] for row in cells]
+        if name.startswith(">"):  # half of 3.4e-06 is another number
+            widest = max((len(text) for text in (*own, *heading.split())), default=0)
             heading = "\n".join(wrap(heading, max(widest, LEAST_HEADING)))
+            parts = [*own, *heading.splitlines()]
+            natural.append(max(map(cell_len, parts), default=0))
+            least.append(natural[-1])
+        else:
+            natural.append(max(map(cell_len, (*own, heading))))
+            words = (AtMarks(1, break_long_words=False).wrap(text) for text in (*own, heading))
+            longest = max((cell_len(word) for of_text in words for word in of_text), default=0)
+            least.append(min(longest, LONGEST_WORD))
+        headings.append(heading)
+    widths, blank = _fitted(natural, least, SafeConsole().width)
+    made.padding = (0, blank, 0, 0)
+    for name, heading, width in zip_longest(columns, headings, widths):
+        right = name.startswith(">")
         justify: Literal["right", "left"] = "right" if right else "left"
-        made.add_column(heading, justify=justify, overflow="fold", no_wrap=right)
+        made.add_column(heading, justify=justify, overflow="fold", no_wrap=right, width=width)
     kinds = [Text if name.startswith(">") else BrokenText for name in columns]
     for row in cells:
         made.add_row(*(kind(text) for kind, text in zip(kinds, row, strict=True)))

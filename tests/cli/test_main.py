@@ -181,5 +181,7 @@ def test_an_interruption_of_compiled_code_is_one(monkeypatch: pytest.MonkeyPatch
         inner.__cause__ = KeyboardInterrupt()
         raise SystemError("returned a result with an exception set") from inner
 
-    monkeypatch.setattr("avahazard.workflow.path.list_paths", interrupted)
-    assert CliRunner().invoke(app, ["paths"]).exit_code == 130
+    monkeypatch.setattr("avahazard.workflow.hazard.run_hazard", interrupted)
+    done = CliRunner().invoke(app, ["hazard", "base"])
+    assert done.exit_code == 130
+    assert "Interrupted. The same command goes on" in done.stderr
