@@ -223,6 +223,17 @@ def _joined(one: Any, other: Any) -> Any:
     return Range(min(low[0], high[0]), max(low[1], high[1]))
 
 
+def as_text(notes: Iterable[str]) -> str:
+    """Notes as sentences in a row, which begin with a capital unless they begin with a name."""
+    texts = list[str]()
+    for note in map(Note.read, notes):
+        known = SENTENCES.get(note.key) or TERMINAL.get(note.key, "{")
+        first = known if isinstance(known, str) else known[0]
+        named = note.of or first.startswith("{")
+        texts.append(note if named else f"{note[:1].upper()}{note[1:]}")
+    return " ".join(texts)
+
+
 def counted(n: int, thing: str) -> str:
     """A number of things in English: `1 event`, `3 events`."""
     return f"{n} {thing if n == 1 else thing + 's'}"

@@ -164,6 +164,8 @@ def export(
 ) -> None:
     """Write the bounds and zones of a model for a GIS or a spreadsheet; or AvaFrame projects.
 
+    A .csv holds the bounds alone.
+
     A project has the inputs of com1DFA, its settings with the median friction, and in `draws`
     future avalanches for a probability run.
 

@@ -18,6 +18,7 @@ from avahazard.gis.systems import (
     read_system,
     system_code,
 )
+from avahazard.notes import as_text
 from avahazard.records.collection import Event, Path, Profile
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, Spread, ZonedPath
 
@@ -215,7 +216,7 @@ def _quantiles(
     """A point for each quantile of x on the profile; `more` are further attributes."""
     about = {name: getattr(row, name) for name in ("path_id", "return_period_years", "volume_m3")}
     after = {f"x_{name}_m": getattr(found, name) for name in QUANTILES}
-    after |= {"extrapolated": bool(row.extrapolated), **more, "notes": " ".join(row.notes)}
+    after |= {"extrapolated": bool(row.extrapolated), **more, "notes": as_text(row.notes)}
     return [
         feature
         for name in QUANTILES

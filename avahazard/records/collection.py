@@ -259,6 +259,15 @@ def no_profile(path_id: str) -> AvahazardError:
     )
 
 
+def no_profiles() -> AvahazardError:
+    """That no path has a profile, as where H and L of events are all that is known."""
+    return AvahazardError(
+        "No path has a profile, so no design runout is possible.",
+        "Import paths.csv, profiles.csv and their events. With H and L (or H/L) alone, `avahazard "
+        "predict` gives the runouts of events and scores them.",
+    )
+
+
 def of_path(records: Records, path_id: str) -> Records:
     """A path with its profile and its events, without speeds; nothing of an unknown path."""
     if "by_path" not in records.kept:
@@ -306,9 +315,7 @@ def paths_to_run(
             raise no_profile(path_id)
     found = sorted(set(named) or known.intersection(with_profile))
     if not found:
-        raise AvahazardError(
-            "There are no paths with a profile.", "Import paths.csv and profiles.csv first."
-        )
+        raise no_profiles()
     return found
 
 

@@ -1,12 +1,13 @@
-"""Design runouts and runouts of volumes as a table in a file: CSV or workbook."""
+"""Design runouts, runouts of volumes and zones as tables in a file: CSV or workbook."""
 
 import csv
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import Any
 
-from avahazard.results.hazard import Design, HazardRow, RunoutInterval
+from avahazard.notes import as_text
+from avahazard.results.hazard import Design, HazardRow, RunoutInterval, ZonedPath
 
 QUANTILES = ("q05", "q50", "q95")
 STATISTICS = ("mean", *QUANTILES)
@@ -20,7 +21,7 @@ def write_hazard(file: FilePath, rows: Sequence[HazardRow]) -> None:
 
     Texts that a spreadsheet would run as formulas begin with an apostrophe.
     """
-    columns, flat = hazard_table(rows)
+    columns, flat = hazard_sheet(rows)
     with file.open("w", newline="", encoding="utf-8") as handle:
         # Lines end as RFC 4180 has it, which also puts quotes around what holds such an end.
         writer = csv.DictWriter(handle, columns)
@@ -34,12 +35,26 @@ def write_hazard(file: FilePath, rows: Sequence[HazardRow]) -> None:
         )
 
 
-def hazard_table(rows: Sequence[HazardRow]) -> tuple[list[str], list[dict[str, Any]]]:
-    """The columns of a table of `rows`, and the cells of each row by column; four decimals."""
-    flat = [
-        {name: round(v, 4) if isinstance(v, float) else v for name, v in hazard_cells(row).items()}
-        for row in rows
-    ]
+Sheet = tuple[list[str], list[dict[str, Any]]]
+"""The columns of a table, and the cells of each row by column."""
+
+
+def hazard_sheet(rows: Sequence[HazardRow]) -> Sheet:
+    """The rows of `hazard`."""
+    return _sheet(map(hazard_cells, rows))
+
+
+def zones_sheet(entries: Sequence[ZonedPath]) -> Sheet:
+    """The zones of the paths."""
+    return _sheet(
+        {"path_id": entry.path_id, "limits": entry.limits, **zone.to_dict()}
+        for entry in entries
+        for zone in entry.zones
+    )
+
+
+def _sheet(rows: Iterable[dict[str, Any]]) -> Sheet:
+    flat = [{k: round(v, 4) if isinstance(v, float) else v for k, v in r.items()} for r in rows]
     return list(dict.fromkeys(name for row in flat for name in row)), flat
 
 
@@ -61,7 +76,7 @@ def hazard_cells(row: HazardRow) -> dict[str, Any]:
         "p_left_profile": row.p_left_profile,
         "n_draws": row.n_draws,
         "interval": row.interval,
-        "notes": " ".join(row.notes),
+        "notes": as_text(row.notes),
     }
     for name in APART:
         if found := getattr(row, name):
@@ -100,39 +115,39 @@ CREATOR = "avahazard"
 NOT_IN_CELLS = re.compile(r"[\x00-\x08\x0b-\x1f]")  # a workbook with one of them does not open
 
 
-def write_hazard_workbook(file: FilePath, rows: Sequence[HazardRow]) -> None:
-    """Write the rows of `hazard` as .xlsx: lengths in m, an empty cell beyond the profile.
+def write_workbook(file: FilePath, sheets: Mapping[str, Sheet]) -> None:
+    """Write tables by title as .xlsx: lengths in m, an empty cell beyond the profile.
 
     Numbers are numbers, and texts are texts, also those that begin like a formula.
     """
     from openpyxl import Workbook  # noqa: PLC0415 (slow to import)
 
-    columns, flat = hazard_table(rows)
     book = Workbook()
     book.properties.creator = CREATOR
-    sheet = book.active
-    sheet.title = "hazard"
-    sheet.append(columns)
-    for line, row in enumerate(flat, start=2):
-        for column, name in enumerate(columns, start=1):
-            value = row.get(name)
-            if isinstance(value, str):
-                text = NOT_IN_CELLS.sub("\N{REPLACEMENT CHARACTER}", value)
-                sheet.cell(line, column, text).data_type = "s"
-            elif value is not None:
-                sheet.cell(line, column, value)
-    sheet.freeze_panes = "B2"
+    book.remove(book.active)
+    for title, (columns, flat) in sheets.items():
+        sheet = book.create_sheet(title)
+        sheet.append(columns)
+        for line, row in enumerate(flat, start=2):
+            for column, name in enumerate(columns, start=1):
+                value = row.get(name)
+                if isinstance(value, str):
+                    text = NOT_IN_CELLS.sub("\N{REPLACEMENT CHARACTER}", value)
+                    sheet.cell(line, column, text).data_type = "s"
+                elif value is not None:
+                    sheet.cell(line, column, value)
+        sheet.freeze_panes = "B2"
     book.save(file)
 
 
 def is_own_workbook(file: FilePath) -> bool:
-    """Whether `file` was made by `write_hazard_workbook`."""
+    """Whether `file` was made by `write_workbook`."""
     from openpyxl import load_workbook  # noqa: PLC0415 (slow to import)
 
     try:
         book = load_workbook(file, read_only=True)
     except Exception:
         return False
-    own: bool = book.properties.creator == CREATOR and book.sheetnames == ["hazard"]
+    own: bool = book.properties.creator == CREATOR and book.sheetnames[:1] == ["hazard"]
     book.close()
     return own

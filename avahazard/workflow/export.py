@@ -13,7 +13,7 @@ from avahazard.effects.site import release_place, stop_place
 from avahazard.gis import require_packages
 from avahazard.notes import Note
 from avahazard.physics.smooth_profile import smooth_profile
-from avahazard.records.collection import Path, Records, of_path
+from avahazard.records.collection import Path, Records, no_profiles, of_path
 from avahazard.records.errors import AvahazardError
 from avahazard.report import hazard_tables
 from avahazard.results.base import Rows
@@ -29,19 +29,16 @@ if TYPE_CHECKING:
     from avahazard.gis.hazard_map import MapLayer, MappedPath
 
 ENDINGS = (".gpkg", ".geojson", ".csv", ".xlsx")
-TABLES = {
-    ".csv": (hazard_tables.is_own_csv, hazard_tables.write_hazard),
-    ".xlsx": (hazard_tables.is_own_workbook, hazard_tables.write_hazard_workbook),
-}
 
 
 def export(database: str, name: str, file: FilePath) -> Export:
     """Write the latest bounds and zones by the model `name` to `file`, for what its name ends in.
 
     `.gpkg`: layers with their styles, in the paths' own reference systems; `.geojson`: the same on
-    WGS 84; `.csv`, `.xlsx`: the rows of `hazard`. A file that an export made before is replaced, no
-    other one. Raises `AvahazardError` where there is no such model, no bounds are stored by it,
-    `file` has another ending or is somebody else's, or no path has coordinates.
+    WGS 84; `.csv`: the rows of `hazard`; `.xlsx`: these, and zones on a sheet of their own. A file
+    that an export made before is replaced, no other one. Raises `AvahazardError` where there is no
+    such model, no bounds are stored by it, `file` has another ending or is somebody else's, or no
+    path has coordinates.
     """
     ending = file.suffix.lower()
     if ending not in ENDINGS:
@@ -55,6 +52,8 @@ def export(database: str, name: str, file: FilePath) -> Export:
         zones = store.latest_documents(session, store.ZONES, name)
         records = load_records(session)
         known = notes_of(model, records)
+    if not rows and not records.profiles:
+        raise no_profiles()
     if not rows:
         raise AvahazardError(
             f"No bounds are stored by {name}.", f"Draw them first: avahazard hazard {name}"
@@ -63,13 +62,21 @@ def export(database: str, name: str, file: FilePath) -> Export:
     for row in rows:  # its notes when it was computed, and what is known of its model today
         noted = (*map(Note.read, row.get("notes", ())), *known)
         bounds.append(HazardRow.from_dict({**row, "notes": tuple(dict.fromkeys(noted))}))
-    if ending in TABLES:
-        is_own, write = TABLES[ending]
-        replace_file(file, is_own, lambda part: write(part, bounds))
-        return Export(name, str(file), Rows([Layer("hazard", len(rows), None)]), known)
-    made, notes = map_layers(records, bounds, [ZonedPath.from_dict(z) for z in zones or ()])
-    if zones is None:
-        notes.append(f"no zones are stored by {name}.")
+    zoned = [ZonedPath.from_dict(z) for z in zones or ()]
+    lacking = [f"no zones are stored by {name}."] if zones is None else []
+    if ending == ".csv":
+        write = partial(hazard_tables.write_hazard, rows=bounds)
+        replace_file(file, hazard_tables.is_own_csv, write)
+        alone = ["a .csv has no zones: an .xlsx, a .gpkg or a .geojson has them."] if zoned else []
+        return Export(name, str(file), Rows([Layer("hazard", len(rows), None)]), (*known, *alone))
+    if ending == ".xlsx":
+        sheets = {"hazard": hazard_tables.hazard_sheet(bounds)}
+        sheets |= {"zones": hazard_tables.zones_sheet(zoned)} if zoned else {}
+        write = partial(hazard_tables.write_workbook, sheets=sheets)
+        replace_file(file, hazard_tables.is_own_workbook, write)
+        layers = Rows(Layer(title, len(flat), None) for title, (_, flat) in sheets.items())
+        return Export(name, str(file), layers, (*known, *lacking))
+    made, notes = map_layers(records, bounds, zoned)
     from avahazard.gis import map_files  # noqa: PLC0415 (may be missing)
 
     if ending == ".gpkg":
@@ -79,7 +86,7 @@ def export(database: str, name: str, file: FilePath) -> Export:
     else:
         replace_file(file, map_files.is_own_geojson, partial(map_files.write_geojson, layers=made))
     layers = Rows(Layer(m.name, len(m.features), m.code) for m in made)
-    return Export(name, str(file), layers, (*known, *notes))
+    return Export(name, str(file), layers, (*known, *notes, *lacking))
 
 
 def replace_file(

@@ -9,13 +9,14 @@ import pytest
 from openpyxl import Workbook, load_workbook
 
 from avahazard.report.hazard_tables import (
-    hazard_table,
+    hazard_sheet,
     is_own_csv,
     is_own_workbook,
     write_hazard,
-    write_hazard_workbook,
+    write_workbook,
+    zones_sheet,
 )
-from tests.gis.results import bounds_row
+from tests.gis.results import bounds_row, zones
 
 
 def written(file: Path, *paths: str, period: float | None = 100.0) -> list[dict[str, str]]:
@@ -61,10 +62,12 @@ def test_a_file_is_known_as_our_own(tmp_path: Path) -> None:
 def test_numbers_and_texts_are_what_they_are(tmp_path: Path) -> None:
     file = tmp_path / "bounds.xlsx"
     rows = [bounds_row("=1+1", 100.0), bounds_row("P\x1b[31m", None)]
-    write_hazard_workbook(file, rows)
-    (sheet,) = load_workbook(file).worksheets
+    sheets = {"hazard": hazard_sheet(rows), "zones": zones_sheet([zones("P")])}
+    write_workbook(file, sheets)
+    sheet, second = load_workbook(file).worksheets
+    assert [cell.value for cell in second["A"]][:2] == ["path_id", "P"]
     header, *written = sheet.iter_rows()
-    columns, flat = hazard_table(rows)
+    columns, flat = sheets["hazard"]
     assert [cell.value for cell in header] == columns
     by_name = dict(zip(columns, written[0], strict=True))
     assert (by_name["path_id"].value, by_name["path_id"].data_type) == ("=1+1", "s")
@@ -75,7 +78,7 @@ def test_numbers_and_texts_are_what_they_are(tmp_path: Path) -> None:
 
 def test_a_workbook_is_known_as_our_own(tmp_path: Path) -> None:
     file = tmp_path / "bounds.xlsx"
-    write_hazard_workbook(file, [bounds_row("P", 100.0)])
+    write_workbook(file, {"hazard": hazard_sheet([bounds_row("P", 100.0)])})
     assert is_own_workbook(file)
     Workbook().save(file)
     assert not is_own_workbook(file)

@@ -97,6 +97,10 @@ def test_the_other_files(stored: str, tmp_path: FilePath) -> None:
     with (tmp_path / "bounds.csv").open(newline="") as handle:
         assert [row["path_id"] for row in csv.DictReader(handle)] == ["P", "Q", "R"]
     assert done.layers == (Layer("hazard", 3, None),)
+    assert any("no zones" in note for note in done.notes)
+    done = export(stored, "base", tmp_path / "bounds.xlsx")
+    assert done.layers == (Layer("hazard", 3, None), Layer("zones", 6, None))
+    assert not any("zones" in note for note in done.notes)
 
 
 @pytest.mark.parametrize("name", ["out.gpkg", "out.geojson", "out.csv", "out.xlsx"])
