@@ -10,7 +10,7 @@ from string import Formatter
 
 import pytest
 
-from avahazard.notes import SENTENCES, TERMINAL, Note, grouped, placed
+from avahazard.notes import SENTENCES, TERMINAL, Note, as_text, grouped, placed
 from avahazard.results.base import plain
 
 PACKAGE = Path(__file__).parents[1] / "avahazard"
@@ -23,7 +23,7 @@ def test_a_note_is_its_sentence() -> None:
     assert Note("stale", model="base") == "the records have changed since base was calibrated."
     assert MISSES.startswith("P1: the path that the block runs on misses the points of its profile")
     assert "by 12 m at x = 310 m." in MISSES
-    assert "uncertainty of the calibrated parameters, error of the rate; mixed:" in INTERVAL
+    assert "uncertainty of the calibrated parameters, error of the rate. The design" in INTERVAL
     assert Note("few_events", model="m", n=1) == "m is based on 1 event only."
     assert "60,000 m3" in Note("largest_volume", model="m", largest=6e4)
 
@@ -56,6 +56,24 @@ def test_notes_of_one_kind_are_one_with_ranges_and_the_first_paths() -> None:
     assert one.startswith("P0, P1, P2 and 22 more: the path that the block runs on")
     assert "by 10 to 34 m at x = 300 m" in one
     assert other == stale
+
+
+def test_sentences_in_a_row_begin_with_capitals_but_for_names() -> None:
+    notes = [Note("any_volume"), Note("few_events", model="m", n=1), MISSES, Note.ready("a b.")]
+    found = as_text(notes)
+    assert found.startswith("This model's friction is the same for every volume. m is based on")
+    assert "event only. P1: the path" in found
+    assert found.endswith(" a b.")
+
+
+def test_volumes_of_several_paths_are_one_sentence() -> None:
+    of = {"largest": 4e5, "largest_of_path": 6e4}
+    notes = [
+        Note("beyond_path", f"P{k}", volume=1e5 * k, times_path=1.5 * k, times=1.0, **of)
+        for k in (1, 2)
+    ]
+    (one,) = grouped(notes)
+    assert "100,000 to 200,000 m3, is 1.5 to 3 times the largest recorded on this path:" in one
 
 
 def test_notes_that_differ_in_words_stay_apart() -> None:

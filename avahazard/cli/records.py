@@ -89,7 +89,9 @@ def _guessed(found: GuessedColumns) -> Iterator[Shown]:
 
 
 def _paths(found: Rows[PathSummary]) -> Iterator[Shown]:
-    yield paths_table(found) if found else "There are no paths yet: import some."
+    none = "There are no paths: import paths.csv and profiles.csv. Events with H and L (or H/L) "
+    none += "alone need none, but have no design runout."
+    yield paths_table(found) if found else none
 
 
 @answers("path.list_paths", _paths)
@@ -108,7 +110,7 @@ def _path(found: PathCheck) -> Iterator[Shown]:
     how = (
         f"Legendre polynomial of degree {fit.degree}"
         if fit.method == "legendre"
-        else f"smoothing spline ({cell(fit.smoothing)})"
+        else f"smoothing spline (penalty {cell(fit.smoothing)})"
     )
     rows = (
         ("points", found.n_points),

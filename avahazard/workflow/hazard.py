@@ -26,7 +26,7 @@ from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.model.layout import TRACK_SCATTER_NAME
 from avahazard.inference.prediction import extrapolation
 from avahazard.notes import Note, placed
-from avahazard.records.collection import find_path
+from avahazard.records.collection import find_path, no_profiles
 from avahazard.records.errors import AvahazardError
 from avahazard.report.model_tables import failing_speeds
 from avahazard.report.picture import require_picture
@@ -269,8 +269,7 @@ def volumes(database: str, request: VolumesRequest) -> results.Volumes:
         entries.append(_entry(frequency, frequencies, wanted))
         curves.append(_levels(frequency, CURVE))
     if not entries:
-        none = AvahazardError("There are no paths.", "Import paths.csv and events.csv first.")
-        raise next(iter(refusals), none)
+        raise next(iter(refusals), no_profiles())
     if plot is not None:
         from avahazard.report.friction_pictures import draw_return_levels  # noqa: PLC0415
 
@@ -365,13 +364,15 @@ def zones_work(
     wanted = load_limits(request.limits)
     model, survey = load_for_paths(database, name, request.effect_files)
     require_friction_scatter(model)
+    path_ids = survey.paths_to_run(request.paths)
     if not (request.no_drag or knows_speeds(model)):
         raise NoDragError(
             f"Nothing but friction limits the speeds of {name}: it has no drag on all of the path, "
             "and no measured speeds. Speeds and pressures would be too high where a path is steep "
             "and long.",
-            f"Add drag: avahazard add {name} {_remedies()} --as NEW; or import measured speeds and "
-            f"calibrate again; or accept it: avahazard zones {name} --no-drag.",
+            f"Add drag: avahazard add {name} {_remedies()} --as NEW, and use NEW for zones, even "
+            "where its runouts are no better; or import measured speeds and calibrate again; or "
+            f"accept speeds that are too high: avahazard zones {name} --no-drag.",
         )
     periods = tuple(sorted({*request.return_periods, *wanted.return_periods}))
     no_drag = () if limits_speed(model) else (Note("no_drag", model=name, effects=_remedies()),)
@@ -387,7 +388,6 @@ def zones_work(
         "seed": request.seed,
         "source": source_settings(request.source),
     }
-    path_ids = survey.paths_to_run(request.paths)
     work = PathWork(ZONES, "Zones", answer, model.calibration, survey, path_ids, settings)
     return work, notes
 

@@ -85,18 +85,18 @@ class StoredModels:
         return after is not None and before_and_after(before, after).worse
 
     def best(self) -> str:
-        """The model to use among those on today's records; without scores the latest.
+        """The model to use among those on today's records, else on those of the latest model.
 
-        Of those of least held-out error, or its child where this is not worse.
+        The one of least held-out error, or its child where this is not worse; without scores the
+        latest.
         """
-        compared = {
-            name: latest_comparison(self.session, name)
-            for name in self.models
-            if not self.stale(name)
-        }
+        latest = self.found[next(reversed(self.models))].data_fingerprint
+        names = [name for name in self.models if not self.stale(name)]
+        names = names or [n for n in self.models if self.found[n].data_fingerprint == latest]
+        compared = {name: latest_comparison(self.session, name) for name in names}
         error = {n: found.held_out.runout.crps_m for n, found in compared.items() if found}
         if not error:
-            return next(reversed(self.models))
+            return names[-1]
         best, left = "", list(error)
         while left:
             best = min(left, key=lambda name: error[name])
@@ -115,14 +115,22 @@ class StoredModels:
         """What to do now with a model."""
         found = self.found[name]
         if self.stale(name):
-            return _step(self._calibrate(found), Note("stale", model=name))
-        if found.parent and self.worse(name) and (instead := self.step(found.parent)):
-            why = Note("why_worse", model=name, parent=found.parent, why=instead.values["why"])
-            return Note("next", command=str(instead), why=why)
+            best = self.best()
+            if self.stale(best):
+                return _step(self._calibrate(self.found[best]), Note("why_stale", model=best))
+            return self._instead(best, "why_stale_of", model=name)
+        if found.parent and self.worse(name):
+            return self._instead(found.parent, "why_worse", model=name, parent=found.parent)
         if opened := self._open(found):
             return opened
         unclear = self._unclear(found)
         return self._answer(name) if unclear is None else self._either(unclear, name)
+
+    def _instead(self, other: str, key: str, **values: str) -> Note | None:
+        """What to do now with another model than the one that was asked about."""
+        step = self.step(other)
+        why = step and Note(key, **values, why=step.values["why"])
+        return step and Note("next", command=str(step), why=why)
 
     def _open(self, found: Calibration) -> Note | None:
         """What is not known yet of a model, or what its diagnosis asks for."""
@@ -224,7 +232,8 @@ class StoredModels:
         if "report" in self.done:
             return None
         words = ("report", name, "-o", f"{name}.html")
-        return self._with_files(words, Note("why_report", model=name))
+        why = "why_report" if self.survey.with_profile else "why_report_alone"
+        return self._with_files(words, Note(why, model=name))
 
     def _child(self, name: str, effects: Sequence[str]) -> str | None:
         """The latest child that has these effects more, on today's records."""

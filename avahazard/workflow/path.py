@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
+from avahazard.effects.covariate import unknown_values
 from avahazard.effects.site import Site, path_site, release_place, stop_place
 from avahazard.hazard.alpha_beta import REGRESSIONS, alpha_beta
 from avahazard.hazard.future_events import FutureEvents, classes_of
@@ -21,8 +22,15 @@ from avahazard.physics.point_error import point_error
 from avahazard.physics.runout_curve import MU
 from avahazard.physics.speed import speeds_along
 from avahazard.physics.terrain import build_terrain
-from avahazard.records.collection import Event, Path, Profile, Records, find_path, find_profile
-from avahazard.records.errors import AvahazardError
+from avahazard.records.collection import (
+    Event,
+    Path,
+    Profile,
+    Records,
+    find_path,
+    find_profile,
+    no_profiles,
+)
 from avahazard.report.picture import require_picture
 from avahazard.results import terrain as results
 from avahazard.results.base import Rows, finite
@@ -161,9 +169,7 @@ def _paths(records: Records, path_id: str | None) -> list[Path]:
     with_profile = {profile.path_id for profile in records.profiles}
     paths = [path for path in records.paths if path.path_id in with_profile]
     if not paths:
-        raise AvahazardError(
-            "There are no paths with a profile.", "Import paths.csv and profiles.csv first."
-        )
+        raise no_profiles()
     return paths
 
 
@@ -217,9 +223,16 @@ def _by_model(
 ) -> results.Runout:
     mu, volume = request.mu, request.volume_m3
     source = "given" if mu is not None else "posterior median"
+    notes, path_id = list(notes_of_fit(model)), future.site.path.path_id
     if mu is None:
         mu = float(model.median_friction(np.array([volume]), future.columns)[0])
-    notes, path_id = list(notes_of_fit(model)), future.site.path.path_id
+        at = [
+            f"{entry.column} = {note.values['level']}"
+            for entry in model.definitions
+            if entry.column is not None and not entry.uses_volume
+            for note in unknown_values(entry.column, model.facts[entry.key], future.columns)
+        ]
+        notes += [Note("mu_at", values=at)] if at else []
     if volume is not None and not model.ignores_volume:
         notes += extrapolation(model, path_id, volume, path_id)
     found = run_site(future.site, mu, resistance)

@@ -59,5 +59,5 @@ def test_what_is_not_there(selected: str, empty_database: Path, tmp_path: Path) 
     with pytest.raises(AvahazardError, match="path bare"):
         alpha_beta_paths(selected, "bare")
     none = str(shutil.copy(empty_database, tmp_path / "none.db"))
-    with pytest.raises(AvahazardError, match="no paths with a profile"):
+    with pytest.raises(AvahazardError, match="No path has a profile"):
         alpha_beta_paths(none)

@@ -17,8 +17,16 @@ from avahazard.store import upkeep
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare, predict
 from avahazard.workflow.database import import_files
+from avahazard.workflow.export import export
 from avahazard.workflow.friction import fit_laws, show_frictions
-from avahazard.workflow.requests import CalibrateRequest
+from avahazard.workflow.hazard import run_hazard, volumes, zones
+from avahazard.workflow.path import alpha_beta_paths
+from avahazard.workflow.requests import (
+    CalibrateRequest,
+    HazardRequest,
+    VolumesRequest,
+    ZonesRequest,
+)
 from tests.conftest import command_line
 
 N = 60
@@ -120,6 +128,19 @@ def test_people_read_h_over_l(stored: str, write: Write) -> None:
     errors = avahazard("ladder").stdout
     assert "H/L" in errors
     assert " m " not in errors
+
+
+def test_what_needs_a_profile_says_so_alike(stored: str, tmp_path: Path) -> None:
+    for refuse in (
+        lambda: run_hazard(stored, "base", HazardRequest()),
+        lambda: zones(stored, "base", ZonesRequest()),
+        lambda: export(stored, "base", tmp_path / "bounds.csv"),
+        lambda: volumes(stored, VolumesRequest()),
+        lambda: alpha_beta_paths(stored),
+    ):
+        with pytest.raises(AvahazardError, match="so no design runout is possible") as caught:
+            refuse()
+        assert "avahazard predict" in caught.value.hint
 
 
 def test_the_release_serves_as_a_column(write: Write) -> None:

@@ -102,7 +102,9 @@ def test_a_model_is_compared_then_diagnosed(database: str) -> None:
     assert words(database, "compared") == ["diagnose", "compared"]
     put(database, "adequate", error=60.0, diagnosis=ADEQUATE)
     # Without a profile there are no bounds to draw.
-    assert words(database, "adequate") == ["report", "adequate", "-o", "adequate.html"]
+    step = next_step(database, "adequate")
+    assert step == "avahazard report adequate -o adequate.html"
+    assert "no design runout is possible; avahazard predict adequate FILE" in step.values["why"]
     assert next_step(database, "adequate", done=("report",)) is None
 
 
@@ -148,7 +150,7 @@ def test_a_child_that_is_worse_is_not_kept(database: str) -> None:
     put(database, "child", parent="base", effects=("season",), error=61.0)
     step = next_step(database, "child")
     assert step is not None
-    assert "child has a larger held-out CRPS than base: do not keep it." in step.values["why"]
+    assert "has a larger held-out CRPS than base: do not use it for runouts." in step.values["why"]
     assert step == "avahazard report base -o base.html"
     assert words(database, "base") == words(database, "child")
     with reading(database) as session:
@@ -261,6 +263,21 @@ def test_other_records_ask_for_another_calibration(database: str) -> None:
     put(database, "new", error=60.0)
     with reading(database) as session:
         assert StoredModels(session).best() == "new"
+
+
+def test_on_other_records_the_model_to_use_is_made_again(database: str) -> None:
+    old = {"fingerprint": "ab" * 32}
+    put(database, "base", error=60.0, **old)
+    put(database, "worse", parent="base", effects=("season",), error=65.0, **old)
+    for name in ("base", "worse"):
+        step = next_step(database, name)
+        assert step == "avahazard calibrate base-2"
+        assert step.values["why"].startswith("The records have changed since base was calibrated")
+    assert after_import(database) == step
+    put(database, "base-2", error=61.0)
+    step = next_step(database, "worse")
+    assert step == "avahazard diagnose base-2"
+    assert step.values["why"].startswith("The records have changed since worse was calibrated.")
 
 
 def test_the_papers_methods_go_straight_to_the_answer(database: str) -> None:

@@ -15,7 +15,8 @@ from avahazard.records.errors import AvahazardError, RejectedRows
 from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.compare import predict
 from avahazard.workflow.database import import_files
-from avahazard.workflow.requests import CalibrateRequest
+from avahazard.workflow.path import run_block
+from avahazard.workflow.requests import CalibrateRequest, RunoutRequest
 
 Write = Any
 NEW = "event_id,path_id,volume_m3\nsmall,P01,3000\nlarge,P01,400000\n"
@@ -113,7 +114,7 @@ def test_each_event_has_the_notes_on_its_volume_and_on_the_model(
     assert small.notes == large.notes
     assert not any("extrapolation" in note for note in small.notes)
     assert set(vast.notes) > set(small.notes)
-    assert any(note.startswith("P01: a volume of 900,000,000 m3 is") for note in vast.notes)
+    assert any(note.startswith("P01: the volume, 900,000,000 m3, is") for note in vast.notes)
     # Records that have changed since are noted with every event, as on the terminal.
     import_files(snow_database, [write("events.csv", "event_id,path_id,left_profile\nz,P01,1\n")])
     stale = predict(snow_database, "base", write("new.csv", text))
@@ -136,6 +137,8 @@ def test_values_that_the_model_does_not_know_are_noted(snow_database: str, write
         "snow_type: the model does not know slush, which counts as dry.",
         "snow_type: not given for 1 of 4 events: there it counts as dry.",
     ]
+    alone = run_block(snow_database, "P01", RunoutRequest(model="snow", volume_m3=3e3))
+    assert any(note.startswith("μ is that of snow_type = dry:") for note in alone.notes or ())
     known = predict(snow_database, "snow", write("known.csv", header + rows[:15]))
     assert not any(note.startswith("snow_type") for note in known.notes)
 

@@ -12,7 +12,7 @@ Run = Callable[..., Result]
 
 
 def test_no_paths_yet(avahazard: Run) -> None:
-    assert "no paths yet" in avahazard("paths").stdout
+    assert "There are no paths:" in avahazard("paths").stdout
     assert json.loads(avahazard("--json", "paths").stdout) == []
 
 
