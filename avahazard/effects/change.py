@@ -99,6 +99,7 @@ def _build_change(path: str, facts: Facts) -> FrictionEffect:
         after = ~(_time(columns) < facts["from_year"])
         return np.asarray(after & _there(path, columns), np.float64)[:, None]
 
-    parameter = Parameter("change", "log friction", 0.0, 0.0, CHANGE_SD)
+    unit = f"log friction from {facts['from_year']:.1f} on"
+    parameter = Parameter("change", unit, 0.0, 0.0, CHANGE_SD)
     paths = () if path == ALL else (path,)
     return FrictionEffect(CHANGE + path, (parameter,), design=design, paths=paths)

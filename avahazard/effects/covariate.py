@@ -120,7 +120,7 @@ def _build(column: str, facts: Facts) -> FrictionEffect:
         return level_effect(PREFIX + column, column, facts)
     bends = [(f"bend_{k + 1}", CURVED_SD) for k in range(len(facts["knots"]) - 2)]
     parameters = tuple(
-        Parameter(name, "log friction per spread", 0.0, 0.0, sd)
+        Parameter(name, "log friction per sd", 0.0, 0.0, sd)
         for name, sd in [("slope", LINEAR_SD), *bends]
     )
     return FrictionEffect(PREFIX + column, parameters, partial(design_of, column, facts))

@@ -81,7 +81,7 @@ SPEED_WEAKENING = Definition(
     meaning="Friction is full at rest and falls towards a part of it, `ratio`, as the avalanche "
     "speeds up; `speed` is where half of the fall is done. Fast avalanches run on as if on a "
     "lubricated bed, yet stop abruptly once they are slow.",
-    needs="profile, speeds",
+    needs="profile; speeds help",
     build=lambda _: MotionEffect("speed-weakening", WEAKENING, _weakening, speed_dependent=True),
     lacking=needs_profile,
     order=30,
@@ -93,7 +93,7 @@ COHESION = Definition(
     key="cohesion",
     meaning="Snow sticks to its bed with a strength that does not depend on the load. It resists "
     "alike on steep and on gentle ground, so steep tracks brake more than friction alone says.",
-    needs="profile, speeds",
+    needs="profile; speeds help",
     build=lambda _: MotionEffect("cohesion", (STRENGTH,), partial(_added, "constant")),
     lacking=needs_profile,
     # As friction: its force over the load.

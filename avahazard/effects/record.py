@@ -204,7 +204,7 @@ VOLUME_ERROR = Definition(
     key="volume-error",
     meaning="The stated errors of the volumes are too small or too large, all by one factor. "
     "Friction then scatters most where the law is steepest in volume, and bends towards its mean.",
-    needs=f"{4 * MIN_LEVEL} events with volumes and errors of these",
+    needs=f"{4 * MIN_LEVEL} events with volumes that are not exact",
     build=lambda facts: VolumeErrorEffect("volume-error", _log_factor(facts["highest"])),
     lacking=_few_volumes,
     # Errors cannot scatter the recorded volumes more than these do.

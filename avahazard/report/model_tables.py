@@ -67,6 +67,7 @@ def parameters_table(model: Calibration, *, offsets: bool = True) -> Table:
         (">" + say("mode"), of("mode")),
         (say("unit"), lambda p: unit_text(p[1].unit) or None),
     )
+    from avahazard.effects.covariate import VOLUME_LAW  # noqa: PLC0415 (slow)
     from avahazard.effects.groups import PATH  # noqa: PLC0415 (slow)
 
     hidden = () if offsets else {id(found) for found in offsets_of(model).values()}
@@ -74,7 +75,9 @@ def parameters_table(model: Calibration, *, offsets: bool = True) -> Table:
     # Others keep their places.
     of_paths = iter(sorted((p for p in rows if p[0].startswith(PATH)), key=lambda p: p[0]))
     rows = [next(of_paths) if p[0].startswith(PATH) else p for p in rows]
-    return made("parameters", say("Parameters"), columns, rows)
+    law = f"{spoken().effect(VOLUME_LAW.key)} ({LAWS[model.law].formula})"
+    legend = [law] if VOLUME_LAW.key in model.effects else []
+    return made("parameters", say("Parameters"), columns, rows, legend)
 
 
 def kinds_table(model: Calibration) -> Table | None:
@@ -291,6 +294,16 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
             legends.append(
                 say("{effect} is confounded with {others}.", effect=effect, others=names)
             )
+    low = [c.effect for c in diagnosis.candidates if c.p_value < SIGNIFICANT and not named]
+    if low:
+        legends.append(
+            say(
+                "No effect is named, though p is low for {effects}: a name needs p up to {level}, "
+                "evidence over 3 nats and a gain on held-out records.",
+                effects=spoken().effects(low),
+                level=digits(LEVEL, ".2f"),
+            )
+        )
 
     def stands(c: Candidate) -> bool:
         fitted = not named or c.error_after_m is not None

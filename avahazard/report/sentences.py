@@ -42,10 +42,14 @@ def kinds_text(kinds: Kinds) -> list[str]:
     return some(words, columns and of_columns)
 
 
+def _held_out(by: str) -> str:
+    return say("held-out paths") if by == "path" else say("held-out fifths of the events")
+
+
 def _held_out_error(by: str, crps_m: float, coordinate: str, along: float | None = None) -> str:
     """The held-out error in the coordinate of the records, and along the path if that is known."""
     values = {
-        "by": say("held-out paths") if by == "path" else say("held-out events"),
+        "by": _held_out(by),
         "crps": amount(crps_m, coordinate, 1),
         "coordinate": coordinate_text(coordinate),
     }
@@ -122,35 +126,42 @@ def change_text(found: BeforeAndAfter) -> str:
         return _held_out_error(found.held_out_by, after, coordinate)
     before = found.before.held_out_crps_m
     values = {"before": amount(before, coordinate, 1), "after": amount(after, coordinate, 1)}
+    values["by"] = _held_out(found.held_out_by)
     if found.worse:
         return (
-            say("The held-out CRPS stays at {after}: do not keep the child.", **values)
+            say(
+                "The held-out CRPS ({by}) stays at {after}: do not use the child for runouts.",
+                **values,
+            )
             if values["before"] == values["after"]
             else say(
-                "The held-out CRPS rises from {before} to {after}: do not keep the child.", **values
+                "The held-out CRPS ({by}) rises from {before} to {after}: do not use the child for "
+                "runouts.",
+                **values,
             )
         )
     if found.rises:
         return say(
-            "The held-out CRPS rises slightly, from {before} to {after}, but the elpd of held-out "
-            "records rises by {nats:.1f} nats: keep the child.",
+            "The held-out CRPS ({by}) rises slightly, from {before} to {after}, but the elpd of "
+            "held-out records rises by {nats:.1f} nats: keep the child.",
             **values,
             nats=found.gain,
         )
     if fall is None:
-        return say("The held-out CRPS falls from {before} to {after}.", **values)
+        return say("The held-out CRPS ({by}) falls from {before} to {after}.", **values)
     values |= {
         "low": str(in_unit(fall.q05_m, coordinate)),
         "high": amount(fall.q95_m, coordinate, 1),
     }
     if fall.q05_m > 0.0:
         return say(
-            "The held-out CRPS falls from {before} to {after}, by {low} to {high} (90 % interval).",
+            "The held-out CRPS ({by}) falls from {before} to {after}, by {low} to {high} (90 % "
+            "interval).",
             **values,
         )
     return say(
-        "The held-out CRPS changes from {before} to {after}; a fall is not certain (90 % interval "
-        "{low} to {high}).",
+        "The held-out CRPS ({by}) changes from {before} to {after}; a fall is not certain (90 % "
+        "interval {low} to {high}).",
         **values,
     )
 

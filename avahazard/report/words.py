@@ -1,6 +1,7 @@
 """Numbers and records in words."""
 
 import math
+import re
 import tomllib
 from collections.abc import Mapping
 from importlib.resources import files
@@ -138,9 +139,10 @@ def unit_text(unit: str) -> str:
     """A unit as people write it."""
     if spoken().plain:
         return unit.replace("log friction", "log μ").replace("m3", "m³").replace(")2", ")²")
-    reference = "log friction against "
-    if unit.startswith(reference):
+    if unit.startswith(reference := "log friction against "):
         return say("log friction against {level}", level=unit.removeprefix(reference))
+    if found := re.fullmatch(r"log friction from (\S+) on", unit):
+        return say("log friction from {year} on", year=spoken().number(found[1]))
     known = NAMES["unit"].get(unit)
     return say(known) if known else unit.replace("m3", "m³")
 

@@ -23,8 +23,8 @@ KEYS = tuple(catalogue())
 NEEDS = {
     "centrifugal": "profile",
     "turbulent-drag": "profile; speeds help",
-    "speed-weakening": "profile, speeds",
-    "cohesion": "profile, speeds",
+    "speed-weakening": "profile; speeds help",
+    "cohesion": "profile; speeds help",
     "entrainment": "profile, varied release",
     "force:speed": "profile; speeds help",
     "forest-drag": "land_cover",
@@ -46,7 +46,7 @@ NEEDS = {
     "epoch-bias": "date",
     "leading-edge": "deposit length",
     "record-error": "20 events",
-    "volume-error": "20 events with volumes and errors of these",
+    "volume-error": "20 events with volumes that are not exact",
 }
 """The keys that people and stored models rely on, and what each needs."""
 EVERY = (

@@ -12,6 +12,7 @@ from avahazard.effects.change import MOST_DATES
 from avahazard.effects.columns import EventColumns, build_columns
 from avahazard.effects.effect import MIN_LEVEL, FrictionEffect
 from avahazard.records.collection import Event, Path
+from avahazard.report.words import unit_text
 
 N = 40
 SINCE = 1979.4
@@ -41,6 +42,9 @@ def test_the_date_that_parts_friction_best_is_chosen() -> None:
     facts = definition("change:P0").facts(table(), ())
     # Between the winters of 1978 and 1980, the last before and the first after on that path.
     assert 1978.1 < facts["from_year"] < 1980.2
+    (parameter,) = definition("change:P0").build(facts).parameters
+    assert parameter.unit == f"log friction from {facts['from_year']:.1f} on"
+    assert unit_text(parameter.unit).startswith("log friction from ")
 
 
 def test_the_date_is_noted_with_the_events_on_either_side() -> None:

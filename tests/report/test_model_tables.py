@@ -127,4 +127,7 @@ def test_candidates_and_what_to_measure() -> None:
     assert table.shown == 2
     assert cells(measure_table(found))["expected gain, nats"] == "6.0"
     assert measure_table(DIAGNOSIS) is None
+    assert not any("named" in words for words in table.legend)
+    nothing = candidates_table(replace(found, verdict="adequate", missing=(), pairs=Rows()))
+    assert "though p is low for" in nothing.legend[-1]
     assert S not in "".join(cells(table).values())

@@ -74,9 +74,9 @@ def test_the_one_line() -> None:
     sure = before_and_after_text(replace(found, fall=ErrorFall(20.0, 5.0, 35.0)))
     assert "by 5.0 to 35.0 m (90 % interval)" in sure
     rose = before_and_after_text(replace(found, before=replace(STANDING, held_out_crps_m=50.0)))
-    assert "rises from 50.0 m to 60.0 m: do not keep the child." in rose
+    assert "(held-out paths) rises from 50.0 m to 60.0 m: do not use the child for runouts." in rose
     stayed = replace(found, before=replace(STANDING, held_out_crps_m=59.99))
-    assert "stays at 60.0 m: do not keep the child." in before_and_after_text(stayed)
+    assert "stays at 60.0 m: do not use the child" in before_and_after_text(stayed)
     chance = replace(found, before=replace(after, held_out_crps_m=59.8, held_out_elpd=-900.0))
     chance = replace(chance, after=replace(after, held_out_elpd=-862.0))
     words = before_and_after_text(replace(chance, fall=ErrorFall(-0.2, -1.0, 0.6)))
