@@ -234,9 +234,12 @@ def _show_table(console: Console, found: report_tables.Table) -> None:
 
 
 class AtMarks(TextWrapper):
-    """Breaks at blanks, and after a mark between letters, as in base+path-effect+snow_type.wet."""
+    """Breaks at blanks, and after a mark between letters, as in base+path-effect+snow_type.wet.
 
-    wordsep_re = re.compile(r"(\s+|\S*?[^\W\d_][-+:*.](?=[^\W\d_]))")
+    And within spans of years.
+    """
+
+    wordsep_re = re.compile(r"(\s+|\S*?[^\W\d_][-+:*.](?=[^\W\d_])|\S*?\d–(?=\d))")
 
 
 class AtAnyMarks(TextWrapper):

@@ -79,8 +79,8 @@ def test_a_long_name_is_broken_after_its_marks(name: str) -> None:
 
 def test_names_of_paths_are_whole_beside_many_numbers() -> None:
     stream = StringIO()
-    heads = ("path", *(f">x{k}, m" for k in range(8)), "farthest record, m")
-    rows = [(name, *["2450-2"] * 8, "5463 (1975)") for name in ("Gurrazgraben", "Entremène-Süd")]
+    heads = ("path", *(f">x{k}, m" for k in range(8)), "years")
+    rows = [(name, *["2450-2"] * 8, "1905–2003") for name in ("Gurrazgraben", "Entremène-Süd")]
     Console(file=stream, width=80).print(table("T", heads, rows))
     assert "Gurrazgraben" in stream.getvalue()
     assert "Entremène-" in stream.getvalue()
