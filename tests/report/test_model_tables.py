@@ -52,6 +52,12 @@ def test_parameters_have_as_many_digits_as_they_are_sure() -> None:
     assert cells(plain, 1)["mean"] == "3.2e-07"
 
 
+def test_another_law_stands_below_its_parameters() -> None:
+    model = replace(CALIBRATION, law="asymptotic", effects=("volume-law",))
+    assert "mu_inf + (a - mu_inf) exp(-n V)" in parameters_table(model).legend[0]
+    assert not parameters_table(replace(model, effects=())).legend
+
+
 @speaking(TERMINAL)
 def test_scores_are_held_out_first_in_every_coordinate() -> None:
     speed = SpeedScores(12, 8.1, -0.3, 4.0, 0.5, 0.9, 1.5)
