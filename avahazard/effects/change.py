@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 from avahazard.arrays import Bools, Floats
-from avahazard.effects.columns import EventColumns
+from avahazard.effects.columns import EventColumns, friction_by_paths
 from avahazard.effects.effect import (
     MIN_LEVEL,
     Definition,
@@ -69,15 +69,13 @@ def _lacking_change(path: str, columns: EventColumns, sites: Sites) -> str | Non
 def _facts_change(path: str, columns: EventColumns, sites: Sites) -> Facts:
     """The date that parts H/L best, volume and path taken off (least squares)."""
     tried, time = _alternatives(path, columns, sites), _time(columns)
-    use = (columns.height_over_length > 0.0) & np.isfinite(time)
-    ratio = np.log(columns.height_over_length[use])
-    volume = np.nan_to_num(columns.log_volume[use], nan=float(np.nanmean(columns.log_volume)))
-    groups = columns.path_index[use, None] == np.unique(columns.path_index[use])
-    rest = np.column_stack([groups, volume]).astype(np.float64)
+    use, ratio, rest = friction_by_paths(columns)
+    dated = np.isfinite(time[use])
+    ratio = ratio[dated]
 
     def left(facts: Facts) -> float:
         after = (_there(path, columns) & (time >= facts["from_year"]))[use]
-        design = np.column_stack([rest, after])
+        design = np.column_stack([rest, after])[dated]
         return float(np.sum((ratio - design @ np.linalg.lstsq(design, ratio, rcond=None)[0]) ** 2))
 
     return min(tried, key=left)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.effects.columns import EventColumns
+from avahazard.effects.columns import EventColumns, friction_by_paths
 from avahazard.effects.effect import (
     MIN_LEVEL,
     Curve,
@@ -93,7 +93,8 @@ def _line(columns: EventColumns, name: str) -> Facts | None:
 def design_of(name: str, facts: Facts, columns: EventColumns) -> Floats:
     """Columns `[n_events, n]` of a column: its levels, a spline over its knots, or a line.
 
-    A missing number counts as the mean of the column; without the column all are 0.
+    A missing number counts as the mean of the column; without the column all are 0. Of numbers
+    `over` or `under` a limit: 1 where they are, else 0.
     """
     if "levels" in facts:
         texts = text_column(columns, name)
@@ -103,6 +104,9 @@ def design_of(name: str, facts: Facts, columns: EventColumns) -> Floats:
     numbers, knots = number_column(columns, name), np.array(facts.get("knots", ()))
     if numbers is None:
         return np.zeros((len(columns), max(1, len(knots) - 1)))
+    if "over" in facts or "under" in facts:
+        there = (numbers > facts.get("over", -np.inf)) & (numbers < facts.get("under", np.inf))
+        return np.asarray(there, np.float64)[:, None]
     values = np.where(np.isfinite(numbers), numbers, facts["centre"])
     return spline_columns(values, knots, facts["centre"], facts["scale"])
 
@@ -299,6 +303,10 @@ PATH_SECTION = _by_level(
 INTERACTION = "interaction:"
 MOST_LEVELS = 4
 """Levels of a column that are distinguished beside another."""
+LIMITS = (0.3, 0.5, 0.7)
+"""Shares of the events under limits of a number that are tried beside another column."""
+REGION = "log friction there"
+"""Unit of what friction changes by where two columns are beyond their limits."""
 
 
 def other_way(key: str) -> str:
@@ -317,11 +325,14 @@ def interaction(pair: str) -> Definition:
     return Definition(
         key=INTERACTION + pair,
         meaning=f"What {one} does to friction depends on {other}: it matters for some avalanches "
-        "and not for others. Both columns and their product are fitted.",
+        "and not for others. Both columns and their product are fitted, or one change where both "
+        "are beyond a limit.",
         needs=f"columns {one} and {other}",
         build=partial(_build_pair, one, other),
         lacking=partial(_lacking_pair, one, other),
-        facts=partial(_facts_pair, one, other),
+        facts=partial(_likeliest_pair, one, other),
+        alternatives=partial(_ways_of_pair, one, other),
+        seen_in=partial(_region_seen, one, other),
         event_columns=True,
         uses_volume=VOLUME in (one, other),
         beyond=2,
@@ -354,12 +365,72 @@ def _facts_pair(one: str, other: str, columns: EventColumns, _sites: Sites) -> F
     return found
 
 
+def _ways_of_pair(one: str, other: str, columns: EventColumns, sites: Sites) -> list[Facts]:
+    """The columns with their product, then every region of both with enough events, and beside."""
+    sides = []
+    for name in (one, other):
+        numbers = _known(columns, name)
+        if _line(columns, name) is None:
+            texts = text_column(columns, name)
+            assert texts is not None
+            common = [k for k, n in level_counts(texts).items() if n >= MIN_LEVEL]
+            limits: list[Facts] = [{"levels": [k]} for k in common]
+        else:
+            at = np.unique(np.quantile(numbers, LIMITS)).tolist()
+            limits = [{side: limit} for side in ("over", "under") for limit in at]
+        sides.append([(limit, design_of(name, limit, columns)[:, 0]) for limit in limits])
+    regions = [
+        {one: first, other: second, "region": True}
+        for (first, a), (second, b) in product(*sides)
+        if min(np.sum(a * b), np.sum(a * (1.0 - b)), np.sum(b * (1.0 - a))) >= 2 * MIN_LEVEL
+    ]
+    return [_facts_pair(one, other, columns, sites), *regions]
+
+
+def _likeliest_pair(one: str, other: str, columns: EventColumns, sites: Sites) -> Facts:
+    """The way that explains H/L best, volume and path taken off (least squares, with its price)."""
+    ways = _ways_of_pair(one, other, columns, sites)
+    use, ratio, rest = friction_by_paths(columns)
+    q, n = np.linalg.qr(rest)[0], len(ratio)
+    left = ratio - q @ (q.T @ ratio)
+
+    def cost(facts: Facts) -> float:
+        design = _build_pair(one, other, facts).design(columns)[use]
+        design = design - q @ (q.T @ design)
+        found = np.linalg.lstsq(design, left, rcond=None)[0]
+        price = 0.5 * np.log(n) * design.shape[1] + np.log(len(ways)) * ("region" in facts)
+        return float(0.5 * n * np.log(np.sum((left - design @ found) ** 2)) + price)
+
+    return min(ways, key=cost) if n > rest.shape[1] + MIN_EVENTS else ways[0]
+
+
+def _region_seen(one: str, other: str, columns: EventColumns, sites: Sites) -> Note | None:
+    if _lacking_pair(one, other, columns, sites):
+        return None
+    facts = _likeliest_pair(one, other, columns, sites)
+    if "region" not in facts:
+        return None
+    there = _build_pair(one, other, facts).design(columns)
+    names = [_label(name, facts[name]) for name in (one, other)]
+    return Note("region", names=names, n=int(np.sum(there)), events=len(columns))
+
+
+def _label(name: str, facts: Facts) -> str:
+    """A column with its level or limit, as a parameter is named."""
+    if "levels" in facts:
+        return f"{name}={facts['levels'][0]}"
+    (side, limit), *_ = facts.items()
+    value = np.exp(limit) if name == VOLUME else limit
+    return f"{name}{'>' if side == 'over' else '<'}{value:.4g}"
+
+
 def _products(first: Floats, second: Floats) -> Floats:
     return np.asarray((first[:, :, None] * second[:, None, :]).reshape(len(first), -1))
 
 
 def _build_pair(one: str, other: str, facts: Facts) -> FrictionEffect:
-    alone = [name for name in (one, other) if name != VOLUME]
+    region = "region" in facts
+    alone = [name for name in (one, other) if name != VOLUME and not region]
 
     def design(columns: EventColumns) -> Floats:
         parts = {name: design_of(name, facts[name], columns) for name in (one, other)}
@@ -377,8 +448,12 @@ def _build_pair(one: str, other: str, facts: Facts) -> FrictionEffect:
         return [Parameter("*".join(some), "log friction", 0.0, 0.0, sd) for some in every]
 
     each = [parameter for name in alone for parameter in parameters(name)]
+    both = parameters(one, other)
+    if region:
+        name = "*".join(_label(name, facts[name]) for name in (one, other))
+        both = [Parameter(name, REGION, 0.0, 0.0, LEAST_SD)]
     key = f"{INTERACTION}{one}*{other}"
-    return FrictionEffect(key, (*each, *parameters(one, other)), design=design)
+    return FrictionEffect(key, (*each, *both), design=design)
 
 
 SCATTER = "scatter:"

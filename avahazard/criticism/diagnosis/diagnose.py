@@ -416,15 +416,23 @@ def masked_pair(question: Question) -> tuple[Pair, Refit] | None:
 
 
 def columns_apart(question: Question, leader: str) -> tuple[Pair, Refit] | None:
-    """The effects of both columns of a leading pair, whose product has no evidence of its own."""
+    """The effects of both columns of a leading pair, where these explain more by themselves.
+
+    Or where the product of columns has no evidence of its own.
+    """
     names, tried = columns_of_pair(leader), question.screening.candidates
     keys = [
         c.key for name in names for c in tried if name in (c.definition.column, c.definition.needs)
     ]
-    if len(keys) != 2 or product_evidence(question.fits[leader], leader) > MARGIN:
+    fit = question.fits[leader]
+    least, product = -np.inf, product_evidence(fit, leader)
+    if "region" in fit.facts[leader]:
+        least, product = fit.evidence, 0.0
+    if len(keys) != 2 or product > MARGIN:
         return None
     p_value = next(c.p_family for c in tried if c.key == leader)
-    return _needed_pair(question.base, (keys[0], keys[1]), p_value)
+    pair = _needed_pair(question.base, (keys[0], keys[1]), p_value)
+    return pair if pair and pair[1].evidence > least else None
 
 
 def product_evidence(fit: Refit, pair: str) -> float:

@@ -36,6 +36,7 @@ from avahazard.effects.effect import (
     MIN_LEVEL,
     Curve,
     Definition,
+    Effect,
     Facts,
     FrictionEffect,
     LimitEffect,
@@ -343,10 +344,14 @@ def evidence_gain(
 def ways_to_choose(
     fit: Refit, entry: Definition, alternatives: Callable[[EventColumns, Sites], Sequence[Facts]]
 ) -> float:
-    """In how many ways the data could choose where an effect acts: dates, stretches of paths."""
+    """In how many ways the data could choose where an effect acts: dates, regions, stretches."""
+
+    def kind(effect: Effect) -> tuple[bool, str]:
+        return bool(effect.paths), effect.parameters[0].unit
+
     fitted = next(e for e in fit.posterior.effects if e.key == entry.key)
     tried = map(entry.build, alternatives(fit.observations.columns, fit.observations.sites))
-    places = sum(len(e.parameters) for e in tried if bool(e.paths) == bool(fitted.paths))
+    places = sum(len(e.parameters) for e in tried if kind(e) == kind(fitted))
     return float(comb(places, len(fitted.parameters)))
 
 

@@ -47,8 +47,8 @@ class Screened:
 
     Its gain (nats) to first order, and the `shape` and `scale` of the gamma distribution that it
     has by chance, in half of all cases where it can only be of one sign (`one_sided`). `surprise`
-    is -log p of it by itself; `p_family` family-wise. `likely` `[n_parameters]` are values of its
-    parameters, to first order (none for what is no effect).
+    is -log p of it by itself, less its `price` (`Block`); `p_family` family-wise. `likely`
+    `[n_parameters]` are values of its parameters, to first order (none for what is no effect).
     """
 
     definition: Definition
@@ -59,6 +59,7 @@ class Screened:
     surprise: float
     p_family: float
     likely: Floats
+    price: float = 0.0
 
     @property
     def key(self) -> str:
@@ -77,12 +78,13 @@ class Screened:
 
     def gain_at(self, surprise: float) -> float:
         """Gain that has this surprise by itself."""
-        share = min(np.exp(LOG_2 * self.one_sided - surprise), 1.0)
+        share = min(np.exp(LOG_2 * self.one_sided - self.price - surprise), 1.0)
         return float(stats.gamma.isf(share, self.shape, scale=self.scale))
 
     def surprise_of(self, gain: float) -> float:
         """-log p of a gain by itself."""
-        return float(_surprise(np.array([gain]), self.shape, self.scale, self.one_sided)[0])
+        by_chance = self.shape, self.scale, self.one_sided, self.price
+        return float(_surprise(np.array([gain]), *by_chance)[0])
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,14 +150,17 @@ def screen(
     for block, at in zip(tried, places, strict=True):
         bend = weighed[:, at].T @ columns[:, at]
         gains, shape, scale, change = _gains(scores[at], bend, block)
-        by_chance = shape, scale, block.side != 0
+        by_chance = shape, scale, block.side != 0, block.price
         surprise = _surprise(gains, *by_chance)
         largest = np.maximum(largest, surprise)
         if block.key not in found or surprise[0] > found[block.key].surprise:
             likely = block.values.copy()
             likely[: len(change)] += change[: len(likely)]
             gain, entry = float(gains[0]), by_key[block.key]
-            found[entry.key] = Screened(entry, gain, *by_chance, float(surprise[0]), 1.0, likely)
+            by_itself = float(surprise[0])
+            found[entry.key] = Screened(
+                entry, gain, *by_chance[:3], by_itself, 1.0, likely, block.price
+            )
     pairs = [
         k
         for k, b in enumerate(tried)
@@ -179,10 +184,13 @@ def _gains(scores: Floats, bend: Floats, block: Block) -> tuple[Floats, float, f
     return gains, mean**2 / variance, variance / mean, inverse @ scores[:, 0]
 
 
-def _surprise(gains: Floats, shape: float, scale: float, one_sided: bool) -> Floats:
-    """-log p of gains by themselves; 0 for none."""
+def _surprise(
+    gains: Floats, shape: float, scale: float, one_sided: bool, price: float = 0.0
+) -> Floats:
+    """-log p of gains by themselves, less the price; 0 for none."""
     tail = -stats.gamma.logsf(np.maximum(gains, 0.0), shape, scale=scale)
-    return np.where(gains > 0.0, tail + (LOG_2 if one_sided else 0.0), 0.0)
+    tail = np.maximum(tail + LOG_2 * one_sided - price, 0.0)
+    return np.where(gains > 0.0, tail, 0.0)
 
 
 def _pair(
@@ -280,7 +288,8 @@ class Block(NamedTuple):
 
     They are the changes by the first of its parameters, which stand at `values`.
     `side` is 1 or -1 where its one coefficient can only be above or below 0; `on_friction`: it is
-    a column of log friction and nothing else.
+    a column of log friction and nothing else. `price` (nats) is that of one of many regions of two
+    columns, which all together weigh as one candidate.
     """
 
     key: str
@@ -289,6 +298,7 @@ class Block(NamedTuple):
     values: Floats
     side: int = 0
     on_friction: bool = False
+    price: float = 0.0
 
 
 def blocks(candidates: Sequence[Definition], model: LinearModel) -> list[Block]:
@@ -303,9 +313,11 @@ def _blocks(entry: Definition, model: LinearModel) -> Iterator[Block]:
     if entry.level_alone is not None:
         return
     if entry.changes is None:
-        tried = entry.alternatives or (lambda *data: [entry.facts(*data)])
-        for facts in tried(columns, sites):
-            yield from _of_effect(entry.build(facts), model)
+        ways = (entry.alternatives or (lambda *data: [entry.facts(*data)]))(columns, sites)
+        for facts in ways:
+            price = float(np.log(len(ways))) if "region" in facts else 0.0
+            for block in _of_effect(entry.build(facts), model):
+                yield block._replace(price=price)
     elif entry.changes.field == "law":
         for other in LAWS.values():
             if other.name != posterior.specification.law and other.uses_volume:
