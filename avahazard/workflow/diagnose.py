@@ -5,6 +5,8 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from avahazard.criticism.diagnosis.diagnose import diagnose
 from avahazard.criticism.diagnosis.laws import FoundLaw
 from avahazard.criticism.screening.screen import candidate_definitions
@@ -68,6 +70,7 @@ def diagnose_model(
         expected=expect,
         field_days=request.field_days,
         seed=request.seed,
+        calibrated=np.median(stored.draws, axis=0),
         progress=partial(report, f"Diagnosing {name}"),
     )
     told = found.result

@@ -7,6 +7,7 @@ from types import MappingProxyType
 import numpy as np
 from scipy import stats
 
+from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis import full_fits, measurements, nuisances, record_faults
 from avahazard.criticism.diagnosis.force_witness import force_witness
 from avahazard.criticism.diagnosis.full_fits import TriedGroup
@@ -83,6 +84,7 @@ def diagnose(
     expected: Sequence[str] = (),
     field_days: Mapping[str, float] = MappingProxyType({}),
     seed: int = 0,
+    calibrated: Floats | None = None,
     progress: Callable[[float], None] = lambda _share: None,
 ) -> Findings:
     """Ask which effect a model lacks on observations.
@@ -92,9 +94,10 @@ def diagnose(
     scatters with heavy tails it is let to, before anything is blamed on physics.
 
     Candidates `expected` were declared beforehand, and are tested first; `field_days` are those of
-    a measurement (`FIELD_DAYS`). The model has no name.
+    a measurement (`FIELD_DAYS`). The model has no name; it has been calibrated to parameters about
+    `calibrated` `[n_slots]`, if at all.
     """
-    plain = nuisances.with_tails_granted(observations, specification, facts, own)
+    plain = nuisances.with_tails_granted(observations, specification, facts, own, calibrated)
     base, granted, too_many = nuisances.with_nuisances_granted(plain)
     entries = candidate_definitions(observations, plain.specification, own)
     alone = [entry for entry in entries if entry.level_alone is not None]

@@ -41,9 +41,10 @@ def with_tails_granted(
     specification: Specification,
     facts: dict[str, Facts],
     own: Sequence[Definition],
+    known: Floats | None = None,
 ) -> Refit:
-    """The model fitted, with Student's tails where friction plainly scatters so."""
-    plain = refit(observations, specification, facts, (), own)
+    """The model fitted (from `known`), with Student's tails where friction plainly scatters so."""
+    plain = refit(observations, specification, facts, (), own, known=known)
     if specification.tails != "normal":
         return plain
     tails = replace(specification, tails="student")

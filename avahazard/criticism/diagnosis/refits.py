@@ -121,8 +121,11 @@ def refit(
     likely: Likely | None = None,
     begin: Likely | None = None,
     least: float = -np.inf,
+    known: Floats | None = None,
 ) -> Refit:
     """Fit a specification with `effects` added, from the mode of `start` where names agree.
+
+    Without that from coordinates `known` `[n_slots]`, or from all that is plausible.
 
     `likely` are values of their parameters by key that are tried in place of plausible ones
     (`search_mode`); with `begin` the mode is sought from such values alone.
@@ -130,7 +133,9 @@ def refit(
     not reach the log likelihood `least` has no evidence (-inf).
     """
     wider, facts, posterior = _wider(observations, specification, facts, effects, own)
-    if start is None:
+    if known is not None:
+        posterior, mode = star.mode_from(posterior, known)
+    elif start is None:
         posterior, mode = star.search_mode(posterior)
     elif begin is None:
         begun, on_star = _carried(start, posterior), posterior.on_star_of(start.posterior)
