@@ -224,7 +224,9 @@ NO_EVENTS = build_columns((), {}, np.empty(0))
 def friction_by_paths(columns: EventColumns) -> tuple[Bools, Floats, Floats]:
     """Events with a recorded H/L `[n_events]`, its log, and columns of path and volume."""
     use = columns.height_over_length > 0.0
-    volume = np.nan_to_num(columns.log_volume[use], nan=float(np.nanmean(columns.log_volume)))
+    recorded = columns.log_volume[np.isfinite(columns.log_volume)]
+    mean = float(np.mean(recorded)) if len(recorded) else 0.0
     groups = columns.path_index[use, None] == np.unique(columns.path_index[use])
-    rest = np.column_stack([groups, np.nan_to_num(volume)]).astype(np.float64)
+    volume = np.nan_to_num(columns.log_volume[use], nan=mean)
+    rest = np.column_stack([groups, volume]).astype(np.float64)
     return use, np.log(columns.height_over_length[use]), rest

@@ -103,3 +103,55 @@ def test_columns_that_say_the_same_are_no_pair() -> None:
     bare = event_table(snow=SNOW, kind=["one"] * N)
     found = definition("interaction:snow*kind").lacking(bare, ())
     assert found == "kind has no two values with at least 5 events each"
+
+
+def in_region(change: float) -> EventColumns:
+    """H/L is another where it is cold and the wind blows, and scatters."""
+    cold, wind = np.quantile(COLD, 0.5), np.quantile(WIND, 0.5)
+    there = (cold < COLD) & (wind > WIND)
+    ratio = np.exp(-0.8 + change * there + 0.05 * RNG.standard_normal(N))
+    return replace(table(), height_over_length=ratio)
+
+
+def test_one_change_where_both_are_beyond_a_limit() -> None:
+    columns = in_region(0.4)
+    entry = definition("interaction:cold*wind")
+    made = entry.build(entry.facts(columns, ()))
+    assert isinstance(made, FrictionEffect)
+    cold, wind = np.quantile(COLD, 0.5), np.quantile(WIND, 0.5)
+    (parameter,) = made.parameters
+    assert parameter.name == f"cold>{cold:.4g}*wind<{wind:.4g}"
+    there = [float(COLD[i] > cold and WIND[i] < wind) for i in range(N)]
+    assert made.design(columns)[:, 0].tolist() == there
+    seen = entry.seen_in(columns, ())
+    assert str(seen) == (
+        f"Friction differs where {parameter.name.replace('*', ' and ')} "
+        f"({int(sum(there))} of 60 events)."
+    )
+    # What is missing lies in no region.
+    gappy = replace(columns, numbers={**columns.numbers, "cold": np.full(N, np.nan)})
+    assert not made.design(gappy).any()
+
+
+def test_a_product_is_no_region() -> None:
+    noise = 0.05 * RNG.standard_normal(N)
+    ratio = np.exp(-0.8 + 0.2 * spreads(COLD) * spreads(WIND) + noise)
+    columns = replace(table(), height_over_length=ratio)
+    entry = definition("interaction:cold*wind")
+    assert "region" not in entry.facts(columns, ())
+    assert entry.seen_in(columns, ()) is None
+
+
+def test_every_region_has_enough_events_in_it_and_beside_it() -> None:
+    for pair in ("cold*wind", "snow*wind", "snow*volume_m3"):
+        entry = definition(f"interaction:{pair}")
+        assert entry.alternatives is not None
+        product, *regions = entry.alternatives(in_region(0.1), ())
+        assert "region" not in product
+        assert 1 < len(regions) <= 36
+        designs = [entry.build(facts).design(table())[:, 0] for facts in regions]  # type: ignore[attr-defined]
+        assert all(10 <= design.sum() <= N - 10 for design in designs)
+        assert len({design.tobytes() for design in designs}) == len(designs)
+    names = {p.name for facts in regions for p in entry.build(facts).parameters}
+    volume = np.exp(np.quantile(table().log_volume, 0.5))
+    assert f"snow=dry*volume_m3<{volume:.4g}" in names
