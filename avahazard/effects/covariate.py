@@ -305,6 +305,8 @@ MOST_LEVELS = 4
 """Levels of a column that are distinguished beside another."""
 LIMITS = (0.3, 0.5, 0.7)
 """Shares of the events under limits of a number that are tried beside another column."""
+SHARPER = 3.0
+"""Nats by which a region must lead a product: a sharp limit is the stronger claim."""
 REGION = "log friction there"
 """Unit of what friction changes by where two columns are beyond their limits."""
 
@@ -398,7 +400,9 @@ def _likeliest_pair(one: str, other: str, columns: EventColumns, sites: Sites) -
         design = _build_pair(one, other, facts).design(columns)[use]
         design = design - q @ (q.T @ design)
         found = np.linalg.lstsq(design, left, rcond=None)[0]
-        price = 0.5 * np.log(n) * design.shape[1] + np.log(len(ways)) * ("region" in facts)
+        price = 0.5 * np.log(n) * design.shape[1]
+        if "region" in facts:
+            price += np.log(len(ways)) + SHARPER
         return float(0.5 * n * np.log(np.sum((left - design @ found) ** 2)) + price)
 
     return min(ways, key=cost) if n > rest.shape[1] + MIN_EVENTS else ways[0]
