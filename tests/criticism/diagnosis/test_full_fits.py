@@ -66,17 +66,17 @@ def fit(gain: float, evidence: float) -> Any:
 
 
 def test_one_of_many_of_a_kind_pays_for_the_choice() -> None:
-    candidates = [screened(f"interaction:a*{c}", 9.0) for c in "bcdefg"]
+    candidates = [screened(f"scatter:{c}", 9.0) for c in "bcdefg"]
     candidates += [screened(key, 9.0) for key in ("season", "covariate:a", "observation-limit")]
     screening = Screening(tuple(candidates), np.zeros(9), None)
     fits = {c.key: fit(9.0, 7.0) for c in candidates}
     base = fit(0.0, 0.0)
     found = {c.key: evidence_gain(c, fits, base, screening) for c in candidates}
     assert found["season"] == found["covariate:a"] == 7.0
-    assert found["interaction:a*b"] == pytest.approx(7.0 - np.log(6.0))
+    assert found["scatter:b"] == pytest.approx(7.0 - np.log(6.0))
     assert found["observation-limit"] == 7.0
-    pair = next(c for c in candidates if c.key == "interaction:a*b")
-    assert evidence_gain(pair, fits, base, screening, [pair.key]) == 7.0
+    one = next(c for c in candidates if c.key == "scatter:b")
+    assert evidence_gain(one, fits, base, screening, [one.key]) == 7.0
     # Never more than it gains, and a limit less what it gains by chance.
     fits = {c.key: fit(6.0, 7.0) for c in candidates}
     found = {c.key: evidence_gain(c, fits, base, screening) for c in candidates}
