@@ -7,6 +7,7 @@ too, so that whatever takes text takes it; the report says it in another languag
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from typing import Any, Self
 
 FEW = 3
 """Names that a line for people holds before `and n more`."""
+NEGATIVE_ZERO = re.compile(r"^[-−](?=0[.0]*( ?%)?$)")
 
 _known: dict[str, dict[str, str | list[str]]] = tomllib.loads(
     (files("avahazard") / "notes.toml").read_text("utf-8")
@@ -44,8 +46,16 @@ class Writer(Formatter):
         return one if n == 1 else many
 
     def number(self, text: str) -> str:
-        """A number as Python writes it (`-1,234.5`, `12%`) in the language."""
-        return text
+        """A number as Python writes it (`-1,234.5`, `12%`) in the language; zero has no sign."""
+        return NEGATIVE_ZERO.sub("", text)
+
+    def with_commands(self, sentence: str) -> str:
+        """A sentence with what the command line can do about it, which stands in brackets."""
+        return sentence.replace("[", "").replace("]", "")
+
+    def column(self, name: str) -> str:
+        """The name of a column of the records."""
+        return name
 
     def say(self, message: str, /, **values: object) -> str:
         """A sentence in the language, with its places filled."""
@@ -69,15 +79,15 @@ class Writer(Formatter):
         if sentence is None:  # of another version of the program
             text = ", ".join((key, *(f"{name} {value}" for name, value in values.items())))
         elif isinstance(sentence, str):
-            text = self.vformat(self.translated(sentence), (), values)
+            text = self.vformat(self.with_commands(self.translated(sentence)), (), values)
         else:
             one, many = sentence
             text = self.vformat(self.chosen(one, many, values["n"]), (), values)
         return self.say("{of}: {text}", of=self.few(of), text=text) if of else text
 
     def few(self, names: Sequence[str], most: int = FEW) -> str:
-        """The first few names in a row, and how many more."""
-        if len(names) <= most:
+        """The first few names in a row, and how many more; one or two more by name."""
+        if len(names) <= most + 2:
             return ", ".join(names)
         first, rest = ", ".join(names[:most]), len(names) - most
         return self.say("{names} and {n} more", names=first, n=rest)
@@ -94,7 +104,7 @@ class Writer(Formatter):
         if isinstance(value, Note):
             return self.note(value)
         if isinstance(value, str):
-            return value
+            return self.column(value) if format_spec == "column" else value
         if isinstance(value, Range):
             low, high = (self.number(format(v, format_spec)) for v in (value.low, value.high))
             return low if low == high else self.say("{low} to {high}", low=low, high=high)

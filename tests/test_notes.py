@@ -10,7 +10,7 @@ from string import Formatter
 
 import pytest
 
-from avahazard.notes import SENTENCES, TERMINAL, Note, as_text, grouped, placed
+from avahazard.notes import ENGLISH, SENTENCES, TERMINAL, Note, as_text, grouped, placed
 from avahazard.results.base import plain
 
 PACKAGE = Path(__file__).parents[1] / "avahazard"
@@ -84,12 +84,22 @@ def test_notes_that_differ_in_words_stay_apart() -> None:
 
 def test_things_of_several_paths_are_counted_together_and_their_names_joined() -> None:
     notes = [
-        Note("above_limit", f"P{k}", n=2, limit=600.0, events=events, elevation=650.0 + k)
-        for k, events in enumerate((["a0", "b0"], ["a1", "b1"]))
+        Note("above_limit", f"P{k}", n=3, limit=600.0, events=events, elevation=650.0 + k)
+        for k, events in enumerate((["a0", "b0", "c0"], ["a1", "b1", "c1"]))
     ]
     (one,) = grouped(notes)
-    assert one.startswith("P0, P1: 4 records stop above observed_below_m (600 m)")
-    assert "events a0, b0, a1 and 1 more, up to 650 to 651 m" in one
+    assert one.startswith("P0, P1: 6 records stop above observed_below_m (600 m)")
+    assert "events a0, b0, c0 and 3 more, up to 650 to 651 m" in one
+
+
+def test_one_or_two_more_are_named() -> None:
+    assert ENGLISH.few("abcde") == "a, b, c, d, e"
+    assert ENGLISH.few("abcdef") == "a, b, c and 3 more"
+
+
+def test_zero_has_no_sign() -> None:
+    assert Note("number", value=-0.0) == "0"
+    assert [ENGLISH.number(text) for text in ("-0.00", "-0 %", "-0.01")] == ["0.00", "0 %", "-0.01"]
 
 
 def test_a_note_on_all_of_several_paths_names_none() -> None:

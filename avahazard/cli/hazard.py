@@ -76,16 +76,16 @@ def hazard(
 
 
 WINDOW = "data_window"
-"""The note that is the first line of the answer."""
+"""The note that is the first line of the answer, or what its key begins with."""
 
 
 def _beside_windows(found: Any) -> list[Note]:
-    return grouped(note for note in found.notes if note.key != WINDOW)
+    return grouped(note for note in found.notes if not note.key.startswith(WINDOW))
 
 
 def show_windows(notes: Iterable[Note]) -> Iterator[Shown]:
     """Show of which paths the rate rests on the years in which any path has records."""
-    for note in grouped(note for note in notes if note.key == WINDOW):
+    for note in grouped(note for note in notes if note.key.startswith(WINDOW)):
         yield f"{note[:1].upper()}{note[1:]}"
 
 

@@ -22,7 +22,7 @@ from avahazard.hazard.trend import (
 )
 from avahazard.hazard.volume_records import (
     FEWEST_TELLING,
-    OWN_YEARS,
+    WINDOWS,
     DatedVolumes,
     PooledPaths,
     RegionVolumes,
@@ -47,6 +47,10 @@ from avahazard.results.hazard import ReturnLevel
 ENOUGH_MAXIMA = 30
 """Maxima, or excesses over the threshold, from which a path stands alone."""
 N_DRAWS = 400
+WINDOW_NOTES = dict(
+    zip(WINDOWS.values(), (None, "data_window_to", "data_window_from", "data_window"), strict=True)
+)
+"""The note on where the observed years come from."""
 USE_VOLUME = "Give the volume itself with --volume."
 
 
@@ -353,11 +357,12 @@ class Frequencies:
         if record is None or self.table is not None:
             return []
         notes = self.trend.notes(self.source.as_of)
-        if record.window == OWN_YEARS:
+        key = WINDOW_NOTES[record.window]
+        if key is None:
             return notes
         seasons = Note("of_winters" if record.seasons == "winters" else "of_years")
         first, last = record.first_year, record.last_year
-        return [Note("data_window", seasons=seasons, first=first, last=last), *notes]
+        return [Note(key, seasons=seasons, first=first, last=last), *notes]
 
     def extrapolated(self, path_id: str, return_period: float) -> bool:
         """Whether a return period (years) is too long for what is known of a path."""

@@ -26,9 +26,8 @@ from avahazard.hazard.volume_source import Family
 from avahazard.records.collection import WINTER_STARTS, Covariate, Event, Path
 from avahazard.records.errors import AvahazardError
 
-OWN_YEARS = "observed_from to observed_to"
 WINDOWS = {
-    (False, False): OWN_YEARS,
+    (False, False): "observed_from to observed_to",
     (False, True): "observed_from to the last record of any path",
     (True, False): "the first record of any path to observed_to",
     (True, True): "the first to the last record of any path",

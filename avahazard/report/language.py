@@ -20,7 +20,8 @@ from avahazard.notes import Writer
 LanguageName = Literal["en", "de", "fr", "it"]
 LANGUAGES: tuple[str, ...] = get_args(LanguageName)
 NARROW = "\u202f"
-"""A narrow space that does not break: between thousands in English, as in French."""
+"""A narrow space that does not break, between thousands: a point is a decimal one in places."""
+COMMAND = re.compile(r"\[[^]]*\]")
 EFFECT = "effect"
 """Context of the names of effects in the catalogues."""
 
@@ -31,7 +32,6 @@ class Language(Writer):
 
     code: str
     decimal: str
-    group: str
     catalogue: NullTranslations
     plain: bool = False
     """Numbers as programs read them, for a terminal."""
@@ -48,13 +48,25 @@ class Language(Writer):
         """The sentence of a note, or of what the database has of one."""
         return Writer.note(self, stored).replace(" m3", " m³")
 
+    def with_commands(self, sentence: str) -> str:
+        """The sentence; in a report without commands."""
+        return Writer.with_commands(self, sentence if self.plain else COMMAND.sub("", sentence))
+
     def effect(self, key: str) -> str:
         """The name of an effect; in English, and where it is a user's own, its key."""
         known = self.catalogue.pgettext(EFFECT, key)
         kind, mark, column = key.partition(":")
-        if mark and known == key:
-            return self.catalogue.pgettext(EFFECT, kind + ":{column}").format(column=column)
+        if mark and known == key and self.code != "en":
+            names = " × ".join(map(self.column, column.split("*")))
+            return self.catalogue.pgettext(EFFECT, kind + ":{column}").format(column=names)
         return known
+
+    def column(self, name: str) -> str:
+        """The name of a column; in English, and if it is a user's own, as recorded."""
+        from avahazard.report.words import NAMES  # noqa: PLC0415 (it imports this module)
+
+        known = "" if self.code == "en" else NAMES["axis"].get(name, "")
+        return self.translated(known) or name
 
     def meaning(self, key: str, words: str) -> str:
         """What an effect means, `words` of its own; of one that is made, by those of its kind."""
@@ -64,7 +76,7 @@ class Language(Writer):
         kind, mark, of = key.partition(":")
         if known != words or (made := MADE.get(kind + mark)) is None:
             return known
-        columns = dict(zip(("column", "other"), of.split("*"), strict=False))
+        columns = dict(zip(("column", "other"), map(self.column, of.split("*")), strict=False))
         of_kind = made("*".join(f"{{{name}}}" for name in columns)).meaning
         return self.translated(of_kind).format(**columns)
 
@@ -74,11 +86,12 @@ class Language(Writer):
 
     def number(self, text: str) -> str:
         """A number as Python writes it (`-1,234.5`, `12%`) with the signs of this language."""
+        text = Writer.number(self, text)
         if self.plain:
             return text.replace(",", "")
         if text.endswith("%") and text[-2:-1].isdigit() and self.code != "en":
             text = f"{text[:-1]}\u00a0%"
-        return text.translate({ord(","): self.group, ord("."): self.decimal, ord("-"): "−"})
+        return text.translate({ord(","): NARROW, ord("."): self.decimal, ord("-"): "−"})
 
     def date(self, text: str) -> str:
         """An ISO date as this language writes it; a year, or words, as they are."""
@@ -89,8 +102,8 @@ class Language(Writer):
         return str(format_date(date.fromisoformat(text), locale=self.code))
 
 
-ENGLISH = Language("en", ".", NARROW, NullTranslations())
-TERMINAL = Language("en", ".", "", NullTranslations(), plain=True)
+ENGLISH = Language("en", ".", NullTranslations())
+TERMINAL = Language("en", ".", NullTranslations(), plain=True)
 SPOKEN: ContextVar[Language] = ContextVar("language", default=ENGLISH)
 
 
@@ -126,15 +139,13 @@ def language_of(code: str) -> Language:
         return ENGLISH
     # Read as they are written: no step that compiles them can be forgotten.
     from babel.messages.mofile import write_mo  # noqa: PLC0415 (slow)
-    from babel.numbers import get_decimal_symbol, get_group_symbol  # noqa: PLC0415
+    from babel.numbers import get_decimal_symbol  # noqa: PLC0415
 
     catalogue = read_catalogue(code)
     compiled = BytesIO()
     write_mo(compiled, catalogue)
     compiled.seek(0)
-    return Language(
-        code, get_decimal_symbol(code), get_group_symbol(code), GNUTranslations(compiled)
-    )
+    return Language(code, get_decimal_symbol(code), GNUTranslations(compiled))
 
 
 def read_catalogue(code: str) -> Any:

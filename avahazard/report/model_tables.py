@@ -193,7 +193,10 @@ def budget_table(found: Comparison) -> Table | None:
     whole = sum(part.rms_m**2 for part in found.budget) or 1.0
     columns = (
         (say("source of error"), lambda p: part_text(p.source)),
-        (f">rms, {unit_of(found.coordinate)}", lambda p: in_unit(p.rms_m, found.coordinate)),
+        (
+            ">" + say("rms, {unit}", unit=unit_of(found.coordinate)),
+            lambda p: in_unit(p.rms_m, found.coordinate),
+        ),
         (">" + say("share of squares"), lambda p: share(p.rms_m**2 / whole)),
     )  # fmt: skip
     legend = some(
@@ -273,12 +276,13 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
         (">" + say("gain, nats"), lambda c: digits(c.screened_gain, ".1f")),
         (">" + say("evidence, nats"), lambda c: digits(c.evidence_gain, ".1f")),
         (">p", lambda c: chance(c.p_value, floor)),
-        (">" + say("in-sample CRPS, {unit}", unit=unit), errors),
+        (">" + say("at-mode CRPS, {unit}", unit=unit), errors),
     )
     legend = say(
         "gain: log likelihood with the effect minus that without (2.3 nats: a likelihood "
         "ratio of 10, 4.6 nats: of 100). p: chance of such a gain among all candidates if "
-        "nothing is missing. CRPS: at the mode of the parameters, not over their posterior."
+        "nothing is missing. at-mode CRPS: in-sample, with the parameters at their mode and "
+        "offsets of paths granted; the in-sample CRPS of a comparison is another figure."
     )
     legends = [legend]
     if any(c.evidence_gain is not None for c in diagnosis.candidates):

@@ -4,6 +4,7 @@ import math
 
 from avahazard.report.language import plural, say, spoken
 from avahazard.report.model_tables import failing, failing_speeds
+from avahazard.report.tables import NO_NAMES, Names
 from avahazard.report.words import (
     amount,
     axis_text,
@@ -90,15 +91,20 @@ def error_text(found: Comparison) -> list[str]:
 MOST_LEVELS = 3
 
 
-def failure_text(found: Comparison) -> str:
-    """Where the model fails beyond chance, by stops and by speeds, the worst levels first."""
+def failure_text(
+    found: Comparison, names: Names = NO_NAMES, diagnosis: Diagnosis | None = None
+) -> str:
+    """Where the model fails beyond chance, by stops and by speeds, the worst levels first.
+
+    `names` are those of paths; a `diagnosis` is what was said before.
+    """
     named = [
         plural(
             "{axis} “{level}” ({n} event, {bias})",
             "{axis} “{level}” ({n} events, {bias})",
             row.n,
             axis=axis_text(row.axis),
-            level=level_text(row.level),
+            level=names.get(row.level) or level_text(row.level),
             bias=("" if row.bias_m < 0.0 else "+") + amount(row.bias_m, found.coordinate, 0),
         )
         for row in failing(found)
@@ -116,6 +122,12 @@ def failure_text(found: Comparison) -> str:
     if not named:
         return say("It fails significantly nowhere (corrected p above 0.05 on every axis).")
     few = spoken().few(named, MOST_LEVELS)
+    if diagnosis is not None and diagnosis.verdict == "adequate":
+        return say(
+            "Yet it fails beyond chance by {levels}, predicted minus recorded; no candidate effect "
+            "explains it.",
+            levels=few,
+        )
     return say("It fails beyond chance by {levels}; predicted minus recorded.", levels=few)
 
 
@@ -166,6 +178,21 @@ def change_text(found: BeforeAndAfter) -> str:
     )
 
 
+def doubt_text(found: BeforeAndAfter, parent: str) -> str:
+    """That a child errs less than its parent is not certain; empty where it is, or not known."""
+    fall, coordinate = found.fall, found.coordinate
+    if fall is None or found.before is None or fall.q05_m > 0.0:
+        return ""
+    return say(
+        "That it errs less than “{parent}” ({before}) is not certain: the 90 % interval of the "
+        "difference is {low} to {high}.",
+        parent=parent,
+        before=amount(found.before.held_out_crps_m, coordinate, 0),
+        low=in_unit(fall.q05_m, coordinate, 0),
+        high=amount(fall.q95_m, coordinate, 0),
+    )
+
+
 def before_and_after_text(found: BeforeAndAfter) -> str:
     """The error of a child beside its parent's, and the floor of both."""
     floor = say(
@@ -177,7 +204,7 @@ def before_and_after_text(found: BeforeAndAfter) -> str:
 
 def verdict_text(diagnosis: Diagnosis, who: str | None = None) -> str:
     """What a diagnosis says of the model, and where the records have what is missing."""
-    verdict = _verdict(diagnosis, say("The model") if who is None else who)
+    verdict = short_verdict(diagnosis, who)
     where = [spoken().note(note) for note in diagnosis.where]
     kinds = [
         words
@@ -198,7 +225,9 @@ def verdict_text(diagnosis: Diagnosis, who: str | None = None) -> str:
     return " ".join([verdict, *together, *kinds, *where])
 
 
-def _verdict(diagnosis: Diagnosis, who: str) -> str:
+def short_verdict(diagnosis: Diagnosis, who: str | None = None) -> str:
+    """What a diagnosis says of the model, and which effect it would have detected."""
+    who = say("The model") if who is None else who
     values = {"who": who, "missing": ", ".join(spoken().effect(key) for key in diagnosis.missing)}
     values["size"] = amount(diagnosis.detectable_m, diagnosis.coordinate, 0)
     if diagnosis.verdict == "missing-effect":

@@ -270,7 +270,10 @@ def period_volumes_table(rows: HazardRows, names: Names = NO_NAMES) -> Table | N
     )
     legend = some(
         any(row.pooled for row in found)
-        and say("all paths: few volumes on the path; their spread is that of all paths.")
+        and say(
+            "all paths: few volumes on the path; their spread rests on those of all paths, their "
+            "median on its own."
+        )
     )
     observed = {(str(r.years_from), r.path_id): None for r in found if r.years_from is not None}
     for source, of in groupby(sorted(observed), key=itemgetter(0)):
@@ -405,7 +408,7 @@ def alpha_beta_table(rows: Sequence[TerrainRunout], names: Names = NO_NAMES) -> 
         (">α, °", lambda r: digits(r.alpha_deg, ".1f")),
         (">" + say("± sd, °"), known(lambda r: digits(r.alpha_sd_deg, "g"))),
         (">x, m", known(lambda r: place(r.runout_x_m))),
-        (">± 1 sd", known(lambda r: span((r.runout_x_low_m, r.runout_x_high_m)))),
+        (">" + say("± 1 sd"), known(lambda r: span((r.runout_x_low_m, r.runout_x_high_m)))),
     )
     sources = {row.coefficients: row.source for row in rows}
     # Names of papers and programs are English.

@@ -36,8 +36,7 @@ def coordinate_text(coordinate: str) -> str:
 
 def digits(value: float | None, form: str) -> str | None:
     """A number in a form of Python's; None where there is none."""
-    unsigned_zero = form.replace(".", "z.") if form.endswith("f") else form
-    return None if value is None else spoken().number(format(value, unsigned_zero))
+    return None if value is None else spoken().number(format(value, form))
 
 
 def integer(value: float) -> str:
@@ -56,7 +55,7 @@ def in_unit(value: float | None, coordinate: str | None, places: int = 1) -> str
     None where there is none.
     """
     form = f".{4 if coordinate == RATIO else places}f"
-    return digits(None if value is None else value + 0.0, form)
+    return digits(value, form)
 
 
 def amount(value: float, coordinate: str | None, places: int = 1) -> str:
@@ -175,6 +174,13 @@ def events(n: int) -> str:
 def paths(n: int) -> str:
     """A number of paths."""
     return plural("{n} path", "{n} paths", n)
+
+
+def speeds(n: int) -> str:
+    """A number of measured speeds."""
+    return (
+        plural("{n} measured speed", "{n} measured speeds", n) if n else say("no measured speeds")
+    )
 
 
 def years(period: float) -> str:

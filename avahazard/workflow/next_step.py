@@ -126,9 +126,14 @@ class StoredModels:
         unclear = self._unclear(found)
         return self._answer(name) if unclear is None else self._either(unclear, name)
 
+    def _of_other(self, name: str) -> Note | None:
+        """The same with a model with which nothing has just been done."""
+        self.done = ()
+        return self.step(name)
+
     def _instead(self, other: str, key: str, **values: str) -> Note | None:
         """What to do now with another model than the one that was asked about."""
-        step = self.step(other)
+        step = self._of_other(other)
         why = step and Note(key, **values, why=step.values["why"])
         return step and Note("next", command=str(step), why=why)
 
@@ -163,7 +168,7 @@ class StoredModels:
         if not effects:
             return None
         if tried := self._child(name, effects):
-            return None if self.worse(tried) else self.step(tried)
+            return None if self.worse(tried) else self._of_other(tried)
         if written is None and law is not None and law.evidence_over_curve > SHARPER:
             # The smooth follows it too little to stand for it.
             lead = {"model": name, "effects": missing, "nats": law.evidence_over_curve}

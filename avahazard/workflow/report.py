@@ -66,9 +66,9 @@ def write_report(
 ) -> WrittenReport:
     """Write the report of the stored model `name` to `file`; an older one is replaced.
 
-    It shows the latest comparison, diagnosis, bounds and zones, and says how to get what is
-    missing. Equal databases give equal files. Raises `AvahazardError` where there is no such model,
-    its own effects are not given, or `file` cannot be written or is not the name of a page.
+    It shows the latest comparison, diagnosis, bounds and zones, and says what is missing. Equal
+    databases give equal files. Raises `AvahazardError` where there is no such model, its own
+    effects are not given, or `file` cannot be written or is not the name of a page.
     """
     if file.suffix.lower() not in ENDINGS:
         raise AvahazardError(
@@ -181,7 +181,7 @@ def gather(
 
 
 def _lacking(stored: FittedModel, there: set[str]) -> Mapping[str, Note]:
-    """By key, what the report lacks and the command that makes it."""
+    """By key, what the report lacks; for the command line also how to make it."""
     name = stored.name
     lacking = {}
     if "profiles" not in there:

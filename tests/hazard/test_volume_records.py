@@ -185,6 +185,9 @@ def test_one_end_given(path: Path, years: tuple[int, int], window: str) -> None:
     record = record_of(path, EVENTS)
     assert (record.first_year, record.last_year) == years
     assert record.window == window
+    note = volume_frequencies([dated_volumes(path, EVENTS)], 1).notes("p")[0]
+    lacking = "observed_from" if path.observed_from is None else "observed_to"
+    assert f"as {lacking} is missing. Give it" in note
 
 
 def test_records_outside_the_observed_years_are_left_out() -> None:

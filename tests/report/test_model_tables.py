@@ -128,8 +128,8 @@ def test_candidates_and_what_to_measure() -> None:
     assert [cells(table, k)["gain, nats"] for k in (0, 2)] == ["9.0", "−0.1"]
     assert [cells(table, k)["p"] for k in (0, 1)] == ["< 1/40", "< 1/40"]
     assert cells(table)["evidence, nats"] == "9.0"
-    assert cells(table)["in-sample CRPS, m"] == "60.0 → 55.0"
-    assert "→" not in cells(table, 2)["in-sample CRPS, m"]
+    assert cells(table)["at-mode CRPS, m"] == "60.0 → 55.0"
+    assert "→" not in cells(table, 2)["at-mode CRPS, m"]
     assert table.shown == 2
     assert cells(measure_table(found))["expected gain, nats"] == "6.0"
     assert measure_table(DIAGNOSIS) is None

@@ -7,11 +7,11 @@ from dataclasses import replace
 import pytest
 
 from avahazard.report.model_tables import kinds_table
-from avahazard.report.sentences import failure_text, kinds_text, verdict_text
+from avahazard.report.sentences import doubt_text, failure_text, kinds_text, verdict_text
 from avahazard.results.base import Rows
 from avahazard.results.calibration import InCommon, Kinds
-from avahazard.results.comparison import Failure, SpeedMisfit
-from tests.results.samples import CALIBRATION, CANDIDATE, COMPARISON, DIAGNOSIS
+from avahazard.results.comparison import BeforeAndAfter, ErrorFall, Failure, SpeedMisfit
+from tests.results.samples import CALIBRATION, CANDIDATE, COMPARISON, DIAGNOSIS, STANDING
 
 KINDS = Kinds(
     share=0.34,
@@ -74,6 +74,24 @@ def test_a_second_kind_is_told_of_the_model_and_where_it_is_missing() -> None:
     assert table is not None
     assert table.rows == [["e2", "95 %"], ["e1", "20 %"], ["e3", "under 0.1 %"]]
     assert (kinds_table(CALIBRATION), table.shown) == (None, 0)
+
+
+def test_an_adequate_model_that_fails_is_said_to_fail() -> None:
+    rows = Rows([Failure("path", "P1", 9, -50.0, 1e-4)])
+    found = replace(DIAGNOSIS, verdict="adequate")
+    said = failure_text(replace(COMPARISON, where_it_fails=rows), {"P1": "North"}, found)
+    assert said.startswith("Yet it fails beyond chance by path “North” (9 events, −50 m)")
+
+
+@pytest.mark.parametrize(("low", "said"), [(-1.0, True), (1.0, False)])
+def test_a_fall_of_the_error_is_doubted_where_its_interval_holds_none(
+    low: float, said: bool
+) -> None:
+    fall = ErrorFall(5.0, low, 11.0)
+    found = BeforeAndAfter(STANDING, STANDING, "path", fall=fall)
+    doubt = doubt_text(found, "base")
+    assert ("less than “base” (42 m) is not certain" in doubt) == said
+    assert doubt_text(replace(found, fall=None), "base") == ""
 
 
 def test_speeds_that_fail_are_told_beside_stops() -> None:

@@ -115,6 +115,14 @@ def test_what_is_missing_is_added_once(database: str) -> None:
     assert words(database, "base") == ["diagnose", "base+season"]
 
 
+def test_a_report_of_a_model_leads_to_that_of_the_model_to_use(database: str) -> None:
+    put(database, "base", error=60.0, diagnosis=LACKS_SEASON)
+    done = replace(ADEQUATE, missing=())
+    put(database, "child", parent="base", effects=("season",), error=50.0, diagnosis=done)
+    step = next_step(database, "base", done=("report",))
+    assert step == "avahazard report child -o child.html"
+
+
 def test_a_child_that_is_held_out_by_events_is_judged_by_these(database: str) -> None:
     lacks = replace(ADEQUATE, verdict="missing-effect", missing=("path-effect",))
     put(database, "base", error=60.0, diagnosis=lacks)

@@ -213,11 +213,11 @@ def test_values_that_cannot_all_be_true_are_told(database: str) -> None:
         assert "half of length" not in told
         assert "left_profile 0, or" not in language_of(code).note(of_place)
         assert "wrong" in told
-    five = tuple(replace(wrong, event_id=f"w{k}", date=f"195{k}") for k in range(5))
-    many = notes(replace(records, events=five))
-    assert len(many) == 5
+    six = tuple(replace(wrong, event_id=f"w{k}", date=f"195{k}") for k in range(6))
+    many = notes(replace(records, events=six))
+    assert len(many) == 6
     (one,) = grouped(many)
-    assert one.startswith("w0, w1, w2 and 2 more: the record of this event contradicts itself")
+    assert one.startswith("w0, w1, w2 and 3 more: the record of this event contradicts itself")
     # It is stored with the model, and everything that shows the model says it.
     with writing(database) as session:
         save_records(session, records)

@@ -113,7 +113,10 @@ def _mind(content: ReportContent, view: PathView, shown: Design | None) -> Itera
     if view.flow:
         return
     if shown is None:
-        yield say("No design runout: the block does not start, or the rate is not known.")
+        if any(row.return_period_years for row in view.rows):
+            yield say("No design runout: the block does not start, or the rate is not known.")
+        elif content.rows:
+            yield say("No design runout has been computed yet.")
         return
     if shown.p_beyond > LEAST_BEYOND:
         chance = share(shown.p_beyond)
@@ -122,7 +125,10 @@ def _mind(content: ReportContent, view: PathView, shown: Design | None) -> Itera
     if any([*(row.extrapolated for row in rows), *(zone.extrapolated for zone in zones)]):
         yield far_text()
     if any(row.pooled for row in rows):
-        yield say("Few volumes are recorded: their spread is that of all paths.")
+        yield say(
+            "Few volumes are recorded: their spread rests on those of all paths, their median on "
+            "those of the path."
+        )
     found = content.comparison
     for failure in failing(found) if found else ():
         if found and failure.axis == "path" and failure.level == view.path.path_id:

@@ -3,6 +3,8 @@
 import base64
 import hashlib
 import re
+from collections.abc import Sequence
+from dataclasses import replace
 from importlib.resources import files
 from typing import Any
 
@@ -26,7 +28,7 @@ from avahazard.report.html.figure import script_json
 from avahazard.report.html.map_figure import map_figure
 from avahazard.report.html.path_figure import path_figure
 from avahazard.report.language import plural, say, spoken
-from avahazard.results.comparison import Comparison
+from avahazard.results.comparison import BeforeAndAfter, Comparison
 
 UNIT = re.compile(
     r"(?<=\d) (?=(?:m[²³]?|m/s|kPa|nats)(?!\w))|(?<=\d) ?(?=%)| (?=[:;?!»×])|(?<=×) |(?<=«) "
@@ -72,24 +74,59 @@ def render(content: ReportContent) -> str:
 
 def fall_text(before: Comparison, after: Comparison) -> str:
     """How the held-out error changes from a model to its child."""
+    return sentences.change_text(_change(before, after))
+
+
+def doubt_of(content: ReportContent) -> str:
+    """That the model errs less than its parent is not certain; empty where it is, or has none."""
+    *_, parent, name = ("", *content.loop.lineage)
+    before, after = map(content.loop.comparisons.get, (parent, name))
+    return sentences.doubt_text(_change(before, after), parent) if before and after else ""
+
+
+def _change(before: Comparison, after: Comparison) -> BeforeAndAfter:
     from avahazard.criticism.scoring.change import before_and_after  # noqa: PLC0415 (slow)
 
-    return sentences.change_text(before_and_after(before, after))
+    return before_and_after(before, after)
 
 
-def notes_of(content: ReportContent) -> list[str]:
-    """The notes on the rows of bounds and on the model, a line for all of one kind."""
+SAID = ("stale", "unconverged")
+OF_CARDS = ("part_beyond", "all_beyond", "extrapolated")
+"""Notes that the brief says in its conclusion, and in the cards of the paths."""
+
+
+def notes_of(content: ReportContent, but: Sequence[str] = SAID) -> list[str]:
+    """The notes on the rows of bounds and on the model, a line for all of one kind.
+
+    All but those of the keys `but` on the model itself.
+    """
     names, model = content.names, content.model.model
-    # The brief says these.
-    said = (Note("stale", model=model), Note("unconverged", model=model))
     where: dict[Note, dict[str, None]] = {}
     for row in content.rows:
         for note in row.notes:
-            if note not in (*said, *content.of_model):
+            if note not in content.of_model:
                 where.setdefault(note, {})[names.get(row.path_id, row.path_id)] = None
     notes = placed(where, len({row.path_id for row in content.rows}))
-    notes += [note for note in content.of_model if note not in said]
-    return [spoken().note(note) for note in grouped(notes)]
+    shown = [
+        note
+        for note in (*notes, *content.of_model)
+        if note.key not in but or note.values.get("model", model) != model
+    ]
+    return [sentence(note) for note in grouped(shown)]
+
+
+def design_notes(content: ReportContent) -> list[str]:
+    """The notes on what the design runouts rest on."""
+    rows = [row for row in content.rows if row.design]
+    return notes_of(replace(content, rows=rows), (*SAID, *OF_CARDS))
+
+
+def sentence(note: Note) -> str:
+    """A note as a sentence of its own; a name that it begins with stays as it is."""
+    text, values = spoken().note(note), note.values.values()
+    if not note.key or note.of or text.startswith(tuple(v for v in values if isinstance(v, str))):
+        return text
+    return text[:1].upper() + text[1:]
 
 
 def every_note(content: ReportContent) -> list[str]:
@@ -100,7 +137,7 @@ def every_note(content: ReportContent) -> list[str]:
         for note in row.notes
         if note not in content.of_model
     ]
-    return [spoken().note(note) for note in dict.fromkeys((*notes, *content.of_model))]
+    return [sentence(note) for note in dict.fromkeys((*notes, *content.of_model))]
 
 
 def _environment() -> Environment:
@@ -116,8 +153,9 @@ def _environment() -> Environment:
     environment.install_gettext_callables(say, plural)  # type: ignore[attr-defined]
     pictures = (figure, model_figures, record_figures, score_figures, vector_pictures)
     texts = (brief, model_tables, sentences, tables, words)
-    functions = (every_note, fall_text, map_figure, notes_of, path_figure, script_json)
-    for used in (*pictures, *texts, *functions):
+    sayings = (design_notes, doubt_of, every_note, fall_text, notes_of, sentence)
+    functions = (map_figure, path_figure, script_json)
+    for used in (*pictures, *texts, *sayings, *functions):
         environment.globals[used.__name__.rpartition(".")[2]] = used
     environment.filters["integer"] = words.integer
     return environment

@@ -45,12 +45,12 @@ def test_people_see_bounds_volumes_and_what_varies(on_my_models: Run) -> None:
 def test_one_line_says_that_years_are_those_of_the_data_set() -> None:
     winters = Note("of_winters")
     notes = [
-        Note("data_window", f"P{k}", seasons=winters, first=2006, last=2022) for k in range(1, 6)
+        Note("data_window", f"P{k}", seasons=winters, first=2006, last=2022) for k in range(1, 7)
     ]
     (line,) = show_windows([Note("no_rate"), *notes, *notes])
     assert isinstance(line, str)
     assert line.startswith(
-        "P1, P2, P3 and 2 more: the rate of avalanches counts the path's records"
+        "P1, P2, P3 and 3 more: the rate of avalanches counts the path's records"
     )
     assert "winters from 2006 to 2022" in line
 

@@ -14,6 +14,8 @@ from tests.report.html.pages import section_words
 from tests.report.html.world import NAMES
 from tests.telling import untold
 
+FAILS = Rows([Failure("path", Note.ready("scey"), 9, -50.0, 0.001)])
+
 
 def concluded(content: ReportContent, **change: Any) -> str:
     return section_words(replace(content, brief=True, **change), "brief")
@@ -31,10 +33,27 @@ def test_the_conclusion_is_how_far_how_sure_and_what_lacks(content: ReportConten
     assert "lacks an effect" in text
     assert "was not diagnosed" in concluded(content, model=model, diagnosis=None)
     assert "have changed" in concluded(content, model=model, records_changed=True)
+    adequate = replace(content.diagnosis, verdict="adequate", missing=(), detectable_share=0.1)
+    fails = replace(content.comparison, where_it_fails=FAILS)
+    text = concluded(content, model=model, diagnosis=adequate, comparison=fails)
+    assert untold(text, "with 80 % power", "Yet it fails beyond chance", "−50 m") == []
     unsure = replace(model, diagnostics=replace(checks, converged=False))
     assert "provisional" in concluded(content, model=unsure)
     assert "never compared" in concluded(content, comparison=None)
     assert "No design runout" in concluded(content, rows=())
+
+
+def test_limits_hold_what_the_design_runouts_rest_on(content: ReportContent) -> None:
+    rows = [row for row in content.rows if row.design]
+    rising = Note("rising_friction", share=0.15, smallest=1e3, largest=1e5)
+    beyond = Note("part_beyond", period=100.0)
+    noted = [replace(row, notes=(rising, beyond)) for row in rows]
+    text = concluded(content, rows=noted)
+    assert "In 15 % of the draws larger avalanches stop earlier" in text
+    assert "part of the interval" not in text
+    assert ("too high, and zones too long" in concluded(content, speed_limited=False)) == any(
+        view.drawn_zones for view in content.paths
+    )
 
 
 def test_every_path_has_its_card(content: ReportContent) -> None:
@@ -47,9 +66,10 @@ def test_every_path_has_its_card(content: ReportContent) -> None:
     assert card.shown.farthest_record is not None
     assert "extrapolation" in " ".join((*card.mind, *common))
     assert "No design runout" in " ".join(cards[NAMES["saugy"]].mind)
+    never = replace(content, rows=(), paths=[replace(view, rows=()) for view in content.paths])
+    assert not any("No design runout" in " ".join(card.mind) for card in path_cards(never)[0])
     assert content.comparison is not None
-    fails = Rows([Failure("path", Note.ready("scey"), 9, -50.0, 0.001)])
-    worse = replace(content, comparison=replace(content.comparison, where_it_fails=fails))
+    worse = replace(content, comparison=replace(content.comparison, where_it_fails=FAILS))
     (shown,) = [c for c in path_cards(worse)[0] if c.view.name == NAMES["scey"]]
     assert "The model fails here: bias −50 m" in " ".join(shown.mind)
 

@@ -28,7 +28,7 @@ def test_the_bar_is_as_long_as_it_says() -> None:
     other = scale_bar((0.0, 4000.0), (0.0, 3000.0), degrees=False, right=True)
     assert max(other["x"]) == 4000.0 - min(bar["x"])
     with speaking(language_of("de")):
-        assert "1.000 m" in scale_bar((0.0, 4000.0), (0.0, 1.0), False)["text"]
+        assert "1\u202f000 m" in scale_bar((0.0, 4000.0), (0.0, 1.0), False)["text"]
 
 
 def test_a_degree_of_longitude_shrinks_towards_the_pole() -> None:
