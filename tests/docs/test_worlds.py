@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from benchmarks.study import DOCS, ROOT, lines, with_parts
-from benchmarks.worlds import beyond, catalogue, tables
+from benchmarks.worlds import beyond, catalogue, measuring, tables
 from benchmarks.worlds.knowing import fair_crps, knowing
 from benchmarks.worlds.loop import judge, share_inside
 
@@ -146,9 +146,31 @@ def test_tables_name_every_arm_and_what_went_wrong() -> None:
 
 def test_the_page_is_written_from_the_results() -> None:
     text = (DOCS / "worlds.md").read_text(encoding="utf-8")
-    (file,) = re.findall(r"worlds.py table (\S+) --page docs/worlds.md", text)
-    made = tables.parts(lines(ROOT / file))
-    assert with_parts(text, made) == text
+    files = re.findall(r"worlds.py table (\S+) --page docs/worlds.md", text)
+    assert len(files) == 2
+    for file in files:
+        made = (measuring if "measuring" in file else tables).parts(lines(ROOT / file))
+        assert with_parts(text, made) == text
+
+
+def test_a_speed_to_be_measured_is_the_true_one_with_its_error(tmp_path: Path) -> None:
+    truth = beyond.make("force by u + speeds", 3, tmp_path)
+    truths = measuring.Truth("force by u", 3, truth)
+    events = {row["event_id"]: row for row in _rows(tmp_path / "events.csv")}
+    off = []
+    for track in _rows(tmp_path / "velocities.csv")[4:200:9]:
+        event, x = events[track["event_id"]], float(track["x_m"])
+        found = truths.measured(event, x)
+        assert found is not None
+        off.append(found["speed_m_s"] - float(track["speed_m_s"]))
+        stop = truths.stop[truths.number[event["event_id"]]]
+        assert truths.measured(event, stop + 1.0) is None
+        half = truths.measured(event, None)
+        assert half is not None
+        assert half["x_m"] < stop
+    # Either has an error of 1 to 2 m/s.
+    assert 1.0 < np.std(off) < 4.0
+    assert abs(np.mean(off)) < 2.0
 
 
 @pytest.mark.slow
