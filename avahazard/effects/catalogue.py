@@ -6,7 +6,7 @@ from importlib import import_module
 from pkgutil import iter_modules
 
 import avahazard.effects as folder
-from avahazard.effects import change, covariate, groups
+from avahazard.effects import change, covariate, groups, pairs
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import Definition
 from avahazard.effects.site import Site
@@ -14,7 +14,7 @@ from avahazard.records.errors import AvahazardError, did_you_mean
 
 MADE: Mapping[str, Callable[[str], Definition]] = {
     covariate.PREFIX: covariate.covariate,
-    covariate.INTERACTION: covariate.interaction,
+    pairs.INTERACTION: pairs.interaction,
     change.CHANGE: change.change,
     covariate.SCATTER: covariate.scatter_by,
     groups.PATH: groups.one_path,

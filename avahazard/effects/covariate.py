@@ -1,17 +1,16 @@
-"""Friction varies with columns: a smooth of one or its levels, one by another, its scatter.
+"""Friction varies with columns: a smooth of one or its levels, its scatter.
 
 Snow type, channelled and open paths, height and season have names. And with the volume as another
 law or scatter says.
 """
 
 from functools import partial
-from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.effects.columns import EventColumns, friction_by_paths
+from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import (
     MIN_LEVEL,
     Curve,
@@ -58,7 +57,7 @@ def covariate(column: str) -> Definition:
 
 
 def _lacking(column: str, columns: EventColumns, _sites: Sites) -> str | None:
-    numbers = _known(columns, column)
+    numbers = known_numbers(columns, column)
     if len(numbers) >= MIN_EVENTS and len(np.unique(numbers)) >= 3:
         return None
     return level_lacking(column, columns)
@@ -76,15 +75,15 @@ def number_column(columns: EventColumns, name: str) -> Floats | None:
     return {**columns.made, **columns.numbers, **of_records}.get(name)
 
 
-def _known(columns: EventColumns, name: str) -> Floats:
+def known_numbers(columns: EventColumns, name: str) -> Floats:
     """The numbers that a column has, none where it has texts or is not there."""
     values = number_column(columns, name)
     return np.empty(0) if values is None else known(values)
 
 
-def _line(columns: EventColumns, name: str) -> Facts | None:
+def line_of(columns: EventColumns, name: str) -> Facts | None:
     """Centre and spread of a column of numbers; None of one that has levels."""
-    numbers = _known(columns, name)
+    numbers = known_numbers(columns, name)
     if len(np.unique(numbers)) < 3:
         return None
     return {"centre": float(np.mean(numbers)), "scale": float(np.std(numbers))}
@@ -112,10 +111,10 @@ def design_of(name: str, facts: Facts, columns: EventColumns) -> Floats:
 
 
 def _facts(column: str, columns: EventColumns, _sites: Sites) -> Facts:
-    line = _line(columns, column)
+    line = line_of(columns, column)
     if line is None:
         return level_facts(column, columns)
-    knots = np.unique(np.quantile(_known(columns, column), np.linspace(0.05, 0.95, N_KNOTS)))
+    knots = np.unique(np.quantile(known_numbers(columns, column), np.linspace(0.05, 0.95, N_KNOTS)))
     return {"knots": knots.tolist(), **line}
 
 
@@ -300,166 +299,6 @@ PATH_SECTION = _by_level(
 )
 
 
-INTERACTION = "interaction:"
-MOST_LEVELS = 4
-"""Levels of a column that are distinguished beside another."""
-LIMITS = (0.3, 0.5, 0.7)
-"""Shares of the events under limits of a number that are tried beside another column."""
-SHARPER = 3.0
-"""Nats by which a region must lead a product: a sharp limit is the stronger claim."""
-REGION = "log friction there"
-"""Unit of what friction changes by where two columns are beyond their limits."""
-
-
-def other_way(key: str) -> str:
-    """The key of a pair with its columns the other way round; any other key as it is."""
-    return INTERACTION + "*".join(names[::-1]) if (names := columns_of_pair(key)) else key
-
-
-def columns_of_pair(key: str) -> list[str]:
-    """The columns of the key of a pair; none of any other."""
-    return key.removeprefix(INTERACTION).split("*") if key.startswith(INTERACTION) else []
-
-
-def interaction(pair: str) -> Definition:
-    """The effect of `A*B`, two columns, the second perhaps `volume_m3`."""
-    one, _, other = pair.partition("*")
-    return Definition(
-        key=INTERACTION + pair,
-        meaning=f"What {one} does to friction depends on {other}: it matters for some avalanches "
-        "and not for others. Both columns and their product are fitted, or one change where both "
-        "are beyond a limit.",
-        needs=f"columns {one} and {other}",
-        build=partial(_build_pair, one, other),
-        lacking=partial(_lacking_pair, one, other),
-        facts=partial(_likeliest_pair, one, other),
-        alternatives=partial(_ways_of_pair, one, other),
-        seen_in=partial(_region_seen, one, other),
-        event_columns=True,
-        uses_volume=VOLUME in (one, other),
-        beyond=2,
-    )
-
-
-def _lacking_pair(one: str, other: str, columns: EventColumns, sites: Sites) -> str | None:
-    facts = _facts_pair(one, other, columns, sites)
-    for name in (one, other):
-        if name not in facts:
-            return f"{name} has no two values with at least {MIN_LEVEL} events each"
-    first, second = (design_of(name, facts[name], columns) for name in (one, other))
-    both = _products(first, second)
-    alone = np.column_stack([np.ones(len(columns)), first, second])
-    both -= alone @ np.linalg.lstsq(alone, both, rcond=None)[0]
-    if np.sum(np.any(np.abs(both) > 1e-6, axis=1)) < 4 * MIN_LEVEL:
-        return f"{one} and {other} do not vary apart from each other"
-    return None
-
-
-def _facts_pair(one: str, other: str, columns: EventColumns, _sites: Sites) -> Facts:
-    """Of each column its levels, or centre and spread; left out where it has no information."""
-    found: Facts = {}
-    for name in (one, other):
-        line = _line(columns, name)
-        if line is not None:
-            found[name] = line
-        elif level_lacking(name, columns) is None:
-            found[name] = {"levels": level_facts(name, columns, most=MOST_LEVELS)["levels"]}
-    return found
-
-
-def _ways_of_pair(one: str, other: str, columns: EventColumns, sites: Sites) -> list[Facts]:
-    """The columns with their product, then every region of both with enough events, and beside."""
-    sides = []
-    for name in (one, other):
-        numbers = _known(columns, name)
-        if _line(columns, name) is None:
-            texts = text_column(columns, name)
-            assert texts is not None
-            common = [k for k, n in level_counts(texts).items() if n >= MIN_LEVEL]
-            limits: list[Facts] = [{"levels": [k]} for k in common]
-        else:
-            at = np.unique(np.quantile(numbers, LIMITS)).tolist()
-            limits = [{side: limit} for side in ("over", "under") for limit in at]
-        sides.append([(limit, design_of(name, limit, columns)[:, 0]) for limit in limits])
-    regions = [
-        {one: first, other: second, "region": True}
-        for (first, a), (second, b) in product(*sides)
-        if min(np.sum(a * b), np.sum(a * (1.0 - b)), np.sum(b * (1.0 - a))) >= 2 * MIN_LEVEL
-    ]
-    return [_facts_pair(one, other, columns, sites), *regions]
-
-
-def _likeliest_pair(one: str, other: str, columns: EventColumns, sites: Sites) -> Facts:
-    """The way that explains H/L best, volume and path taken off (least squares, with its price)."""
-    ways = _ways_of_pair(one, other, columns, sites)
-    use, ratio, rest = friction_by_paths(columns)
-    q, n = np.linalg.qr(rest)[0], len(ratio)
-    left = ratio - q @ (q.T @ ratio)
-
-    def cost(facts: Facts) -> float:
-        design = _build_pair(one, other, facts).design(columns)[use]
-        design = design - q @ (q.T @ design)
-        found = np.linalg.lstsq(design, left, rcond=None)[0]
-        price = 0.5 * np.log(n) * design.shape[1]
-        if "region" in facts:
-            price += np.log(len(ways)) + SHARPER
-        return float(0.5 * n * np.log(np.sum((left - design @ found) ** 2)) + price)
-
-    return min(ways, key=cost) if n > rest.shape[1] + MIN_EVENTS else ways[0]
-
-
-def _region_seen(one: str, other: str, columns: EventColumns, sites: Sites) -> Note | None:
-    if _lacking_pair(one, other, columns, sites):
-        return None
-    facts = _likeliest_pair(one, other, columns, sites)
-    if "region" not in facts:
-        return None
-    there = _build_pair(one, other, facts).design(columns)
-    names = [_label(name, facts[name]) for name in (one, other)]
-    return Note("region", names=names, n=int(np.sum(there)), events=len(columns))
-
-
-def _label(name: str, facts: Facts) -> str:
-    """A column with its level or limit, as a parameter is named."""
-    if "levels" in facts:
-        return f"{name}={facts['levels'][0]}"
-    (side, limit), *_ = facts.items()
-    value = np.exp(limit) if name == VOLUME else limit
-    return f"{name}{'>' if side == 'over' else '<'}{value:.4g}"
-
-
-def _products(first: Floats, second: Floats) -> Floats:
-    return np.asarray((first[:, :, None] * second[:, None, :]).reshape(len(first), -1))
-
-
-def _build_pair(one: str, other: str, facts: Facts) -> FrictionEffect:
-    region = "region" in facts
-    alone = [name for name in (one, other) if name != VOLUME and not region]
-
-    def design(columns: EventColumns) -> Floats:
-        parts = {name: design_of(name, facts[name], columns) for name in (one, other)}
-        return np.column_stack(
-            [*(parts[name] for name in alone), _products(parts[one], parts[other])]
-        )
-
-    def labels(name: str) -> list[str]:
-        levels = facts[name].get("levels")
-        return [name] if levels is None else [f"{name}={level}" for level in levels]
-
-    def parameters(*names: str) -> list[Parameter]:
-        sd = LEAST_SD if any("levels" in facts[name] for name in names) else LINEAR_SD
-        every = product(*map(labels, names))
-        return [Parameter("*".join(some), "log friction", 0.0, 0.0, sd) for some in every]
-
-    each = [parameter for name in alone for parameter in parameters(name)]
-    both = parameters(one, other)
-    if region:
-        name = "*".join(_label(name, facts[name]) for name in (one, other))
-        both = [Parameter(name, REGION, 0.0, 0.0, LEAST_SD)]
-    key = f"{INTERACTION}{one}*{other}"
-    return FrictionEffect(key, (*each, *both), design=design)
-
-
 SCATTER = "scatter:"
 SCATTER_SD = 0.5
 """Prior standard deviation of the log of the scatter, of a level or over one spread of a number."""
@@ -475,7 +314,7 @@ def scatter_by(column: str) -> Definition:
         build=partial(_build_scatter, column),
         lacking=partial(_lacking, column),
         facts=lambda columns, _sites: (
-            _line(columns, column) or {"levels": level_facts(column, columns)["levels"]}
+            line_of(columns, column) or {"levels": level_facts(column, columns)["levels"]}
         ),
         event_columns=True,
         beyond=1,

@@ -79,6 +79,7 @@ def squash(name: str) -> str:
     return re.sub(r"[\W_]+", "", folded)
 
 
+@cache
 def plain_word(text: str) -> str:
     """A value without what does not count in it: its capitals, blanks, hyphens and underscores.
 

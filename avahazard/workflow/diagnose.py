@@ -11,8 +11,8 @@ from avahazard.criticism.diagnosis.diagnose import diagnose
 from avahazard.criticism.diagnosis.laws import FoundLaw
 from avahazard.criticism.screening.screen import candidate_definitions
 from avahazard.effects.catalogue import require
-from avahazard.effects.covariate import other_way
 from avahazard.effects.effect import Definition
+from avahazard.effects.pairs import other_way
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import LEFT

@@ -20,7 +20,7 @@ from babel.messages.pofile import read_po, write_po
 from avahazard.criticism.scoring.where_it_fails import MONTHS
 from avahazard.effects.catalogue import MADE, catalogue
 from avahazard.effects.change import change
-from avahazard.effects.covariate import interaction
+from avahazard.effects.pairs import interaction
 from avahazard.hazard.alpha_beta import REGRESSIONS
 from avahazard.hazard.volume_records import WINDOWS
 from avahazard.hazard.zones import PRESETS

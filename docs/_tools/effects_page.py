@@ -6,9 +6,10 @@ from math import isfinite
 
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.change import change
-from avahazard.effects.covariate import covariate, interaction, scatter_by
+from avahazard.effects.covariate import covariate, scatter_by
 from avahazard.effects.effect import Definition, Parameter
 from avahazard.effects.groups import one_path
+from avahazard.effects.pairs import interaction
 
 HEAD = """# Effects
 

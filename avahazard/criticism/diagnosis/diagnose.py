@@ -39,8 +39,8 @@ from avahazard.criticism.screening.screen import (
     not_asked,
     screen,
 )
-from avahazard.effects.covariate import columns_of_pair
 from avahazard.effects.effect import Definition, Facts
+from avahazard.effects.pairs import columns_of_pair
 from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.seeds import generator

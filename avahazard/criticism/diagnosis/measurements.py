@@ -15,8 +15,8 @@ from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.naming import MARGIN
 from avahazard.criticism.diagnosis.refits import Refit
 from avahazard.criticism.scoring.speed_misfit import friction_given_record
-from avahazard.effects.covariate import columns_of_pair
 from avahazard.effects.effect import FrictionEffect, of_kind
+from avahazard.effects.pairs import columns_of_pair
 from avahazard.inference.fitting.mode import likely_friction
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import TRACK_SCATTER

@@ -22,8 +22,9 @@ from avahazard.criticism.screening.linear_model import NOTHING, LinearModel, lin
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.change import ALL, change
 from avahazard.effects.columns import FALL_HEIGHT, ORIENTATION
-from avahazard.effects.covariate import RELEASE, VOLUME, covariate, interaction, scatter_by
+from avahazard.effects.covariate import RELEASE, VOLUME, covariate, scatter_by
 from avahazard.effects.effect import Definition, Effect, FrictionEffect
+from avahazard.effects.pairs import interaction
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.friction_model import volume_share
 from avahazard.inference.model.laws import LAWS, Law
