@@ -1,5 +1,6 @@
 """What one column does depends on another: their product, or a change beyond limits of both."""
 
+from collections.abc import Sequence
 from functools import partial
 from itertools import product
 
@@ -33,8 +34,8 @@ from avahazard.notes import Note
 INTERACTION = "interaction:"
 MOST_LEVELS = 4
 """Levels of a column that are distinguished beside another."""
-LIMITS = (0.3, 0.5, 0.7)
-"""Shares of the events under limits of a number that are tried beside another column."""
+LIMITS, FINE_LIMITS = (0.3, 0.5, 0.7), tuple(k / 20 for k in range(1, 20))
+"""Shares of the events under limits of a number that are screened, and that one is chosen from."""
 SHARPER = 3.0
 """Nats by which a region must lead a product: a sharp limit is the stronger claim."""
 REGION = "log friction there"
@@ -97,8 +98,13 @@ def _facts_pair(one: str, other: str, columns: EventColumns, _sites: Sites) -> F
     return found
 
 
-def _regions(one: str, other: str, columns: EventColumns) -> list[tuple[Facts, Floats]]:
-    """Every region of two columns with enough events in it and beside it, 1 in it and else 0."""
+def _regions(
+    one: str, other: str, columns: EventColumns, shares: Sequence[float]
+) -> tuple[list[Facts], Floats]:
+    """Every region of two columns with enough events in it and beside it.
+
+    And columns `[n_events, n_regions]`: 1 in it, else 0. Limits of numbers are at these `shares`.
+    """
     sides = []
     for name in (one, other):
         if line_of(columns, name) is None:
@@ -107,26 +113,31 @@ def _regions(one: str, other: str, columns: EventColumns) -> list[tuple[Facts, F
             common = [k for k, n in level_counts(found).items() if n >= MIN_LEVEL]
             limits: list[Facts] = [{"levels": [k]} for k in common]
         else:
-            at = np.unique(np.quantile(known_numbers(columns, name), LIMITS)).tolist()
+            at = np.unique(np.quantile(known_numbers(columns, name), shares)).tolist()
             limits = [{side: limit} for side in ("over", "under") for limit in at]
-        sides.append([(limit, design_of(name, limit, columns)[:, 0]) for limit in limits])
-    return [
-        ({one: first, other: second, "region": True}, a * b)
-        for (first, a), (second, b) in product(*sides)
-        if min(a @ b, a @ (1.0 - b), b @ (1.0 - a)) >= 2 * MIN_LEVEL
-    ]
+        design = [design_of(name, limit, columns) for limit in limits]
+        sides.append((limits, np.hstack([np.empty((len(columns), 0)), *design])))
+    (first, a), (second, b) = sides
+    inside = a.T @ b
+    beside = np.minimum(a.sum(axis=0)[:, None] - inside, b.sum(axis=0) - inside)
+    kept = np.argwhere(np.minimum(inside, beside) >= 2 * MIN_LEVEL)
+    facts = [{one: first[k], other: second[m], "region": True} for k, m in kept]
+    return facts, a[:, kept[:, 0]] * b[:, kept[:, 1]]
 
 
 def _ways_of_pair(one: str, other: str, columns: EventColumns, sites: Sites) -> list[Facts]:
-    """The columns with their product, then the regions."""
-    regions = _regions(one, other, columns)
-    return [_facts_pair(one, other, columns, sites), *(facts for facts, _ in regions)]
+    """The columns with their product, then regions."""
+    return [_facts_pair(one, other, columns, sites), *_regions(one, other, columns, LIMITS)[0]]
 
 
 def _likeliest_pair(one: str, other: str, columns: EventColumns, sites: Sites) -> Facts:
-    """The way that explains H/L best, volume and path taken off (least squares, with its price)."""
-    both, regions = _facts_pair(one, other, columns, sites), _regions(one, other, columns)
+    """The way that explains H/L best, volume and path taken off (least squares, with its price).
+
+    Where that is a region, with the best of finer limits.
+    """
+    both = _facts_pair(one, other, columns, sites)
     use, ratio, rest = friction_by_paths(columns)
+    regions, there = _regions(one, other, columns, FINE_LIMITS)
     if not regions or len(ratio) < rest.shape[1] + MIN_EVENTS:
         return both
 
@@ -135,13 +146,13 @@ def _likeliest_pair(one: str, other: str, columns: EventColumns, sites: Sites) -
 
     basis = np.linalg.qr(rest)[0]
     ratio, design = left(ratio), left(_build_pair(one, other, both).design(columns)[use])
-    there = left(np.column_stack([column[use] for _, column in regions]))
+    there = left(there[use])
     explained = (ratio @ there) ** 2 / np.maximum(np.sum(there**2, axis=0), 1e-9)
     best = int(np.argmax(explained))
     beside = ratio - design @ np.linalg.lstsq(design, ratio, rcond=None)[0]
     lead = 0.5 * len(ratio) * np.log((beside @ beside) / (ratio @ ratio - explained[best]))
     lead += 0.5 * np.log(len(ratio)) * (design.shape[1] - 1)
-    return regions[best][0] if lead > np.log(len(regions)) + SHARPER else both
+    return regions[best] if lead > np.log(len(regions)) + SHARPER else both
 
 
 def _region_seen(one: str, other: str, columns: EventColumns, sites: Sites) -> Note | None:

@@ -198,6 +198,13 @@ def level_and_smooth(world: World) -> dict[str, Any]:
     return {"log_mu": -0.3, "shape": "tanh((new_snow_cm - 60) / 25)"}
 
 
+def both_beyond_limits(world: World) -> dict[str, Any]:
+    """Friction is low where strong wind meets much new snow, and neither matters by itself."""
+    new, wind = (np.asarray(world.columns[name], float) for name in ("new_snow_cm", "wind_m_s"))
+    world.log_mu -= 0.26 * ((new > 50.0) & (wind > 6.0))
+    return {"log_mu": -0.26, "new_snow_cm": 50.0, "wind_m_s": 6.0}
+
+
 def second_of_winter(world: World) -> dict[str, Any]:
     """A second avalanche in a winter runs on the first one's deposit."""
     world.log_mu -= 0.24 * (world.order > 1)
@@ -320,6 +327,11 @@ ARMS: dict[str, Arm] = {
         level_and_smooth,
         ("interaction:new_snow_cm*snow_type",),
         ("snow-type", "covariate:new_snow_cm"),
+    ),
+    "wind on new snow": Arm(
+        both_beyond_limits,
+        ("interaction:new_snow_cm*wind_m_s",),
+        ("covariate:new_snow_cm", "covariate:wind_m_s"),
     ),
     "second of the winter": Arm(
         second_of_winter,

@@ -118,11 +118,13 @@ def test_one_change_where_both_are_beyond_a_limit() -> None:
     entry = definition("interaction:cold*wind")
     made = entry.build(entry.facts(columns, ()))
     assert isinstance(made, FrictionEffect)
-    cold, wind = np.quantile(COLD, 0.5), np.quantile(WIND, 0.5)
     (parameter,) = made.parameters
+    cold, wind = (float(part[5:]) for part in parameter.name.split("*"))
     assert parameter.name == f"cold>{cold:.4g}*wind<{wind:.4g}"
     there = [float(COLD[i] > cold and WIND[i] < wind) for i in range(N)]
     assert made.design(columns)[:, 0].tolist() == there
+    true = (np.median(COLD) < COLD) & (np.median(WIND) > WIND)
+    assert np.mean(true == np.array(there)) >= 0.95
     seen = entry.seen_in(columns, ())
     assert str(seen) == (
         f"Friction differs where {parameter.name.replace('*', ' and ')} "
