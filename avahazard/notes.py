@@ -73,6 +73,13 @@ class Writer(Formatter):
             return self.translated(str(note))
         return self.sentence(note.key, note.of, note.values)
 
+    def alone(self, stored: object) -> str:
+        """The sentence of a note that stands alone: with a capital, but for a name at its begin."""
+        note, text = Note.read(stored), self.note(stored)
+        known = SENTENCES.get(note.key) or TERMINAL.get(note.key, "{")
+        first = self.translated(known if isinstance(known, str) else known[0])
+        return text if note.of or first.startswith("{") else f"{text[:1].upper()}{text[1:]}"
+
     def sentence(self, key: str, of: Sequence[str], values: Mapping[str, Any]) -> str:
         """The sentence of that key, after what it is of."""
         sentence = SENTENCES.get(key) or TERMINAL.get(key)
@@ -231,17 +238,6 @@ def _joined(one: Any, other: Any) -> Any:
         return list(dict.fromkeys((*one, *other)))
     low, high = ((v.low, v.high) if isinstance(v, Range) else (v, v) for v in (one, other))
     return Range(min(low[0], high[0]), max(low[1], high[1]))
-
-
-def as_text(notes: Iterable[str]) -> str:
-    """Notes as sentences in a row, which begin with a capital unless they begin with a name."""
-    texts = list[str]()
-    for note in map(Note.read, notes):
-        known = SENTENCES.get(note.key) or TERMINAL.get(note.key, "{")
-        first = known if isinstance(known, str) else known[0]
-        named = note.of or first.startswith("{")
-        texts.append(note if named else f"{note[:1].upper()}{note[1:]}")
-    return " ".join(texts)
 
 
 def counted(n: int, thing: str) -> str:

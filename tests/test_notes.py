@@ -10,7 +10,7 @@ from string import Formatter
 
 import pytest
 
-from avahazard.notes import ENGLISH, SENTENCES, TERMINAL, Note, as_text, grouped, placed
+from avahazard.notes import ENGLISH, SENTENCES, TERMINAL, Note, grouped, placed
 from avahazard.results.base import plain
 
 PACKAGE = Path(__file__).parents[1] / "avahazard"
@@ -60,7 +60,7 @@ def test_notes_of_one_kind_are_one_with_ranges_and_the_first_paths() -> None:
 
 def test_sentences_in_a_row_begin_with_capitals_but_for_names() -> None:
     notes = [Note("any_volume"), Note("few_events", model="m", n=1), MISSES, Note.ready("a b.")]
-    found = as_text(notes)
+    found = " ".join(map(ENGLISH.alone, notes))
     assert found.startswith("This model's friction is the same for every volume. m is based on")
     assert "event only. P1: the path" in found
     assert found.endswith(" a b.")

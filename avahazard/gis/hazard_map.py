@@ -18,7 +18,7 @@ from avahazard.gis.systems import (
     read_system,
     system_code,
 )
-from avahazard.notes import as_text
+from avahazard.notes import ENGLISH
 from avahazard.records.collection import Event, Path, Profile
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, Spread, ZonedPath
 
@@ -216,7 +216,11 @@ def _quantiles(
     """A point for each quantile of x on the profile; `more` are further attributes."""
     about = {name: getattr(row, name) for name in ("path_id", "return_period_years", "volume_m3")}
     after = {f"x_{name}_m": getattr(found, name) for name in QUANTILES}
-    after |= {"extrapolated": bool(row.extrapolated), **more, "notes": as_text(row.notes)}
+    after |= {
+        "extrapolated": bool(row.extrapolated),
+        **more,
+        "notes": " ".join(map(ENGLISH.alone, row.notes)),
+    }
     return [
         feature
         for name in QUANTILES

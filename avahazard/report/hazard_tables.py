@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path as FilePath
 from typing import Any
 
-from avahazard.notes import as_text
+from avahazard.notes import ENGLISH
 from avahazard.results.hazard import Design, HazardRow, RunoutInterval, ZonedPath
 
 QUANTILES = ("q05", "q50", "q95")
@@ -76,7 +76,7 @@ def hazard_cells(row: HazardRow) -> dict[str, Any]:
         "p_left_profile": row.p_left_profile,
         "n_draws": row.n_draws,
         "interval": row.interval,
-        "notes": as_text(row.notes),
+        "notes": " ".join(map(ENGLISH.alone, row.notes)),
     }
     for name in APART:
         if found := getattr(row, name):

@@ -68,7 +68,7 @@ def diagnose_model(
         stored.facts,
         own,
         expected=expect,
-        field_days=request.field_days,
+        field_days=results.FIELD_DAYS | dict(request.field_days),
         seed=request.seed,
         calibrated=np.median(stored.draws, axis=0),
         progress=partial(report, f"Diagnosing {name}"),

@@ -82,7 +82,7 @@ def diagnose(
     own: Sequence[Definition] = (),
     *,
     expected: Sequence[str] = (),
-    field_days: Mapping[str, float] = MappingProxyType({}),
+    field_days: Mapping[str, float] = FIELD_DAYS,
     seed: int = 0,
     calibrated: Floats | None = None,
     progress: Callable[[float], None] = lambda _share: None,
@@ -204,7 +204,7 @@ def _measure_next(
     observations = question.base.observations
     key = "more_events_ratio" if observations.in_ratio else "more_events"
     more = Note(key, n=observations.n_events, size=detectable_m / 2**0.5)
-    days = observations.n_events * (FIELD_DAYS | dict(field_days))["runout"]
+    days = observations.n_events * field_days["runout"]
     return Rows([Measurement(more, question.screening.critical_gain, field_days=days)])
 
 
@@ -428,14 +428,12 @@ def columns_apart(question: Question, leader: str) -> tuple[Pair, Refit] | None:
         c.key for name in names for c in tried if name in (c.definition.column, c.definition.needs)
     ]
     fit = question.fits[leader]
-    least, product = -np.inf, product_evidence(fit, leader)
-    if "region" in fit.facts[leader]:
-        least, product = fit.evidence, 0.0
-    if len(keys) != 2 or product > MARGIN:
+    region = "region" in fit.facts[leader]
+    if len(keys) != 2 or not (region or product_evidence(fit, leader) <= MARGIN):
         return None
     p_value = next(c.p_family for c in tried if c.key == leader)
     pair = _needed_pair(question.base, (keys[0], keys[1]), p_value)
-    return pair if pair and pair[1].evidence > least else None
+    return None if pair and region and pair[1].evidence <= fit.evidence else pair
 
 
 def product_evidence(fit: Refit, pair: str) -> float:

@@ -26,7 +26,7 @@ from avahazard.notes import Note
 from avahazard.physics.cells import build_cells
 from avahazard.physics.speed import speeds_along
 from avahazard.results.base import Rows
-from avahazard.results.diagnosis import FIELD_DAYS, Measurement
+from avahazard.results.diagnosis import Measurement
 
 TYPICAL_SD = 0.2
 """Prior sd of a typical effect on log friction."""
@@ -135,7 +135,8 @@ LEAST_GAIN = 0.05
 class Tried(NamedTuple):
     """A measurement: what is measured, its gain (nats) in one avalanche, and its note.
 
-    `quantity` is a key of `FIELD_DAYS`; `key` and `values` are those of the note but for `n`.
+    `quantity` is a key of the days in the field; `key` and `values` are those of the note but for
+    `n`.
     """
 
     quantity: str
@@ -150,10 +151,9 @@ def measurement_gains(
     """What distinguishes each pair of explanations by `MARGIN`, the fewest days in the field first.
 
     Of each quantity what takes fewest avalanches, none under `LEAST_GAIN` in one. `explanations`
-    are fits by the effect that they add, "" being the model itself; `field_days` replace those of
-    `FIELD_DAYS`. Without profiles no speed can be measured.
+    are fits by the effect that they add, "" being the model itself; `field_days` are those of one
+    avalanche by quantity. Without profiles no speed can be measured.
     """
-    days = FIELD_DAYS | dict(field_days)
     tracks = tracks_of(next(iter(explanations.values())).observations)
     expected = {key: expected_speeds(fit, tracks) for key, fit in explanations.items()}
     found = []
@@ -161,21 +161,21 @@ def measurement_gains(
         between = tuple(key for key in (one, other) if key)
         tried = [*_events(first, second), *_surveys(first, second)]
         # Friction scatters along the tracks as found, or as thought of before.
-        own = max(
+        scatter = max(
             f.posterior.layout.track_sigma(f.mode.u) or TRACK_SCATTER for f in (first, second)
         )
         rng = generator(seed, "speed gain", *between)
         speeds = expected[one], expected[other]
-        tried += _speeds(first.observations, tracks, speeds, own, rng)
-        for quantity in days:
+        tried += _speeds(first.observations, tracks, speeds, scatter, rng)
+        for quantity in field_days:
             of_quantity = [t for t in tried if t.quantity == quantity]
             best = max(of_quantity, key=lambda t: t.gain, default=None)
             if best and best.gain >= LEAST_GAIN:
                 n = int(np.ceil(MARGIN / best.gain))
                 note, place = Note(best.key, n=n, **best.values), best.values
                 where = place.get("path"), place.get("x")
-                row = Measurement(note, n * best.gain, between, n * days[quantity], *where)
-                found.append((n * days[quantity], -n * best.gain, row))
+                row = Measurement(note, n * best.gain, between, n * field_days[quantity], *where)
+                found.append((n * field_days[quantity], -n * best.gain, row))
     return Rows(row for *_, row in sorted(found, key=itemgetter(0, 1)))
 
 
@@ -212,13 +212,13 @@ def _surveys(first: Refit, second: Refit) -> Iterator[Tried]:
     """Volumes and stops recorded as before and surveyed too: that shows what errors they have."""
     volumes = [fit.posterior.volumes(fit.mode.u) for fit in (first, second)]
     one, other = (v.population.factor * v.records.sigma for v in volumes)
-    yield Tried("volume", _between(one, other, VOLUME_SIGMA), "measure_volumes")
+    yield Tried("volume", _error_gain(one, other, VOLUME_SIGMA), "measure_volumes")
     if not first.observations.in_ratio:
         one, other = (f.posterior.record_sigma(f.mode.u) for f in (first, second))
-        yield Tried("runout", _between(one, other, STOP_SIGMA_M), "measure_stops")
+        yield Tried("runout", _error_gain(one, other, STOP_SIGMA_M), "measure_stops")
 
 
-def _between(one: Floats, other: Floats, sigma: float) -> float:
+def _error_gain(one: Floats, other: Floats, sigma: float) -> float:
     """Gain of errors that are seen but for `sigma`; either fit's `[n_events]` are the true ones."""
     ratio = (one**2 + sigma**2) / (other**2 + sigma**2)
     return float(np.nansum(ratio + 1.0 / ratio - 2.0)) / (4.0 * len(ratio))
@@ -327,13 +327,14 @@ def _speeds(
     observations: Observations,
     tracks: Sequence[PassedTrack],
     pair: tuple[dict[int, Speeds], dict[int, Speeds]],
-    own: float,
+    scatter: float,
     rng: np.random.Generator,
 ) -> Iterator[Tried]:
     """Speeds at each of the places along each path, and at all of them at once."""
     for track in tracks:
         each = [
-            speed_gains((pair[0][e[0]], pair[1][e[0]]), track.x, e, own, rng) for e in track.events
+            speed_gains((pair[0][e[0]], pair[1][e[0]]), track.x, e, scatter, rng)
+            for e in track.events
         ]
         gains, path = np.mean(each, axis=0), observations.columns.paths[track.path]
         yield Tried("track", float(gains[-1]), "measure_track", {"path": path})
@@ -346,19 +347,19 @@ def speed_gains(
     pair: tuple[Speeds, Speeds],
     x: Floats,
     event: tuple[int, float, float],
-    own: float,
+    scatter: float,
     rng: np.random.Generator,
 ) -> Floats:
     """Mean log likelihood ratio (nats) of the speed of one event at each x, and of all of them.
 
     `[n_x + 1]`. Either of the `pair` is true in half of the simulations; the errors are the
-    measurement's and the model's own, whose friction scatters along the track by `own`.
+    measurement's and the model's own, whose friction scatters along the track by `scatter`.
     """
     _, release, stop = event
     # Of squares of speed (`speed_errors`), at the mean of what both fits expect.
     mean = np.mean([fit.chance @ fit.speeds for fit in pair], axis=0)
     error = SPEED_SIGMA_M_S**2 * (4.0 * mean**2 + 2.0 * SPEED_SIGMA_M_S**2)
-    spread = own**2 * track_spread(x - release, stop - release) + np.diag(error)
+    spread = scatter**2 * track_spread(x - release, stop - release) + np.diag(error)
     places, gains = np.arange(len(x)), np.zeros(len(x) + 1)
     for k, some in enumerate((*places[:, None], places)):
         factor = np.asarray(np.linalg.cholesky(spread[np.ix_(some, some)]), np.float64)

@@ -151,17 +151,14 @@ def screen(
     for block, at in zip(tried, places, strict=True):
         bend = weighed[:, at].T @ columns[:, at]
         gains, shape, scale, change = _gains(scores[at], bend, block)
-        by_chance = shape, scale, block.side != 0, block.price
-        surprise = _surprise(gains, *by_chance)
+        one_sided, price = block.side != 0, block.price
+        surprise = _surprise(gains, shape, scale, one_sided, price)
         largest = np.maximum(largest, surprise)
         if block.key not in found or surprise[0] > found[block.key].surprise:
             likely = block.values.copy()
             likely[: len(change)] += change[: len(likely)]
-            gain, entry = float(gains[0]), by_key[block.key]
-            by_itself = float(surprise[0])
-            found[entry.key] = Screened(
-                entry, gain, *by_chance[:3], by_itself, 1.0, likely, block.price
-            )
+            by_itself = float(gains[0]), shape, scale, one_sided, float(surprise[0])
+            found[block.key] = Screened(by_key[block.key], *by_itself, 1.0, likely, price)
     pairs = [
         k
         for k, b in enumerate(tried)

@@ -112,21 +112,13 @@ def notes_of(content: ReportContent, but: Sequence[str] = SAID) -> list[str]:
         for note in (*notes, *content.of_model)
         if note.key not in but or note.values.get("model", model) != model
     ]
-    return [sentence(note) for note in grouped(shown)]
+    return [spoken().alone(note) for note in grouped(shown)]
 
 
 def design_notes(content: ReportContent) -> list[str]:
     """The notes on what the design runouts rest on."""
     rows = [row for row in content.rows if row.design]
     return notes_of(replace(content, rows=rows), (*SAID, *OF_CARDS))
-
-
-def sentence(note: Note) -> str:
-    """A note as a sentence of its own; a name that it begins with stays as it is."""
-    text, values = spoken().note(note), note.values.values()
-    if not note.key or note.of or text.startswith(tuple(v for v in values if isinstance(v, str))):
-        return text
-    return text[:1].upper() + text[1:]
 
 
 def every_note(content: ReportContent) -> list[str]:
@@ -137,7 +129,7 @@ def every_note(content: ReportContent) -> list[str]:
         for note in row.notes
         if note not in content.of_model
     ]
-    return [sentence(note) for note in dict.fromkeys((*notes, *content.of_model))]
+    return [spoken().alone(note) for note in dict.fromkeys((*notes, *content.of_model))]
 
 
 def _environment() -> Environment:
@@ -153,7 +145,7 @@ def _environment() -> Environment:
     environment.install_gettext_callables(say, plural)  # type: ignore[attr-defined]
     pictures = (figure, model_figures, record_figures, score_figures, vector_pictures)
     texts = (brief, model_tables, sentences, tables, words)
-    sayings = (design_notes, doubt_of, every_note, fall_text, notes_of, sentence)
+    sayings = (design_notes, doubt_of, every_note, fall_text, notes_of)
     functions = (map_figure, path_figure, script_json)
     for used in (*pictures, *texts, *sayings, *functions):
         environment.globals[used.__name__.rpartition(".")[2]] = used

@@ -18,6 +18,7 @@ from avahazard.criticism.diagnosis.refits import Refit, refit, refit_with
 from avahazard.inference.model.observations import build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.seeds import generator
+from avahazard.results.diagnosis import FIELD_DAYS
 from tests.criticism.lengths import lengths
 from tests.inference import studies
 
@@ -81,28 +82,28 @@ def test_a_place_gains_what_measuring_there_gains(base: Refit, drag: Refit) -> N
 
 def test_the_fewest_days_come_first(base: Refit, drag: Refit) -> None:
     pair = {"turbulent-drag": drag, "": base}
-    found = measurement_gains(pair, {})
+    found = measurement_gains(pair, FIELD_DAYS)
     days = [m.field_days for m in found]
     assert days == sorted(days)
     assert all(m.expected_gain >= MARGIN and m.between == ("turbulent-drag",) for m in found)
-    assert found == measurement_gains(pair, {})
+    assert found == measurement_gains(pair, FIELD_DAYS)
     speed = next(m for m in found if m.x_m is not None)
     assert speed.path_id in base.observations.columns.paths
     assert f"path {speed.path_id} at x = {speed.x_m:,.0f} m" in speed.measurement
     # Where a speed costs a month, all else comes first; where it costs an hour, nothing.
-    dear, cheap = (measurement_gains(pair, {"speed": days}) for days in (30.0, 0.1))
+    dear, cheap = (measurement_gains(pair, FIELD_DAYS | {"speed": days}) for days in (30.0, 0.1))
     assert dear[-1].measurement == speed.measurement == cheap[0].measurement
     assert dear[-1].field_days == 15.0 * (speed.field_days or 0.0)
 
 
 def test_nothing_is_advised_between_equals(base: Refit) -> None:
-    assert not measurement_gains({"turbulent-drag": base, "": base}, {})
+    assert not measurement_gains({"turbulent-drag": base, "": base}, FIELD_DAYS)
 
 
 def test_kinds_of_avalanche_that_differ_most(base: Refit) -> None:
     snow = refit_with(base, "snow-type")
     snow.mode.u[snow.posterior.layout.places["snow-type"]] = 0.4
-    best = measurement_gains({"snow-type": snow, "": base}, {})[0]
+    best = measurement_gains({"snow-type": snow, "": base}, FIELD_DAYS)[0]
     assert "more avalanche" in best.measurement
     gain, columns = record_gain(snow, base), base.observations.columns
     kinds = [gain, *(gain[columns.path_index == k] for k in range(len(columns.paths)))]
@@ -113,7 +114,7 @@ def test_kinds_of_avalanche_that_differ_most(base: Refit) -> None:
 def test_errors_of_volumes_are_seen_by_a_survey(base: Refit) -> None:
     errors = refit_with(base, "volume-error")
     errors.mode.u[errors.posterior.layout.places["volume-error"]] = np.log(2.0)
-    found = measurement_gains({"volume-error": errors, "": base}, {})
+    found = measurement_gains({"volume-error": errors, "": base}, FIELD_DAYS)
     survey = next(m for m in found if "surveyed to 10 %" in m.measurement)
     volumes = base.observations.volumes
     stated = volumes.population.factor * volumes.records.sigma
@@ -127,7 +128,7 @@ def test_without_a_profile_only_events_can_be_measured() -> None:
     observations = build_observations(lengths(60, slope=0.1))
     base = refit(observations, Specification(law="power"), {})
     other = refit(observations, base.specification, base.facts, ("covariate:column_1",), (), base)
-    found = measurement_gains({"covariate:column_1": other, "": base}, {})
+    found = measurement_gains({"covariate:column_1": other, "": base}, FIELD_DAYS)
     assert len(found) == 1
     assert "more avalanches" in found[0].measurement
     # As many more events as there are would gain as much as these did.
