@@ -214,10 +214,7 @@ def diagnosed_world(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from avahazard.workflow.calibrate import calibrate  # noqa: PLC0415
     from avahazard.workflow.database import import_files  # noqa: PLC0415
     from avahazard.workflow.diagnose import diagnose_model  # noqa: PLC0415
-    from avahazard.workflow.requests import (  # noqa: PLC0415
-        CalibrateRequest,
-        DiagnoseRequest,
-    )
+    from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest  # noqa: PLC0415
     from tests.criticism.lengths import as_csv, lengths  # noqa: PLC0415
 
     def make(folder: Path) -> None:

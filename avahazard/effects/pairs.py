@@ -21,14 +21,7 @@ from avahazard.effects.covariate import (
     line_of,
     text_column,
 )
-from avahazard.effects.effect import (
-    MIN_LEVEL,
-    Definition,
-    Facts,
-    FrictionEffect,
-    Parameter,
-    Sites,
-)
+from avahazard.effects.effect import MIN_LEVEL, Definition, Facts, FrictionEffect, Parameter, Sites
 from avahazard.notes import Note
 
 INTERACTION = "interaction:"

@@ -96,12 +96,7 @@ def simulate(
     Raises:
         AvahazardError: it failed; with the last line that it printed.
     """
-    from avahazard.gis.avaframe_project import (  # noqa: PLC0415 (may be missing)
-        read_peak,
-        stop_of,
-        thickness_of,
-        write_project,
-    )
+    from avahazard.gis.avaframe_project import read_peak, stop_of, thickness_of, write_project  # noqa: PLC0415 (may be missing)
 
     crop, started = ground.crop, time.monotonic()
     thickness = thickness_of(ground, corners, volume_m3)

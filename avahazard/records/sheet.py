@@ -229,11 +229,7 @@ def _of_xlsx(raw: bytes) -> list[Grid]:
 
 def _of_others(raw: bytes, parts: zipfile.ZipFile | None) -> list[Grid]:
     """Sheets of an `.xls`, `.xlsb` or `.ods`, whose libraries are one."""
-    from python_calamine import (  # noqa: PLC0415 (one format of many)
-        CalamineWorkbook,
-        SheetTypeEnum,
-        SheetVisibleEnum,
-    )
+    from python_calamine import CalamineWorkbook, SheetTypeEnum, SheetVisibleEnum  # noqa: PLC0415 (one format of many)
 
     if raw.startswith(OLE) and not _ends(raw):
         raise zipfile.BadZipFile

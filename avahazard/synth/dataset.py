@@ -347,10 +347,7 @@ def _draw_volumes(rng: np.random.Generator, sites: Sites, path: Ints) -> Floats:
 
 
 def _draw_releases(
-    rng: np.random.Generator,
-    sites: Sites,
-    tracks: list[Track],
-    path: Ints,
+    rng: np.random.Generator, sites: Sites, tracks: list[Track], path: Ints
 ) -> Floats:
     """Elevations of steep places near the top; the steepest of the upper half without such."""
     uniform = rng.uniform(size=len(path))

@@ -14,11 +14,7 @@ from avahazard.criticism.scoring import error_budget as budgets
 from avahazard.criticism.scoring import scores as scoring
 from avahazard.criticism.scoring import speed_misfit as speeds_of
 from avahazard.criticism.scoring.change import standing
-from avahazard.criticism.scoring.held_out import (
-    choose_groups,
-    group_errors,
-    held_out_predictions,
-)
+from avahazard.criticism.scoring.held_out import choose_groups, group_errors, held_out_predictions
 from avahazard.criticism.scoring.loo import leave_one_out
 from avahazard.criticism.scoring.where_it_fails import event_axes, where_it_fails
 from avahazard.effects.columns import build_columns

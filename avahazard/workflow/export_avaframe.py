@@ -121,11 +121,7 @@ def _drawn(avalanches: Avalanches, drag: Floats, n: int, rng: np.random.Generato
 
 
 def _write(folder: FilePath, path: RunPath, median: Future, drawn: list[Future]) -> None:
-    from avahazard.gis.avaframe_project import (  # noqa: PLC0415 (may be missing)
-        thickness_of,
-        write_project,
-        write_scenario,
-    )
+    from avahazard.gis.avaframe_project import thickness_of, write_project, write_scenario  # noqa: PLC0415 (may be missing)
 
     crs, cell_m = path.ground.crop.crs, path.ground.crop.cell_m
 

@@ -173,10 +173,7 @@ def load_for_paths(
 
 
 def on_events(
-    model: FittedModel,
-    records: Records,
-    events: Sequence[Event],
-    among: EventColumns | None = None,
+    model: FittedModel, records: Records, events: Sequence[Event], among: EventColumns | None = None
 ) -> FittedModel:
     """A model on other events, whose volumes are read in the light of those of its calibration.
 

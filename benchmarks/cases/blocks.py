@@ -74,9 +74,7 @@ def run_effects(ratio: float = 1.0) -> Row:
         resistance = replace(resistance, speed_factor=share)
     cells, others = build_cells(terrain, resistance), (DRAG, forest, ratio, HALF_SPEED)
     row, errors = against_solver(
-        cells,
-        lambda mu, rtol: solve(resisted_motion, path, terrain.x[0], rtol, mu, *others),
-        10.0,
+        cells, lambda mu, rtol: solve(resisted_motion, path, terrain.x[0], rtol, mu, *others), 10.0
     )
     return (
         *row,

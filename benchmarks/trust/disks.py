@@ -81,8 +81,7 @@ def page(found: Line) -> str:
         + ("" if found["mounted"] else "\n\nNo disk could be mounted on this machine.")
         + "\n\n"
         + bullets(
-            found["faults"],
-            "No traceback, no message without a remedy, no incomplete result.",
+            found["faults"], "No traceback, no message without a remedy, no incomplete result."
         )
     )
 

@@ -130,11 +130,7 @@ def targets(lines: Sequence[Line]) -> str:
         ("nulls: false name in the first round", share(nothing, lambda x: false(x, 0)), "≤ 5 %"),
         ("… in any round", share(nothing, false_at_all), "≤ 5 %"),
         (f"catalogue, gain over {OF_CATALOGUE:g} nats: in the set", share(seen, in_set), "≥ 94 %"),
-        (
-            "90 % band of a found force: share of the true one inside",
-            _mean(inside),
-            "87 to 93 %",
-        ),
+        ("90 % band of a found force: share of the true one inside", _mean(inside), "87 to 93 %"),
         ("CPU time of a diagnosis (s), no speeds: median, maximum", _seconds(stops), "≤ 20"),
         ("… with 45 tracks of speeds", _seconds(tracks), "≤ 30"),
         ("datasets on which a command failed", share(lines, lambda x: "error" in x), "none"),

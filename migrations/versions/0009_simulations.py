@@ -31,12 +31,7 @@ def upgrade() -> None:
             ["path_id"], ["paths.path_id"], name=op.f("fk_simulations_path_id"), ondelete="CASCADE"
         ),
         sa.PrimaryKeyConstraint(
-            "path_id",
-            "engine",
-            "friction",
-            "volume_m3",
-            "drag_per_m",
-            name=op.f("pk_simulations"),
+            "path_id", "engine", "friction", "volume_m3", "drag_per_m", name=op.f("pk_simulations")
         ),
     )
 

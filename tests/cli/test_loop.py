@@ -11,13 +11,7 @@ from typing import Any
 import pytest
 from typer.testing import Result
 
-DATASETS = (
-    (),
-    ("snow-type",),
-    ("season",),
-    ("release-elevation",),
-    ("path-section", "snow-type"),
-)
+DATASETS = ((), ("snow-type",), ("season",), ("release-elevation",), ("path-section", "snow-type"))
 """The hidden effects of each dataset; the first has none. Seeds are 1 to 5."""
 MOST_STEPS = 16
 TOLERANCE = 0.02

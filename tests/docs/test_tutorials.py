@@ -13,10 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from avahazard.cli.main import app
-from avahazard.hazard.frequency import (
-    ReturnVolumeRow,
-    read_return_volumes,
-)
+from avahazard.hazard.frequency import ReturnVolumeRow, read_return_volumes
 from avahazard.records.rows import EventRow, PathRow, ProfileRow, StraightRow, VelocityRow
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -155,13 +152,6 @@ def test_the_forms_examples_are_imported(tmp_path: Path, monkeypatch: pytest.Mon
 def test_every_column_of_the_forms_is_on_the_page() -> None:
 
     page = (DOCS / "data_forms.md").read_text(encoding="utf-8")
-    forms = (
-        PathRow,
-        ProfileRow,
-        EventRow,
-        StraightRow,
-        VelocityRow,
-        ReturnVolumeRow,
-    )
+    forms = (PathRow, ProfileRow, EventRow, StraightRow, VelocityRow, ReturnVolumeRow)
     columns = {name for form in forms for name in form.model_fields}
     assert {name for name in columns if f"`{name}`" not in page} == set()

@@ -9,11 +9,7 @@ import numpy as np
 import pytest
 
 from avahazard.effects.catalogue import catalogue, definition, require
-from avahazard.effects.effect import (
-    Effect,
-    FrictionEffect,
-    shapes_tables,
-)
+from avahazard.effects.effect import Effect, FrictionEffect, shapes_tables
 from avahazard.records.collection import Event
 from avahazard.records.errors import AvahazardError
 from tests.effects.examples import columns, sites

@@ -8,13 +8,7 @@ import numpy as np
 import pytest
 
 from avahazard.engines.com1dfa import PLACE, find_python, settings_of
-from avahazard.gis.avaframe_project import (
-    HALF_WIDTH_M,
-    ground,
-    made_release,
-    stop_of,
-    thickness_of,
-)
+from avahazard.gis.avaframe_project import HALF_WIDTH_M, ground, made_release, stop_of, thickness_of
 from avahazard.gis.hazard_map import PathLine
 from avahazard.gis.systems import read_system
 from avahazard.records.collection import TerrainCrop

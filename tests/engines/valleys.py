@@ -17,12 +17,7 @@ import rasterio
 import shapely
 
 from avahazard.records.collection import Simulation, find_path, find_profile, ground_of
-from avahazard.store.records import (
-    load_records,
-    load_simulations,
-    load_terrain,
-    save_simulation,
-)
+from avahazard.store.records import load_records, load_simulations, load_terrain, save_simulation
 from avahazard.store.session import reading, writing
 from tests.conftest import command_line
 from tests.engines.slope import CELL_M, NORTH, WEST

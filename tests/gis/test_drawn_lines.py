@@ -110,12 +110,7 @@ def test_names_that_a_shapefile_cuts_are_known(tmp_path: Path, dem: Path) -> Non
     file = write_lines(tmp_path / "lines.shp", [LINE], columns)
     (drawn,) = read_drawn([file], dem)
     assert rows(drawn.paths) == [
-        {
-            "path_id": "P",
-            "release_elevation_m": "2200",
-            "observed_from": "1950",
-            "snow_fence": "a",
-        },
+        {"path_id": "P", "release_elevation_m": "2200", "observed_from": "1950", "snow_fence": "a"}
     ]
 
 

@@ -8,12 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from avahazard.hazard.alpha_beta import (
-    REGRESSIONS,
-    Regression,
-    alpha_beta,
-    persistent_flats,
-)
+from avahazard.hazard.alpha_beta import REGRESSIONS, Regression, alpha_beta, persistent_flats
 from avahazard.physics.smooth_profile import SmoothProfile, legendre_profile, smooth_profile
 from avahazard.records.reading import read_records
 from tests.physics.paths import spline_profile

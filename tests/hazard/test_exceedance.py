@@ -39,16 +39,7 @@ from avahazard.hazard.rows import runout_interval, spread
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.runout_curve import MU
 from tests.hazard.naive import naive_exceedance_rate, rate_below
-from tests.hazard.parabola import (
-    LAW,
-    TOP_M,
-    avalanches_of,
-    draws,
-    path,
-    stop,
-    stops,
-    volume_bounds,
-)
+from tests.hazard.parabola import LAW, TOP_M, avalanches_of, draws, path, stop, stops, volume_bounds
 
 VOLUME = 1e5
 MEDIAN = np.exp(LAW[0] - LAW[1] * VOLUME * 1e-6)
@@ -432,9 +423,7 @@ def test_where_nothing_comes_all_volumes_share_alike() -> None:
 
 
 VOLUMES = EventVolumes(
-    np.array([0.4, 0.2]),
-    np.log([1e4, 1e5, 4e5]),
-    np.array([[0.6, 0.3, 0.1], [0.2, 0.3, 0.5]]),
+    np.array([0.4, 0.2]), np.log([1e4, 1e5, 4e5]), np.array([[0.6, 0.3, 0.1], [0.2, 0.3, 0.5]])
 )
 RELEASE_HEIGHTS = (TOP_M, 2350.0)
 

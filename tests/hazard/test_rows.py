@@ -25,13 +25,7 @@ from avahazard.hazard.volume_records import VolumeRecord, region_of
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Profile
-from avahazard.results.hazard import (
-    Design,
-    FarthestRecord,
-    MapPoint,
-    PlaceQuantiles,
-    ReturnLevel,
-)
+from avahazard.results.hazard import Design, FarthestRecord, MapPoint, PlaceQuantiles, ReturnLevel
 from tests.hazard.parabola import draws, path, path_rows, stop
 
 N_LEFT, N_FAR, N_NEAR = 100, 797, 100

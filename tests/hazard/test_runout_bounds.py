@@ -9,12 +9,7 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from avahazard.hazard.rows import (
-    Scenario,
-    draw_stops,
-    hazard_row,
-    scattered_stops,
-)
+from avahazard.hazard.rows import Scenario, draw_stops, hazard_row, scattered_stops
 from avahazard.notes import Note
 from avahazard.physics.block import NOT_RELEASED
 from avahazard.physics.runout_curve import RunoutCurve, pieces

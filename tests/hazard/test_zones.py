@@ -136,11 +136,7 @@ def test_mixture_of_volumes_and_releases_by_counting(releases: tuple[float, ...]
 
 @pytest.mark.parametrize(
     "specification",
-    [
-        Specification(),
-        Specification(tails="student"),
-        Specification(distribution="normal"),
-    ],
+    [Specification(), Specification(tails="student"), Specification(distribution="normal")],
 )
 def test_speed_ends_where_the_runout_is_exceeded(specification: Specification) -> None:
     mixed = avalanches_of(
@@ -264,11 +260,7 @@ def test_the_return_periods_of_limits() -> None:
             r"zone 1, rule 1, pressure_kpa_min: Input should be a valid number \(given: '30'\)",
         ),
         ("pressure_kpa_min = 30", "pressure_kpa_min = -1", "pressure_kpa_min: .* \\(given: -1\\)"),
-        (
-            "pressure_kpa_min",
-            "presure_kpa_min",
-            "zone 1, rule 1, presure_kpa_min: there is no",
-        ),
+        ("pressure_kpa_min", "presure_kpa_min", "zone 1, rule 1, presure_kpa_min: there is no"),
         ("return_period_years = 30.0", "pressure_kpa_min = 3", "rule 2, return_period_years: F"),
         ('color = "#0072b2"', 'color = "blue"', "zone 2, color: String should match pattern"),
         ("rule = [{ return_period_years = 300 }]", "rule = []", "zone 2, rule: List should have"),
@@ -330,9 +322,7 @@ def test_pressure_ends_at_the_runout_not_at_the_next_place() -> None:
     # 40 kPa up to the place before the stop, 10 m on.
     pressure = np.where(PLACES_X <= 600.0, 40.0, 0.0)[None]
     found = zone_pieces(
-        zone((100.0, 30.0)),
-        PLACES_X,
-        {100.0: Exceeded(np.array([610.0]), pressure)},
+        zone((100.0, 30.0)), PLACES_X, {100.0: Exceeded(np.array([610.0]), pressure)}
     )
     assert found[0].to_x_m == pytest.approx(602.5)
 

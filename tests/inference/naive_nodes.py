@@ -15,10 +15,7 @@ def fine(grid: np.ndarray, per_cell: int = PER_CELL) -> tuple[np.ndarray, np.nda
     """Midpoints of every cell cut into `per_cell` parts, and the width of each part."""
     t = (np.arange(per_cell) + 0.5) / per_cell
     width = np.diff(grid)
-    return (
-        (grid[:-1, None] + width[:, None] * t).ravel(),
-        np.repeat(width / per_cell, per_cell),
-    )
+    return ((grid[:-1, None] + width[:, None] * t).ravel(), np.repeat(width / per_cell, per_cell))
 
 
 def likelihood(

@@ -13,12 +13,7 @@ from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.likelihood.predicted import Predicted
 from avahazard.inference.likelihood.track_nodes import drawn_speeds
 from avahazard.inference.model.friction_model import volume_share
-from avahazard.inference.model.observations import (
-    ELEVATION,
-    LEFT,
-    Observations,
-    SpeedRecord,
-)
+from avahazard.inference.model.observations import ELEVATION, LEFT, Observations, SpeedRecord
 from avahazard.inference.model.specification import Specification
 from avahazard.physics.block import LEFT_PROFILE
 from avahazard.physics.runout_curve import MU

@@ -64,10 +64,7 @@ def test_stops_where_small_steps_stop(profile, effects) -> None:
 
 @pytest.mark.parametrize(
     "tables",
-    [
-        {"speed_factor": 0.5 + 0.5 / (1.0 + SPEEDS / 10.0)},
-        {"speed_constant": 0.01 * SPEEDS},
-    ],
+    [{"speed_factor": 0.5 + 0.5 / (1.0 + SPEEDS / 10.0)}, {"speed_constant": 0.01 * SPEEDS}],
     ids=["factor", "constant"],
 )
 @pytest.mark.parametrize("profile", [BOWL, JUMP], ids=["bowl", "jump"])

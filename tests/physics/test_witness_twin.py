@@ -27,9 +27,7 @@ def test_twin(path: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "effects",
-    [{"drag": 0.004}, {"constant": 0.5}, {"curvature": 0.0}],
-    ids=lambda e: next(iter(e)),
+    "effects", [{"drag": 0.004}, {"constant": 0.5}, {"curvature": 0.0}], ids=lambda e: next(iter(e))
 )
 @pytest.mark.parametrize("profile", [bowl(), ski_jump()], ids=["bowl", "jump"])
 def test_effects(profile: SmoothProfile, effects: dict[str, float]) -> None:

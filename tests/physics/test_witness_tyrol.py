@@ -8,17 +8,7 @@ from avahazard.physics.smooth_profile import smooth_profile
 from tests.physics.comparing import compare
 from tests.physics.paths import read_profiles
 
-TYROL = [
-    "alr",
-    "gar",
-    "gar23",
-    "gar2345",
-    "hit_downvalley",
-    "hit_upvalley",
-    "kot",
-    "mal",
-    "wog",
-]
+TYROL = ["alr", "gar", "gar23", "gar2345", "hit_downvalley", "hit_upvalley", "kot", "mal", "wog"]
 
 
 LONG = ("alr", "gar23", "gar2345", "hit_downvalley", "hit_upvalley", "kot", "mal", "gar")

@@ -303,8 +303,7 @@ def test_unused_columns_are_said(write: Write) -> None:
 
 
 @pytest.mark.parametrize(
-    ("folder", "counts"),
-    [("avanodes", (4, 4, 4, 117)), ("tyrol-profiles", (9, 9, 0, 0))],
+    ("folder", "counts"), [("avanodes", (4, 4, 4, 117)), ("tyrol-profiles", (9, 9, 0, 0))]
 )
 def test_real_files_are_read(
     shared_data: Path, folder: str, counts: tuple[int, int, int, int]

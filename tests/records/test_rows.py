@@ -87,10 +87,7 @@ def test_height_and_reach(cells: dict[str, str], height: float, reach: float) ->
             {"release_elevation_m": "900", "runout_elevation_m": "950", "runout_length_m": "9"},
             "runout_elevation_m",
         ),
-        (
-            {"fall_height_m": "640", "runout_length_m": "1600", "h_over_l": "0.5"},
-            "h_over_l",
-        ),
+        ({"fall_height_m": "640", "runout_length_m": "1600", "h_over_l": "0.5"}, "h_over_l"),
         (
             {
                 "release_elevation_m": "900",

@@ -16,14 +16,7 @@ from avahazard.records.conventions import UNKNOWN, Conventions
 from avahazard.records.errors import RowProblem
 from avahazard.records.intake import Intake
 from avahazard.records.reading import read_files
-from avahazard.records.table import (
-    LOOKED_AT,
-    FileTable,
-    Line,
-    filled,
-    header_row,
-    table_of,
-)
+from avahazard.records.table import LOOKED_AT, FileTable, Line, filled, header_row, table_of
 from tests.records.matrix import save_workbook
 
 WORDS = st.sampled_from(["", "", "7", "17.25", "1950-02-13", "a text of more than 15 bytes: ⛰"])

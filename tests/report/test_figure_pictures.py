@@ -40,11 +40,7 @@ def candidate(effect: str, gain: float, p_value: float) -> Candidate:
     ("verdict", "missing", "title"),
     [
         ("missing-effect", ("season",), "base lacks an effect: season"),
-        (
-            "ambiguous",
-            ("season", "cohesion"),
-            "base lacks an effect; these data",
-        ),
+        ("ambiguous", ("season", "cohesion"), "base lacks an effect; these data"),
         ("unexplained", ("covariate:wind",), "base fails along covariate:wind"),
         ("adequate", (), "base is adequate"),
     ],

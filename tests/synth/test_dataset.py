@@ -61,15 +61,7 @@ def forest(track: Track) -> None:
     track.quadratic += np.where(track.forest, 0.004, 0.0)
 
 
-CHANGES = (
-    no_change,
-    no_curvature,
-    weakening,
-    cohesion,
-    drag,
-    entrainment,
-    forest,
-)
+CHANGES = (no_change, no_curvature, weakening, cohesion, drag, entrainment, forest)
 
 
 # Every change on one of three places, and none on all of them.

@@ -30,13 +30,7 @@ from avahazard.store.results import read_run
 from avahazard.store.session import reading, writing
 from avahazard.synth.making import make_dataset
 from avahazard.workflow import by_path
-from avahazard.workflow.by_path import (
-    PathTask,
-    any_events,
-    fingerprint_of,
-    path_answer,
-    survey,
-)
+from avahazard.workflow.by_path import PathTask, any_events, fingerprint_of, path_answer, survey
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.database import init_database
 from avahazard.workflow.hazard import hazard_work

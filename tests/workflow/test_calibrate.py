@@ -31,10 +31,7 @@ FEW: dict[str, Any] = {"paths": FEW_PATHS, "chains": 2, "draws": 100}
 def test_the_stored_model_is_the_one_that_is_told(my_twin: str) -> None:
     told: list[float] = []
     found = calibrate(
-        my_twin,
-        "m",
-        CalibrateRequest(**FEW, seed=3),
-        lambda _what, share: told.append(share),
+        my_twin, "m", CalibrateRequest(**FEW, seed=3), lambda _what, share: told.append(share)
     )
     stored, records = load_stored(my_twin, "m")
     assert found.next == "avahazard compare m"

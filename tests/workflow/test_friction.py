@@ -54,11 +54,7 @@ def test_what_is_shown(database: str) -> None:
     assert np.array(one.mu)[inside].min() >= 0.418
     assert np.array(one.mu)[inside].max() <= 0.702
     check = found.perturbation
-    assert (check.n_replicates, check.n_events, check.law) == (
-        N_REPLICATES,
-        10,
-        "exponential",
-    )
+    assert (check.n_replicates, check.n_events, check.law) == (N_REPLICATES, 10, "exponential")
     a = check.parameters["a"]
     assert a.mean == pytest.approx(a.value, abs=3.0 * a.sd)
     assert 0.0 < a.sd < a.se

@@ -172,11 +172,7 @@ def test_short_runs_have_a_place_every_ten_metres() -> None:
 
 def test_a_run_that_leaves_or_does_not_start() -> None:
     left = run_alone(_site(1000.0), 0.2)
-    assert (left.status, left.runout_x_m, left.runout_elevation_m) == (
-        "left_profile",
-        None,
-        None,
-    )
+    assert (left.status, left.runout_x_m, left.runout_elevation_m) == ("left_profile", None, None)
     assert left.speeds[-1].x_m == 1000.0
     assert left.speeds[-1].speed_m_s > 10.0
     held = run_alone(_site(), 0.9)

@@ -280,14 +280,7 @@ def test_parameters_offsets_and_settings() -> None:
     assert result.parameters["path:B"].unit == "log friction"
     assert result.parameters["a"].mean == pytest.approx(draws[..., 0].mean())
     kept = ("model", "parent", "law", "effects", "n_events", "seed")
-    assert [getattr(result, key) for key in kept] == [
-        "m",
-        "p",
-        "constant",
-        ("path-effect",),
-        5,
-        5,
-    ]
+    assert [getattr(result, key) for key in kept] == ["m", "p", "constant", ("path-effect",), 5, 5]
     assert result.data_fingerprint == data_fingerprint(Records())
     assert (result.chains, result.draws) == (4, 500)
     assert result.diagnostics.converged

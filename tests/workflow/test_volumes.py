@@ -85,9 +85,4 @@ def test_what_cannot_be_asked(twin: str, more: dict[str, object], message: str) 
 
 def test_an_unknown_path(twin: str) -> None:
     with pytest.raises(AvahazardError, match="no path 'everest'"):
-        volumes(
-            twin,
-            VolumesRequest(
-                paths=["everest"],
-            ),
-        )
+        volumes(twin, VolumesRequest(paths=["everest"]))

@@ -21,12 +21,7 @@ from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.compare import compare
 from avahazard.workflow.database import import_files
 from avahazard.workflow.hazard import NoDragError, hazard, load_limits, zones
-from avahazard.workflow.requests import (
-    CalibrateRequest,
-    HazardRequest,
-    SynthRequest,
-    ZonesRequest,
-)
+from avahazard.workflow.requests import CalibrateRequest, HazardRequest, SynthRequest, ZonesRequest
 from avahazard.workflow.synth import synthesise
 
 Write = Callable[[str, str], Path]

@@ -9,12 +9,7 @@ from scipy.stats import pearsonr
 
 from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.naming import MARGIN, acts_on_motion, groups_earn_their_name
-from avahazard.criticism.diagnosis.refits import (
-    Question,
-    Refit,
-    effect_on,
-    refit_with,
-)
+from avahazard.criticism.diagnosis.refits import Question, Refit, effect_on, refit_with
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.covariate import VOLUME, number_column
 from avahazard.effects.effect import Definition, VolumeErrorEffect

@@ -13,12 +13,7 @@ from scipy.special import logsumexp
 from scipy.stats import multivariate_t
 
 from avahazard.arrays import Bools, Floats, Ints
-from avahazard.criticism.scoring.scores import (
-    ExpectedRecords,
-    crps,
-    error_sign,
-    expected_records,
-)
+from avahazard.criticism.scoring.scores import ExpectedRecords, crps, error_sign, expected_records
 from avahazard.criticism.scoring.speed_misfit import MatchedSpeeds, matched_speeds, track_places
 from avahazard.effects.effect import Effect, GroupEffect
 from avahazard.engine import spread_map

@@ -12,13 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Bools, Floats, Ints
-from avahazard.effects.effect import (
-    Effect,
-    KindsEffect,
-    VolumeErrorEffect,
-    of_kind,
-    shapes_tables,
-)
+from avahazard.effects.effect import Effect, KindsEffect, VolumeErrorEffect, of_kind, shapes_tables
 from avahazard.effects.site import Site
 from avahazard.inference.likelihood.node_charts import NodeCharts
 from avahazard.inference.likelihood.nodes import Nodes, by_wrong_share

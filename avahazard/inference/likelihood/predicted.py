@@ -129,11 +129,7 @@ def _table(site: Site, cells: Cells, asked: Asked | None) -> NearStops:
 
 
 def _speeds_of(
-    observations: Observations,
-    whole: bool,
-    track: SpeedRecord,
-    cells: Cells,
-    near: NearStops,
+    observations: Observations, whole: bool, track: SpeedRecord, cells: Cells, near: NearStops
 ) -> TrackSpeeds:
     """The speeds of a track, at the frictions that were run."""
     release = int(observations.release[track.event])

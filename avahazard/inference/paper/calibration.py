@@ -54,8 +54,7 @@ def check_method(method: MethodName, specification: Specification) -> None:
     for what, wanted in asked.items():
         if wanted:
             raise AvahazardError(
-                f"Method {method} does not work with {what}.",
-                "Take --method marginal, which does.",
+                f"Method {method} does not work with {what}.", "Take --method marginal, which does."
             )
 
 
@@ -219,12 +218,7 @@ def _sums(x: Floats, y: Floats) -> Floats:
 
 @kernel
 def run_gibbs(
-    rng: np.random.Generator,
-    beta: float,
-    sigma2: float,
-    sums: Floats,
-    prior: Prior,
-    draws: Floats,
+    rng: np.random.Generator, beta: float, sigma2: float, sums: Floats, prior: Prior, draws: Floats
 ) -> tuple[float, float]:
     """Fills `draws` [n_draws, 3] with α, β, σ; the last β and σ².
 

@@ -114,8 +114,7 @@ LOCATION, SCATTER = np.array([-0.9, -0.7]), np.array([0.1, 0.2])
 def model(tails: str = "normal") -> Any:
     """A posterior of two volumes for its one event."""
     return SimpleNamespace(
-        layout=SimpleNamespace(log_scatter=True),
-        specification=SimpleNamespace(tails=tails),
+        layout=SimpleNamespace(log_scatter=True), specification=SimpleNamespace(tails=tails)
     )
 
 

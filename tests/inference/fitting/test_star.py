@@ -21,12 +21,7 @@ from avahazard.inference.fitting.mode import (
     scores_at,
     start_coordinates,
 )
-from avahazard.inference.fitting.star import (
-    gauss_newton,
-    improved,
-    search_mode,
-    surveyed_peak,
-)
+from avahazard.inference.fitting.star import gauss_newton, improved, search_mode, surveyed_peak
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.layout import TRACK_SLOT, Arms, with_arms
 from avahazard.inference.model.observations import build_observations
@@ -144,9 +139,7 @@ def test_a_star_reaches_some_standard_deviations() -> None:
         assert end == bound or 0.4 * REACH < reach < 4.0 * REACH
 
 
-def test_a_star_goes_on_where_draws_gather_at_an_end_of_it(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_star_goes_on_where_draws_gather_at_an_end_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(star, "errors_at", lambda _, draws: np.zeros(len(draws)))
     model = _model("turbulent-drag")
     k = model.layout.tables[0]

@@ -36,11 +36,7 @@ EVENTS = (
     Event("again", "P", runout_elevation_m=410.0, release_elevation_m=900.0),
 )
 RECORDS = Records(
-    paths=(
-        Path("P", release_elevation_m=950.0, observed_below_m=600.0),
-        Path("Q"),
-        Path("unused"),
-    ),
+    paths=(Path("P", release_elevation_m=950.0, observed_below_m=600.0), Path("Q"), Path("unused")),
     profiles=(_profile("P", 1000.0), _profile("Q", 2000.0)),
     events=EVENTS,
     speeds=(
