@@ -152,7 +152,8 @@ class Diagnosis(Result):
     friction, that of the records' errors included (None: stored by a version without it).
     `still_needed` is the evidence (nats) that the model would lose without each of its effects;
     `suspect_events` are records hard to believe, `impossible_stops` those on ground too steep for
-    any block to stop.
+    any block to stop. `law_text` is the leading law as an effect file, `effect_file` where it was
+    written.
     """
 
     model: str
@@ -175,6 +176,7 @@ class Diagnosis(Result):
     where: tuple[Note, ...] = ()
     coordinate: str = "elevation"
     detectable_share: float | None = None
+    law_text: str | None = field(default=None, metadata=ABSENT)
     effect_file: str | None = field(default=None, metadata=ABSENT)
     next: Note | None = field(default=None, metadata=ABSENT)
 

@@ -27,7 +27,7 @@ from avahazard.store import results as store
 from avahazard.store.session import reading, writing
 from avahazard.workflow.compare import coordinate_name
 from avahazard.workflow.effects import read_own_of, write_effect_file
-from avahazard.workflow.next_step import latest_comparison, next_step
+from avahazard.workflow.next_step import latest_comparison, latest_diagnosis, next_step
 from avahazard.workflow.requests import DiagnoseRequest
 from avahazard.workflow.stored import load_stored, notes_of_fit, require_unchanged
 
@@ -39,10 +39,10 @@ def diagnose_model(
 ) -> results.Diagnosis:
     """Diagnose the stored model `name`, and store it; effects of `effect_files` are candidates too.
 
-    Raises `AvahazardError` where there is no such model, an expected effect is no candidate, its
+    A law is written by the last diagnosis, where that was asked the same. Raises `AvahazardError` where there is no such model, an expected effect is no candidate, its
     records have changed, none stopped on its profile, or its method cannot test effects.
     """
-    expect, plot, file = tuple(request.expect), request.plot, request.write_effect
+    plot, file = request.plot, request.write_effect
     if file is not None and file.exists():
         raise AvahazardError(f"{file} is there already.", "Name another file.")
     require_picture(plot)
@@ -61,7 +61,38 @@ def diagnose_model(
             "Import events whose runout was recorded, or profiles that reach beyond the stops; "
             'a project goes on without: skip = ["diagnose"] in avahazard.toml.',
         )
-    expect = check_expected(stored, expect, own)
+    asked = replace(request, plot=None, write_effect=None)
+    told = _known(database, name, asked) if file is not None else None
+    told = told or _diagnosed(database, stored, own, asked, report)
+    if file is not None and told.law_text is not None:
+        write_effect_file(file, told.law_text)
+        told = replace(told, effect_file=str(file))
+    with writing(database) as session:
+        store.save_result(session, store.DIAGNOSIS, name, plain(told, keyed=True))
+    if file is not None and told.law_text is None:
+        raise _no_law(file, told)
+    if plot is not None:
+        told.plot(plot)
+    return replace(told, next=next_step(database, name))
+
+
+def _known(database: str, name: str, asked: DiagnoseRequest) -> results.Diagnosis | None:
+    """The last diagnosis of a model where that was asked the same, and has any law as a file."""
+    with reading(database) as session:
+        last = latest_diagnosis(session, name)
+    if last is None or last.declared or asked != DiagnoseRequest(seed=last.seed):
+        return None
+    return last if last.law_text or not last.lawful else None
+
+
+def _diagnosed(
+    database: str,
+    stored: FittedModel,
+    own: Sequence[Definition],
+    request: DiagnoseRequest,
+    report: Report,
+) -> results.Diagnosis:
+    name, expect = stored.name, check_expected(stored, request.expect, own)
     found = diagnose(
         stored.observations,
         stored.specification,
@@ -86,16 +117,9 @@ def diagnose_model(
     if expect:
         at = store.now().isoformat(timespec="seconds")
         told = replace(told, declared=results.Declared(expect, f"{at}Z"))
-    if file is not None and found.laws:
-        write_effect_file(file, _law_file(stored, told, found.laws[0], request.seed))
-        told = replace(told, effect_file=str(file))
-    with writing(database) as session:
-        store.save_result(session, store.DIAGNOSIS, name, plain(told, keyed=True))
-    if file is not None and not found.laws:
-        raise _no_law(file, told)
-    if plot is not None:
-        told.plot(plot)
-    return replace(told, next=next_step(database, name))
+    if found.laws:
+        told = replace(told, law_text=_law_file(stored, told, found.laws[0], request.seed))
+    return told
 
 
 def _law_file(stored: FittedModel, told: results.Diagnosis, law: FoundLaw, seed: int) -> str:

@@ -147,6 +147,24 @@ def test_the_law_that_is_written_is_added_as_the_next_steps_say(base: str, tmp_p
         diagnosed(base, write_effect=file)
 
 
+def test_a_law_is_written_by_the_last_diagnosis_where_that_was_asked_the_same(
+    base: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = diagnosed(base)
+    file = tmp_path / "law.py"
+
+    def again(*_args: Any, **_options: Any) -> None:
+        raise AssertionError("diagnosed again")
+
+    monkeypatch.setattr("avahazard.workflow.diagnose.diagnose", again)
+    written = diagnosed(base, write_effect=file)
+    assert file.read_text(encoding="utf-8") == found.law_text
+    assert replace(written, effect_file=None, next=found.next) == found
+    for other in ({"seed": 1}, {"expect": ("covariate:column_1",)}, {"field_days": {"speed": 9.0}}):
+        with pytest.raises(AssertionError, match="again"):
+            diagnosed(base, write_effect=tmp_path / "other.py", **other)
+
+
 def test_where_nothing_is_found_no_law_is_written(
     database: str, write: Write, tmp_path: Path
 ) -> None:
