@@ -79,13 +79,6 @@ class Refit:
         """The definition of an effect, the user's own first."""
         return find_definition(key, self.own)
 
-    def held_out(self, groups: HeldOut) -> Floats:
-        """Log density of each group of events given the others, `[n_groups]`."""
-        if groups.by not in self.kept:
-            self.kept[groups.by] = held_out_together(self.posterior, groups.fits, self.mode)
-            self.posterior.nodes.forget_runs()
-        return np.asarray(self.kept[groups.by])
-
     @property
     def by_event(self) -> Floats:
         """Log likelihood of each event at the mode, `[n_events]`."""
@@ -179,7 +172,17 @@ def _wider(
 def held_out_gain(wider: Refit, base: Refit) -> float:
     """What a model gains over another on held-out records (nats)."""
     groups = choose_groups(base.observations, wider.posterior.effects)
-    return float(np.sum(wider.held_out(groups) - base.held_out(groups)))
+    asked = [fit for fit in (wider, base) if groups.by not in fit.kept]
+    for fit, held_out in zip(asked, spread_map(_held_out, groups, asked), strict=True):
+        fit.kept[groups.by] = held_out
+    return float(np.sum(wider.kept[groups.by] - base.kept[groups.by]))
+
+
+def _held_out(groups: HeldOut, fit: Refit) -> Floats:
+    """Log density of each group of events given the others, `[n_groups]`."""
+    found = held_out_together(fit.posterior, groups.fits, fit.mode)
+    fit.posterior.nodes.forget_runs()
+    return found
 
 
 def put(u: Floats, posterior: Posterior, begin: Likely) -> Floats:

@@ -192,16 +192,14 @@ def test_groups_yield_to_a_candidate_with_their_evidence(
 ) -> None:
     def each(_base: Any, keys: list[str], **_: Any) -> dict[str, Any]:
         assert keys == ["season"]  # what gains far less is not fitted
-        found = fit(30.0, evidence)
-        found.held_out = lambda _: np.array([held_out])
-        return {"season": found}
+        return {"season": fit(30.0, evidence)}
 
     monkeypatch.setattr(full_fits, "refit_each", each)
+    monkeypatch.setattr(full_fits, "held_out_gain", lambda *_: held_out)
     monkeypatch.setattr(full_fits, "likely_values", lambda *_: {})
     strong = replace(screened("season", 20.0, 19.0), p_family=0.001)
     weak = replace(screened("snow-type", 12.0, 12.0), p_family=0.001)
     without = fit(0.0, 0.0)
-    without.held_out = lambda _: np.zeros(1)
     group = TriedGroup("winter-effect", 24.0, 1e-9, False, 20.0, 0.1, "winter-effect")
     screening = Screening((strong, weak), np.zeros(9), None)
     assert bool(explained_otherwise(without, screening, group)) is expected
