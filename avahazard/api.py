@@ -31,7 +31,7 @@ import avahazard.report.picture  # noqa: F401 (how results are drawn)
 from avahazard import workflow
 from avahazard.progress import show_progress
 from avahazard.records.collection import Event, Profile
-from avahazard.records.errors import AvahazardError
+from avahazard.records.errors import AvahazardError, did_you_mean, interruptible
 from avahazard.request import Request
 from avahazard.results.base import Rows, drawn
 from avahazard.results.calibration import Calibration, EffectEntry, ModelSummary
@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from avahazard.inference.fitted_model import FittedModel
 
 Files = str | Path | Sequence[str | Path]
+Folder = TemporaryDirectory[str] | None
 Asked = ParamSpec("Asked")
 Query = TypeVar("Query", bound=Request)
 Query_co = TypeVar("Query_co", bound=Request, covariant=True)
@@ -57,7 +58,18 @@ Found = TypeVar("Found")
 
 def _files(named: Files) -> tuple[Path, ...]:
     """The files of one name or several."""
+    if hasattr(named, "to_csv"):
+        raise AvahazardError(
+            "A frame of pandas is no file.", 'Write it first: frame.to_csv("events.csv").'
+        )
     return tuple(map(Path, [named] if isinstance(named, str | Path) else named))
+
+
+def _database(named: str | Path) -> str:
+    """A database by its whole path, wherever a notebook goes from here; a URL as it is."""
+    if "://" in str(named):
+        return str(named)
+    return str(Path(named).expanduser().absolute())
 
 
 class Taking(Protocol[Asked, Query_co]):
@@ -80,13 +92,22 @@ def taking(request: Callable[Asked, Query]) -> Taking[Asked, Query]:
     def decorated(method: Callable[..., Any]) -> Callable[..., Any]:
         @wraps(method)
         def asked(own: Any, *given: Any, **told: Any) -> Any:
+            by_name = {p.name: told.pop(p.name) for p in before[1:] if p.name in told}
+            for name in told.keys() - shown.keys():
+                close = did_you_mean(name, shown).strip()
+                raise AvahazardError(f"There is no option '{name}' here.", close)
             of_object = own._known if isinstance(own, Model) else {}
             known = {name: value for name, value in of_object.items() if name in options}
-            return method(own, *given, cast(Any, request)(**told | known))
+            if "effect_files" in known:
+                known["effect_files"] += _files(told.get("effect_files", ()))
+            return method(own, *given, **by_name, request=cast(Any, request)(**told | known))
 
+        # A model runs by itself.
+        of_model = method.__qualname__.startswith("Model.")
+        shown = {k: p for k, p in options.items() if not (of_model and k == "model")}
         before = list(signature(method).parameters.values())[:-1]
         asked.__signature__ = signature(method).replace(  # type: ignore[attr-defined]
-            parameters=[*before, *options.values()]
+            parameters=[*before, *shown.values()]
         )
         return asked
 
@@ -95,7 +116,7 @@ def taking(request: Callable[Asked, Query]) -> Taking[Asked, Query]:
 
 def _with_bar(use_case: Callable[..., Found], *given: Any, **told: Any) -> Found:
     """What a use case finds, with a bar of its progress."""
-    with show_progress(log=False) as report:
+    with interruptible(), show_progress(log=False) as report:
         return use_case(*given, **told, report=report)
 
 
@@ -107,8 +128,9 @@ def open_region(database: str | Path = "avahazard.db") -> Region:
     >>> av.open(database).paths().to_frame().shape[0]
     3
     """
-    workflow.database.database_status(str(database))
-    return Region(str(database))
+    database = _database(database)
+    workflow.database.database_status(database)
+    return Region(database)
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +144,7 @@ class Model:
     database: str
     name: str
     effect_files: tuple[Path, ...] = ()
+    _folder: Folder = field(default=None, repr=False, compare=False)
 
     @property
     def result(self) -> Calibration:
@@ -134,9 +157,7 @@ class Model:
 
     @property
     def draws(self) -> dict[str, NDArray[np.float64]]:
-        """Draws of the parameters by name, each `[n_chains, n_draws]`.
-
-        ArviZ reads this form: `arviz.from_dict({"posterior": model.draws})`.
+        """Draws of the parameters by name, each `[n_chains, n_draws]`: `to_arviz` of ArviZ's form.
 
         >>> base.draws["sigma"].shape
         (2, 150)
@@ -158,7 +179,9 @@ class Model:
             raise AvahazardError(
                 "ArviZ is not installed.", "Install it: pip install arviz"
             ) from error
-        return arviz.from_dict({"posterior": self.draws})
+        # From its version 1 on it takes groups by name.
+        old = int(arviz.__version__.partition(".")[0]) < 1
+        return arviz.from_dict(self.draws if old else {"posterior": self.draws})
 
     def plot_posterior(self, file: str | Path | None = None) -> Any:
         """Draw the posterior of each parameter, to `file` or to be shown by a notebook.
@@ -230,7 +253,7 @@ class Model:
         _with_bar(
             workflow.calibrate.add, self.database, self.name, effects, name, effect_files=files
         )
-        return Model(self.database, name, files)
+        return Model(self.database, name, files, self._folder)
 
     def predict(self, events: str | Path) -> Prediction:
         """Predict the stops (m) of the events of a file.
@@ -241,8 +264,9 @@ class Model:
         >>> len(base.predict(folder / "events.csv").events)
         60
         """
+        (file,) = _files(events)
         return workflow.compare.predict(
-            self.database, self.name, Path(events), effect_files=self.effect_files
+            self.database, self.name, file, effect_files=self.effect_files
         )
 
     @taking(requests.HazardRequest)
@@ -325,7 +349,7 @@ class Region:
     """
 
     database: str
-    _folder: TemporaryDirectory[str] | None = field(default=None, repr=False, compare=False)
+    _folder: Folder = field(default=None, repr=False, compare=False)
 
     @classmethod
     def from_files(
@@ -337,9 +361,9 @@ class Region:
     ) -> Region:
         """Import `sources` (files, or folders of them) into a new database.
 
-        Without `database` it is a temporary one, gone with the region. `dem` and `land_cover` as in
-        `import_files`. Raises `AvahazardError` where a source cannot be used, or the database is
-        there already; `RejectedRows` for rows that cannot be taken, all of them.
+        Without `database` it is a temporary one, gone with the region and its models. `dem` and
+        `land_cover` as in `import_files`. Raises `AvahazardError` where a source cannot be used, or
+        the database is there already; `RejectedRows` for rows that cannot be taken, all of them.
 
         >>> av.Region.from_files(folder).paths()[0].n_events > 0
         True
@@ -348,16 +372,21 @@ class Region:
         if database is None:
             folder = TemporaryDirectory(prefix="avahazard-")
             database = Path(folder.name) / "region.db"
-        if not workflow.database.init_database(str(database)).created:
+        database = _database(database)
+        if not workflow.database.init_database(database).created:
             raise AvahazardError(
                 f"{database} is there already.", "Open it with avahazard.open, or name another."
             )
-        region = cls(str(database), folder)
-        region.import_files(
-            sources,
-            dem=None if dem is None else Path(dem),
-            land_cover=None if land_cover is None else Path(land_cover),
-        )
+        region = cls(database, folder)
+        try:
+            region.import_files(
+                sources,
+                dem=None if dem is None else Path(dem),
+                land_cover=None if land_cover is None else Path(land_cover),
+            )
+        except BaseException:
+            Path(database).unlink(missing_ok=True)
+            raise
         return region
 
     @taking(requests.ImportRequest)
@@ -471,7 +500,7 @@ class Region:
         return workflow.hazard.volumes(self.database, request)
 
     @taking(requests.HazardRequest)
-    def hazard(self, names: Sequence[str], request: requests.HazardRequest) -> Hazard:
+    def hazard(self, models: Sequence[str | Model], request: requests.HazardRequest) -> Hazard:
         """Design runouts by several models, averaged; lengths in m.
 
         Each weighs as their mixture predicts left-out records best. Raises `AvahazardError` as
@@ -480,6 +509,7 @@ class Region:
         >>> region.hazard(["base"], return_periods=100).rows[0].return_period_years
         100.0
         """
+        names = [model.name if isinstance(model, Model) else model for model in models]
         return _with_bar(workflow.hazard.hazard, self.database, names, request)
 
     def alpha_beta(self, path_id: str | None = None) -> Rows[TerrainRunout]:
@@ -512,7 +542,7 @@ class Region:
         'power'
         """
         _with_bar(workflow.calibrate.calibrate, self.database, name, request)
-        return Model(self.database, name)
+        return Model(self.database, name, _folder=self._folder)
 
     def model(self, name: str, effect_files: Files = ()) -> Model:
         """The stored model `name`; one with effects of the user's own needs their files again.
@@ -522,7 +552,7 @@ class Region:
         >>> region.model("base").result.n_events
         60
         """
-        model = Model(self.database, name, _files(effect_files))
+        model = Model(self.database, name, _files(effect_files), self._folder)
         _ = model.result
         return model
 

@@ -6,6 +6,7 @@ The command line, the Python API and the file of a project take their options fr
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import KW_ONLY, MISSING, dataclass, field, fields
+from numbers import Real
 from pathlib import Path
 from types import NoneType
 from typing import (
@@ -49,11 +50,11 @@ class Option:
 
     def within(self, value: float) -> tuple[bool, str]:
         """Whether a number is within the bounds, and these in words."""
-        if self.over is not None:
-            return value > self.over, f"over {self.over:g}"
         least = -math.inf if self.least is None else self.least
         most = math.inf if self.most is None else self.most
         upto = "" if self.most is None else f" to {most:.15g}"
+        if self.over is not None:
+            return self.over < value <= most, f"over {self.over:g}{upto and ', up'}{upto}"
         return least <= value <= most, f"from {least:.15g}{upto}"
 
 
@@ -101,6 +102,8 @@ class Field:
                 f"There is no {what} '{value}'.",
                 f"{did_you_mean(str(value), known)}It is one of: {', '.join(known)} ({self.flag}).",
             )
+        if self.kind in (int, float) and value is not None:
+            value = self._number(value, what)
         if isinstance(value, int | float) and not isinstance(value, bool):
             good, bounds = option.within(value)
             if not (good and math.isfinite(value)):
@@ -108,8 +111,15 @@ class Field:
                 raise AvahazardError(
                     f"The {what} is {value:g}.", f"It must be a number{of} {bounds}."
                 )
-        convert = self.kind in (float, Path) and isinstance(value, int | str)
-        return self.kind(value) if convert else value
+        return Path(value) if self.kind is Path and isinstance(value, str) else value
+
+    def _number(self, value: Any, what: str) -> float:
+        if isinstance(value, Real) and not isinstance(value, bool) and value == self.kind(value):
+            return cast(float, self.kind(value))
+        raise AvahazardError(
+            f"The {what} is {value!r}.",
+            f"It must be a {'whole ' * (self.kind is int)}number {self.option.within(0.0)[1]}.",
+        )
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)

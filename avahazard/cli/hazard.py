@@ -72,7 +72,8 @@ def hazard(
     if found.n_rows > MOST_ROWS:
         warn(f"the first {MOST_ROWS} of {found.n_rows} rows are shown: --json, or export.")
     if not settings().as_json:
-        show_next(SafeConsole(), ask("next_step.next_step", name=names[0]))
+        step = ask("next_step.next_step", name=names[0])
+        show_next(SafeConsole(), step, settings().database)
 
 
 WINDOW = "data_window"

@@ -20,7 +20,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 from avahazard import __version__
-from avahazard.records.errors import AvahazardError, did_you_mean
+from avahazard.records.errors import AvahazardError, did_you_mean, interruptible
 
 COMMANDS = {
     name: module
@@ -118,18 +118,14 @@ class Commands(TyperGroup):
     def invoke(self, ctx: Any) -> Any:
         """Run the command; an error that the user can correct ends with status 1."""
         try:
-            return super().invoke(ctx)
+            with interruptible():
+                return super().invoke(ctx)
         except BrokenPipeError:
             raise
-        except (SystemError, KeyboardInterrupt) as error:
-            cause: BaseException | None = error
-            while isinstance(cause, SystemError):  # of Ctrl-C within compiled code, some in a chain
-                cause = cause.__cause__
-            if not isinstance(cause, KeyboardInterrupt):
-                raise
+        except KeyboardInterrupt:
             left = AFTER.get(ctx.invoked_subcommand or "", "")
             typer.echo(f"\nInterrupted. {left}".rstrip(), err=True)
-            raise cause from None
+            raise
         except (AvahazardError, OSError) as error:
             from avahazard.cli.output import show_error  # noqa: PLC0415
 

@@ -97,11 +97,12 @@ def _option(field: Field) -> inspect.Parameter:
         kind = list[kind] | None  # type: ignore[valid-type]
     elif default is None:
         kind = kind | None
-    told = typer.Option(
+    told: Any = typer.Option(
         *((option.short,) if option.short else ()),
         field.flag,
         help=option.help,
         metavar=f"<{'|'.join(choices)}>" if choices else option.metavar,
+        parser=_number if field.kind is float and option.parse is None else None,
         autocompletion=(lambda: list(choices)) if choices else None,
         min=option.least if field.kind is int else None,
         max=option.most if field.kind is int else None,
@@ -112,6 +113,17 @@ def _option(field: Field) -> inspect.Parameter:
         default=default,
         annotation=Annotated[kind, told],
     )
+
+
+def _number(text: str) -> float:
+    """The number of an option; of a default it is one already."""
+    try:
+        return float(text)
+    except ValueError as error:
+        raise typer.BadParameter(
+            f"'{text}' is no number. Write one number, with a point: 0.5; where several may be "
+            "given, the option again for each."
+        ) from error
 
 
 def _filled(request: type[Request], values: dict[str, Any]) -> Request:

@@ -179,7 +179,8 @@ def emit(
         console = SafeConsole()
         with speaking(TERMINAL):
             show(console, render(found))
-        show_next(console, getattr(found, "next", None))
+        database = getattr(found, "database", settings().database)
+        show_next(console, getattr(found, "next", None), database)
     warn(*notes(found))
 
 
@@ -192,13 +193,13 @@ def _json(document: Any) -> str:
     )
 
 
-def show_next(console: Console, step: Note | None) -> None:
+def show_next(console: Console, step: Note | None, database: str) -> None:
     """Print the next step: why, and below it the command alone, which can be copied."""
     if step is None:
         return
     command = str(step)
-    if settings().named:
-        option = shlex.join(("--db", settings().database))
+    if settings().named or database != settings().database:
+        option = shlex.join(("--db", database))
         command = re.sub("^avahazard ", lambda found: f"{found.group()}{option} ", command)
     console.print(f"{step.values.get('why', '')} Next:".lstrip())
     console.print(f"  {command}", soft_wrap=True)

@@ -334,7 +334,7 @@ class _Call:
         if np.any(bad):
             at = int(np.argmax(bad))
             raise AvahazardError(
-                f"{wrong}: number {at + 1} is {filled[at]}, and no column of NEEDS lacks there.",
+                f"{wrong}: that of event {at + 1} is {filled[at]}, though its columns are known.",
                 "Correct the effect file; columns in which numbers may be missing stand in NEEDS.",
             )
         return np.where(lacks, 0.0, filled)

@@ -1,6 +1,7 @@
 """Errors that a user can correct: one message, one hint, and the rows at fault."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from difflib import get_close_matches
 
@@ -18,6 +19,20 @@ class AvahazardError(Exception):
         return f"{self.message} {self.hint}".rstrip()
 
 
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Raise Ctrl-C as what it is: within compiled code it is the cause of a SystemError, or two."""
+    try:
+        yield
+    except SystemError as error:
+        cause: BaseException | None = error
+        while isinstance(cause, SystemError):
+            cause = cause.__cause__
+        if isinstance(cause, KeyboardInterrupt):
+            raise cause from None
+        raise
+
+
 @dataclass(frozen=True, slots=True)
 class RowProblem:
     """One rejected value: where it stands and what would be accepted."""
@@ -32,8 +47,11 @@ class RowProblem:
 Problems = list[RowProblem]
 
 
+MOST_LISTED = 10
+
+
 class RejectedRows(AvahazardError):  # noqa: N818
-    """Files hold rows that cannot be taken; every one is listed."""
+    """Files hold rows that cannot be taken: `problems` are all of them, its text has the first."""
 
     def __init__(self, problems: Sequence[RowProblem]) -> None:
         n = len(problems)
@@ -43,6 +61,15 @@ class RejectedRows(AvahazardError):  # noqa: N818
             "Correct what is listed above and import again.",
         )
         self.problems = tuple(problems)
+
+    def __str__(self) -> str:
+        """The first problems, a line each, then the message with its hint."""
+        lines = [
+            f"{p.file}, line {p.line}, {p.column}: '{p.value}'; right is {p.accepted}"
+            for p in self.problems[:MOST_LISTED]
+        ]
+        more = len(self.problems) - len(lines)
+        return "\n".join([*lines, *([f"and {more} more"] if more else ()), super().__str__()])
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

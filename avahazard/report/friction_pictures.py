@@ -40,7 +40,7 @@ def law_figure(view: FrictionView, volume: Floats, friction: Floats) -> Figure:
     known = np.isfinite(volume) & np.isfinite(friction)
     look = {"color": STOPS, "size": 6, "opacity": 0.8}
     points = marks(volume[known], friction[known], look, name=f"{int(known.sum())} events")
-    upwards = axis("μ less effects on friction and of the path", rangemode="tozero")
+    upwards = axis("μ without the effects on friction and of the path", rangemode="tozero")
     places = layout(axis("volume (m³)", type="log"), upwards)
     return Figure("law", "Friction against volume", [*law_traces(view), points], places)
 

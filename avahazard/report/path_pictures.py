@@ -35,7 +35,10 @@ def draw_paths(
     draw_figures(file, title, named, columns=2)
 
 
-SHADES = {"left_profile": ("#eef2f6", "beyond the profile"), "not_released": (GROUND, "held")}
+SHADES = {
+    "left_profile": ("#eef2f6", "beyond the profile"),
+    "not_released": (GROUND, "not released"),
+}
 """What frictions do under which the block does not stop on the way: a colour, and words."""
 
 

@@ -152,7 +152,9 @@ class Rows(tuple[Row_co, ...]):
         """Return one row each; nested keys are joined by dots."""
         import pandas as pd  # noqa: PLC0415 (slow to import)
 
-        return pd.json_normalize(plain(self))
+        frame = pd.json_normalize(plain(self))
+        # Columns of one's own have their names, as in the file that they come from.
+        return frame.rename(columns=lambda name: name.removeprefix("covariates."))
 
     def __repr__(self) -> str:
         kinds = " or ".join(dict.fromkeys(type(row).__name__ for row in self))

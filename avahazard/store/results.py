@@ -111,10 +111,11 @@ def save_model(
 
 def refuse_taken_name(session: Session, name: str) -> None:
     """Refuse the name of a stored model, which is kept, and one that no file can have."""
-    if not re.fullmatch(r"(?!-)(?=.*\S)[^/\\]{1,200}", name) or not name.isprintable():
+    if not re.fullmatch(r"(?![-\s])[^/\\]{1,200}(?<!\s)", name) or not name.isprintable():
         raise AvahazardError(
             f"{name!r} cannot be the name of a model.",
-            "Take 1 to 200 printable characters without / and \\, the first not a hyphen.",
+            "Take 1 to 200 printable characters without / and \\, no hyphen first, no blank first "
+            "or last.",
         )
     if session.scalar(select(ModelTable.id).where(ModelTable.name == name)) is not None:
         raise AvahazardError(
@@ -301,6 +302,18 @@ def latest_documents(session: Session, kind: RunKind, model: str) -> list[dict[s
     if run is None:
         return None
     return [document for found in read_run(session, run.id) for document in found.documents]
+
+
+def latest_by_path(session: Session, kind: RunKind, model: str) -> list[dict[str, Any]]:
+    """Of every path the documents of the last run that it was in; none without a run."""
+    finished = _runs(kind, model).where(PathRunTable.finished.is_not(None))
+    found: dict[str, PathResult] = {}
+    for run in session.scalars(finished.limit(None)):
+        paths = select(PathResultTable.path_id).where(PathResultTable.run == run.id)
+        if not found.keys() >= set(session.scalars(paths)):
+            found = {one.path_id: one for one in read_run(session, run.id)} | found
+    ordered = sorted(found.values(), key=lambda one: one.path_id)
+    return [document for one in ordered for document in one.documents]
 
 
 def save_result(session: Session, kind: Kind, model: str, document: dict[str, Any]) -> None:

@@ -39,8 +39,9 @@ def diagnose_model(
 ) -> results.Diagnosis:
     """Diagnose the stored model `name`, and store it; effects of `effect_files` are candidates too.
 
-    A law is written by the last diagnosis, where that was asked the same. Raises `AvahazardError` where there is no such model, an expected effect is no candidate, its
-    records have changed, none stopped on its profile, or its method cannot test effects.
+    A law is written by the last diagnosis where that was asked the same. Raises `AvahazardError`
+    where there is no such model, an expected effect is no candidate, its records have changed, none
+    stopped on its profile, or its method cannot test effects.
     """
     plot, file = request.plot, request.write_effect
     if file is not None and file.exists():

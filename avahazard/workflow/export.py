@@ -40,16 +40,11 @@ def export(database: str, name: str, file: FilePath) -> Export:
     such model, no bounds are stored by it, `file` has another ending or is somebody else's, or no
     path has coordinates.
     """
-    ending = file.suffix.lower()
-    if ending not in ENDINGS:
-        raise AvahazardError(
-            f"{file} does not end in {', '.join(ENDINGS)}.",
-            "The ending says what is written: GeoPackage, GeoJSON or a table.",
-        )
+    ending = ending_of(file)
     with reading(database) as session:
         model = store.load_model(session, name)
-        rows = store.latest_documents(session, store.BOUNDS, name)
-        zones = store.latest_documents(session, store.ZONES, name)
+        rows = store.latest_by_path(session, store.BOUNDS, name)
+        zones = store.latest_by_path(session, store.ZONES, name)
         records = load_records(session)
         known = notes_of(model, records)
     if not rows and not records.profiles:
@@ -62,8 +57,8 @@ def export(database: str, name: str, file: FilePath) -> Export:
     for row in rows:  # its notes when it was computed, and what is known of its model today
         noted = (*map(Note.read, row.get("notes", ())), *known)
         bounds.append(HazardRow.from_dict({**row, "notes": tuple(dict.fromkeys(noted))}))
-    zoned = [ZonedPath.from_dict(z) for z in zones or ()]
-    lacking = [f"no zones are stored by {name}."] if zones is None else []
+    zoned = [ZonedPath.from_dict(z) for z in zones]
+    lacking = [f"no zones are stored by {name}."] if not zones else []
     if ending == ".csv":
         write = partial(hazard_tables.write_hazard, rows=bounds)
         replace_file(file, hazard_tables.is_own_csv, write)
@@ -87,6 +82,16 @@ def export(database: str, name: str, file: FilePath) -> Export:
         replace_file(file, map_files.is_own_geojson, partial(map_files.write_geojson, layers=made))
     layers = Rows(Layer(m.name, len(m.features), m.code) for m in made)
     return Export(name, str(file), layers, (*known, *notes, *lacking))
+
+
+def ending_of(file: FilePath) -> str:
+    """The ending of a file to write. Raises `AvahazardError` where it is none of `ENDINGS`."""
+    if (ending := file.suffix.lower()) not in ENDINGS:
+        raise AvahazardError(
+            f"{file} does not end in {', '.join(ENDINGS)}.",
+            "The ending says what is written: GeoPackage, GeoJSON or a table.",
+        )
+    return ending
 
 
 def replace_file(

@@ -267,6 +267,8 @@ def volumes(database: str, request: VolumesRequest) -> results.Volumes:
             notes.append(f"left out: {error.message}")
             continue
         entries.append(_entry(frequency, frequencies, wanted))
+        if not entries[-1].levels:
+            notes.append(_rarer(frequency, max(wanted)))
         curves.append(_levels(frequency, CURVE))
     if not entries:
         raise next(iter(refusals), no_profiles())
@@ -304,6 +306,15 @@ def _levels(frequency: VolumeFrequency, periods: Sequence[float]) -> Rows[result
         with suppress(AvahazardError):
             found.append(return_volume(frequency, period))
     return Rows(found)
+
+
+def _rarer(frequency: VolumeFrequency, period: float) -> str:
+    """Why there is no volume of a return period."""
+    try:
+        return_volume(frequency, period)
+    except AvahazardError as error:
+        return str(error)
+    return ""
 
 
 def _maxima(frequencies: Frequencies, path_id: str) -> Rows[results.YearlyMaximum]:

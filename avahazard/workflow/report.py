@@ -70,10 +70,7 @@ def write_report(
     databases give equal files. Raises `AvahazardError` where there is no such model, its own
     effects are not given, or `file` cannot be written or is not the name of a page.
     """
-    if file.suffix.lower() not in ENDINGS:
-        raise AvahazardError(
-            f"{file} is not the name of a page.", f"It must end in {' or '.join(ENDINGS)}."
-        )
+    require_page(file)
     if not file.absolute().parent.is_dir():
         raise AvahazardError(f"There is no folder {file.parent}.", "Make the folder first.")
     from avahazard.report.html.page import render  # noqa: PLC0415 (plotly and jinja2 are slow)
@@ -101,16 +98,20 @@ def write_report(
     )
 
 
+def require_page(file: FilePath) -> None:
+    """Raise `AvahazardError` where `file` is not the name of a page."""
+    if file.suffix.lower() not in ENDINGS:
+        raise AvahazardError(
+            f"{file} is not the name of a page.", f"It must end in {' or '.join(ENDINGS)}."
+        )
+
+
 def averaged_rows(session: Session, models: Sequence[str], name: str) -> list[HazardRow]:
     """The rows of the latest average that `name` is in; none without one."""
     runs = [store.latest_run(session, store.AVERAGE, model) for model in models]
     among = {run.id: run.model for run in runs if run and name in run.settings["weights"]}
-    return _latest(session, store.AVERAGE, among[max(among)], HazardRow) if among else []
-
-
-def _latest(session: Session, kind: store.RunKind, name: str, of: type[R]) -> list[R]:
-    """The rows of the latest run by a model."""
-    return [of.from_dict(row) for row in store.latest_documents(session, kind, name) or ()]
+    latest = among and store.latest_documents(session, store.AVERAGE, among[max(among)])
+    return list(map(HazardRow.from_dict, latest or ()))
 
 
 def gather(
@@ -123,8 +124,9 @@ def gather(
         comparisons = {model.name: latest_comparison(session, model.name) for model in models}
         told = {model.name: latest_diagnosis(session, model.name) for model in models}
         averages = averaged_rows(session, list(comparisons), name)
-        rows = _latest(session, store.BOUNDS, name, HazardRow) or averages
-        zones = _latest(session, store.ZONES, name, ZonedPath)
+        bounds = store.latest_by_path(session, store.BOUNDS, name)
+        rows = list(map(HazardRow.from_dict, bounds)) or averages
+        zones = list(map(ZonedPath.from_dict, store.latest_by_path(session, store.ZONES, name)))
         grounds = {
             profile.path_id: ground
             for profile in records.profiles

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from avahazard.hazard.volume_source import VolumeSource
 from avahazard.inference.model import choices
@@ -59,7 +59,12 @@ def _picture(what: str = "Write a picture") -> Option:
 
 
 def _periods(words: str) -> Option:
-    return Option(words, short="-T", metavar="YEARS", unit="years", over=1.0)
+    return Option(words, short="-T", metavar="YEARS", unit="years", over=1.0, most=1e6)
+
+
+def _volume(words: str, **more: str) -> Option:
+    told: dict[str, Any] = {"metavar": "M3", "what": "volume", "unit": "m3", **more}
+    return Option(words, over=0.0, most=1e15, **told)
 
 
 RECORDS = VolumeSource()
@@ -201,13 +206,7 @@ class RunoutRequest(Request):
 
     mu: float | None = option(None, "Coulomb friction.", metavar="MU", what="friction", over=0.0)
     volume_m3: float | None = option(
-        None,
-        "Volume: the model then gives MU.",
-        flag="--volume",
-        metavar="M3",
-        what="volume",
-        unit="m3",
-        over=0.0,
+        None, _volume("Volume: the model then gives MU.", flag="--volume")
     )
     model: str | None = option(None, "Run with the effects of a stored model.", metavar="NAME")
     table: bool = option(False, "Tell F(μ) and its derivative F′(μ) as well.")
@@ -270,9 +269,7 @@ class HazardRequest(Request):
     return_periods: Sequence[float] = option(
         (), _periods("May be given again. [default: 100, where no volume is given]")
     )
-    volumes: Sequence[float] = option(
-        (), "May be given again.", short="-V", metavar="M3", unit="m3", over=0.0
-    )
+    volumes: Sequence[float] = option((), _volume("May be given again.", short="-V"))
     paths: Sequence[str] = option((), ONLY_PATHS)
     source: VolumeSource = RECORDS
     draws: int = option(20_000, "For each row.", what="number of draws", least=100, most=10_000_000)
@@ -296,13 +293,7 @@ class SimulateRequest(Request):
         over=0.0,
     )
     volumes: Sequence[float] = option(
-        (),
-        "May be given again. [default: 4 over the recorded ones]",
-        short="-V",
-        metavar="M3",
-        what="volume",
-        unit="m3",
-        over=0.0,
+        (), _volume("May be given again. [default: 4 over the recorded ones]", short="-V")
     )
     drag: float = option(0.0, "Resistance by the square of speed.", metavar="PER_M", least=0.0)
     release: Path | None = option(None, RELEASE_AREAS)

@@ -37,10 +37,17 @@ from avahazard.workflow.calibrate import add, calibrate, request_document
 from avahazard.workflow.compare import compare
 from avahazard.workflow.database import database_status, import_files, init_database
 from avahazard.workflow.diagnose import diagnose_model
-from avahazard.workflow.export import export
-from avahazard.workflow.hazard import NoDragError, hazard, hazard_work, zones, zones_work
+from avahazard.workflow.export import ending_of, export
+from avahazard.workflow.hazard import (
+    NoDragError,
+    hazard,
+    hazard_work,
+    load_limits,
+    zones,
+    zones_work,
+)
 from avahazard.workflow.next_step import latest_diagnosis, next_step
-from avahazard.workflow.report import write_report
+from avahazard.workflow.report import require_page, write_report
 from avahazard.workflow.stored import notes_of
 
 NAME = "avahazard.toml"
@@ -185,6 +192,7 @@ def run_project(
     if named is not None:
         database = named if "://" in named else str(folder / named)
     run = RunningProject(project, folder, database, request, report, file.stat().st_mtime)
+    run.check()
     if request.dry_run:
         return _dry_run(run, file)
     run.import_records()
@@ -260,6 +268,19 @@ class RunningProject:
         """What has been done of the project of `file`, and the step to do then."""
         notes, files = tuple(dict.fromkeys(self.notes)), tuple(self.files)
         return ProjectRun(str(file), self.database, model, Rows(self.steps), files, notes, step)
+
+    @property
+    def limits(self) -> str:
+        """The limits of zones: a file beside the project, or a preset."""
+        file = self.folder / self.project.zones.limits
+        return str(file) if file.is_file() else self.project.zones.limits
+
+    def check(self) -> None:
+        """Raise `AvahazardError` for values of the file that no later step could use."""
+        require_page(self.folder / self.project.report.file)
+        for name in self.project.export.files:
+            ending_of(self.folder / name)
+        load_limits(self.limits)
 
     def import_records(self) -> None:
         """Import what the file names."""
@@ -380,10 +401,8 @@ class RunningProject:
                 n = len({row.path_id for row in bounds.rows})
                 self.done("hazard", counted(n, "path"), bounds.notes)
         if "zones" not in project.skip and not METHODS[project.model.method].in_metres:
-            limits = folder / project.zones.limits
-            request = replace(project.zones, paths=project.hazard.paths)
-            if limits.is_file():
-                request = replace(request, limits=str(limits))
+            paths = project.hazard.paths
+            request = replace(project.zones, paths=paths, limits=self.limits)
             try:
                 work = partial(zones_work, self.database, model, request)
                 if self.to_do("zones", self._paths_found(work)):
@@ -410,8 +429,8 @@ class RunningProject:
             run = store.latest_run(session, work.kind, work.model.model)
             if run is None or run.key != work.key:
                 return None
-            found = store.latest_documents(session, work.kind, work.model.model) or ()
-        return counted(len({row["path_id"] for row in found}), "path")
+            n_paths = sum(one.failed is None for one in store.read_run(session, run.id))
+        return counted(n_paths, "path")
 
     def _written(self, file: FilePath, fresh: bool) -> str | None:
         """The name of a file that is as new as what it stands on; `fresh`: there is news.

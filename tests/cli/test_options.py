@@ -76,6 +76,8 @@ def test_what_was_not_asked_is_as_the_request_has_it() -> None:
         (["-T", "1"], "return period is 1"),
         (["--draws", "3"], "--draws"),
         (["--frequency", "normal"], "gpd"),
+        (["-T", "0,5"], "'0,5' is no number"),
+        (["-T", "1e100"], "return period is 1e+100"),
     ],
 )
 def test_what_cannot_be_is_wrong_usage(words: list[str], named: str) -> None:

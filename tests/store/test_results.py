@@ -23,6 +23,7 @@ from avahazard.store.results import (
     PathResult,
     begin_run,
     finish_run,
+    latest_by_path,
     latest_documents,
     latest_result,
     latest_run,
@@ -312,6 +313,20 @@ def test_a_run_comes_back_in_the_order_of_its_paths(any_database: str) -> None:
         assert latest is not None
         assert (latest.id, latest.key) == (run, "key")
         assert latest_documents(session, BOUNDS, "m") == [*P.documents, *R.documents]
+
+
+def test_of_every_path_the_last_run_that_it_was_in_counts(any_database: str) -> None:
+    later = replace(P, documents=({"path_id": "P", "x": 9.0},))
+    with writing(any_database) as session:
+        save_bare(session, "m", {})
+        assert latest_by_path(session, BOUNDS, "m") == []
+        for key, found in (("first", [P, R]), ("then", [later])):
+            run, _ = begin_run(session, BOUNDS, "m", key, {})
+            save_paths(session, run, found)
+            finish_run(session, run)
+    with reading(any_database) as session:
+        assert latest_by_path(session, BOUNDS, "m") == [*later.documents, *R.documents]
+        assert latest_documents(session, BOUNDS, "m") == [*later.documents]
 
 
 def test_a_run_that_failed_on_all_paths_is_forgotten(any_database: str) -> None:

@@ -235,6 +235,9 @@ def test_what_is_named_is_added_and_the_answers_are_by_the_child(folder: Path) -
         ('files = ["world"]\n[model]\nscatter = "much"', "model, scatter"),
         ('files = ["world"]\n[hazard]\nreturn_periods = [100, 0.5]', "hazard, return_periods 2"),
         ('files = ["world"', "is not a TOML file"),
+        ('files = ["world"]\n[report]\nfile = "r.pdf"', "r.pdf is not the name of a page"),
+        ('files = ["world"]\n[export]\nfiles = ["x.shp"]', "x.shp does not end in"),
+        ('files = ["world"]\n[zones]\nlimits = "german"', "There are no limits 'german'"),
     ],
 )
 def test_a_file_at_fault_is_refused_with_its_place(folder: Path, text: str, words: str) -> None:

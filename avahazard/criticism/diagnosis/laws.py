@@ -9,7 +9,7 @@ the scores of the curve's heights, then fitted as the effect files that they are
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import NamedTuple
@@ -21,9 +21,11 @@ from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.naming import MARGIN
 from avahazard.criticism.diagnosis.refits import Refit, peak_with, refit
 from avahazard.criticism.screening.linear_model import linear_model
+from avahazard.effects.covariate import PREFIX
 from avahazard.effects.effect import Curve
 from avahazard.effects.law_forms import LawForm, forms_of, free_curve
 from avahazard.effects.own_file import definition_from
+from avahazard.effects.pairs import columns_of_pair
 from avahazard.engine import spread_map
 from avahazard.inference.seeds import generator
 from avahazard.results.diagnosis import FittedLaw, LawParameter, Shape
@@ -209,9 +211,14 @@ def with_laws(
     """Evidence (nats) of candidates; where a force by the ground leads, that of states with laws.
 
     What the best law adds to its smooth distinguishes states that are alike along a path. It is
-    taken to second order; of states that may lead, whose laws are returned, from their fits.
+    taken to second order; of states that may lead, whose laws are returned, from their fits. So are
+    laws of the columns of a pair that leads: beyond a limit of one no smooth goes as sharply.
     """
     leader = max(evidence, key=lambda key: evidence[key], default=None)
+    if leader is not None and (names := columns_of_pair(leader)):
+        smooths = [key for name in names if (key := PREFIX + name) in evidence]
+        curved = [key for key in smooths if (c := curve_of(fits[key], key)) and c.form]
+        return _with_laws_of(base, fits, evidence, curved)
     if leader is None or form_by_place(curve_of(fits[leader], leader)) is None:
         return dict(evidence), {}
     places = [key for key in evidence if form_by_place(curve_of(fits[key], key)) is not None]
@@ -221,11 +228,17 @@ def with_laws(
     close = [key for key in states if found[key] > top - max(NEAR, RIVAL_SHARE * top)]
     if top <= MARGIN:
         return found, {}
-    laws = found_laws(base, {key: fits[key] for key in close})
-    for key in close:
-        gains = (first.law.evidence_over_curve for first in laws[key][:1])
-        found[key] = evidence[key] + max([0.0, *gains])
-    return found, laws
+    more, laws = _with_laws_of(base, fits, evidence, close)
+    return found | {key: more[key] for key in close}, laws
+
+
+def _with_laws_of(
+    base: Refit, fits: Mapping[str, Refit], evidence: Mapping[str, float], keys: Sequence[str]
+) -> tuple[dict[str, float], dict[str, Laws]]:
+    """The evidence with what the best laws of these smooths add, and their laws."""
+    laws = found_laws(base, {key: fits[key] for key in keys})
+    gains = {k: max([0.0, *(one.law.evidence_over_curve for one in laws[k][:1])]) for k in keys}
+    return {key: nats + gains.get(key, 0.0) for key, nats in evidence.items()}, laws
 
 
 def form_by_place(curve: Curve | None) -> str | None:

@@ -58,7 +58,7 @@ def name_effects(
     witnesses = {key: found for key, found in asked.items() if found is not None}
     declared = [c for c in ranked if c.key in expected and evidence[c.key] > 0.0]
     leading = leaders(declared, evidence, question.fits, expected)
-    leading = leading or _undeclared(question, ranked, evidence)
+    leading = leading or _undeclared(question, ranked, evidence, of_laws)
     gains = {c.key: held_out_gain(fits[c.key], question.base) for c in leading}
     named = [c for c in leading if gains[c.key] > 0.0 and evidence[c.key] > 0.0]
     denied = [c.key for c in named if c.key in witnesses and witnesses[c.key].denies]
@@ -70,7 +70,10 @@ def name_effects(
 
 
 def _undeclared(
-    question: Question, ranked: Sequence[Screened], evidence: Mapping[str, float]
+    question: Question,
+    ranked: Sequence[Screened],
+    evidence: Mapping[str, float],
+    of_laws: Mapping[str, Refit],
 ) -> list[Screened]:
     """The leaders where nothing was declared beforehand: a detection limit is the last of them.
 
@@ -78,12 +81,13 @@ def _undeclared(
     where no other candidate has `MARGIN` of evidence beside it, and not on a model with effects
     that were added, as these leave something over.
     """
-    found = leaders(ranked, evidence, question.fits, explains=partial(_explains, question))
+    explains = partial(_explains, question, of_laws)
+    found = leaders(ranked, evidence, question.fits, explains=explains)
     if not found or not found[0].definition.says_what_is_seen:
         return found
     limit = found[0].key
     others = [c for c in ranked if c.key != limit and evidence[c.key] > MARGIN]
-    others = [c for c in others if not _explains(question, limit, c.key)]
+    others = [c for c in others if not explains(limit, c.key)]
     return leaders(others, evidence, question.fits) or (
         [] if was_added_to(question.base) else found
     )
@@ -143,14 +147,15 @@ def leaders(
     return [c for c in simpler or close if c.definition.beyond == nearest]
 
 
-def _explains(question: Question, simpler: str, key: str) -> bool:
-    """Whether candidate `key` has too little evidence beside a simpler one.
+def _explains(question: Question, of_laws: Mapping[str, Refit], simpler: str, key: str) -> bool:
+    """Whether candidate `key` has too little evidence beside a simpler one, or the law of that.
 
     Of two forces along the way, the smooth one has the other among its shapes.
     """
     fit = question.fits[simpler]
     if acts_on_motion(fit, simpler) and acts_on_motion(question.fits[key], key):
         return True
+    fit = of_laws.get(simpler, fit)
     return refit_with(fit, key).evidence - fit.evidence <= MARGIN
 
 

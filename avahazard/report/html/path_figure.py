@@ -216,9 +216,9 @@ def _quantiles(places: Sequence[Place], rows: Sequence[HazardRow]) -> list[Trace
 
 
 def _moving(speeds: list[float]) -> list[float | None]:
-    """Speeds up to the first place that is not reached."""
-    n = next((i for i, u in enumerate(speeds) if i and not u), len(speeds))
-    return [u if i <= n else None for i, u in enumerate(speeds)]
+    """Speeds up to the first place beyond all that are reached: some start below the first."""
+    last = max((i for i, u in enumerate(speeds) if u), default=0)
+    return [u if i <= last + 1 else None for i, u in enumerate(speeds)]
 
 
 BEFORE, ROW_PX, LEAST_PX, MOST_PX = "#BDBDBD", 7, 70, 260

@@ -72,11 +72,15 @@ def test_normal_friction_reports_what_cannot_be(on_my_models: Run) -> None:
     [
         (("nobody",), 1, "There is no model nobody"),
         (("base", "--path", "everest"), 1, "There is no path 'everest'"),
-        (("base", "-T", "-5"), 2, "The return period is -5. It must be a number of years over 1."),
+        (
+            ("base", "-T", "-5"),
+            2,
+            "The return period is -5. It must be a number of years over 1, up to 1000000.",
+        ),
         (
             ("base", "-V", "2e4", "-V", "-3"),
             2,
-            "The volume is -3. It must be a number of m3 over 0.",
+            "The volume is -3. It must be a number of m3 over 0, up to 1e+15.",
         ),
         (("base", "-T", "2"), 1, "no volume returns every 2 years"),
         (("base", "-V", "much"), 2, "--volume"),

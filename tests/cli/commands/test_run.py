@@ -39,6 +39,15 @@ def test_people_and_programs(snow_world: Path, tmp_path: Path) -> None:
     assert {step["state"] for step in document["steps"]} == {"up to date"}
 
 
+def test_the_next_step_is_in_the_database_of_the_project(snow_world: Path, tmp_path: Path) -> None:
+    shutil.copytree(snow_world / "world", tmp_path / "world")
+    file = tmp_path / "avahazard.toml"
+    file.write_text(f'database = "valley.db"\n{PROJECT}')
+    done = command_line(tmp_path / "own.db")("run", str(file))
+    assert done.exit_code == 0, done.stderr
+    assert f"  avahazard --db {tmp_path / 'valley.db'} " in done.stdout
+
+
 def test_a_file_at_fault(tmp_path: Path) -> None:
     file = tmp_path / "avahazard.toml"
     file.write_text("files = 3")

@@ -48,3 +48,9 @@ def test_wrong_usage(
     done = run(model_database, *command, *words)
     assert (done.exit_code, done.stdout) == (2, "")
     assert message in done.stderr
+
+
+def test_a_period_that_is_too_short_says_so(model_database: Path) -> None:
+    done = run(model_database, "volumes", "-T", "1.001")
+    assert done.exit_code == 0
+    assert "no volume returns every 1.001 years" in " ".join(done.stderr.split())

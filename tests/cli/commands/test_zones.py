@@ -92,7 +92,7 @@ def test_of_many_paths_only_zones_are_shown(monkeypatch: pytest.MonkeyPatch) -> 
         (
             ("base", "-T", "0.5"),
             2,
-            "The return period is 0.5. It must be a number of years over 1.",
+            "The return period is 0.5. It must be a number of years over 1, up to 1000000.",
         ),
         (("base", "--threshold", "5000"), 2, "--threshold is for --frequency gpd"),
         ((), 2, "name"),

@@ -215,6 +215,16 @@ def test_the_evidence_of_the_smooth_itself_to_second_order_is_that_of_its_fit() 
     assert with_laws(base, {}, {}) == ({}, {})
 
 
+def test_a_column_that_matters_beyond_a_limit_leads_over_its_pairs_by_its_law() -> None:
+    _, base, fit = fits()
+    smooth = fit.evidence - base.evidence
+    pair = "interaction:column_1*volume_m3"
+    evidence, found = with_laws(base, {KEY: fit, pair: fit}, {KEY: smooth, pair: smooth + 2.0})
+    assert found[KEY][0].law.form == "step"
+    assert evidence[KEY] == pytest.approx(smooth + found[KEY][0].law.evidence_over_curve)
+    assert evidence[KEY] > evidence[pair] == smooth + 2.0
+
+
 def test_a_model_may_get_a_second_law_of_one_form() -> None:
     """What a law of a band leaves over may be a band again."""
     _, base, fit = fits()

@@ -10,7 +10,7 @@ import pytest
 from avahazard.report.html.brief import path_cards
 from avahazard.report.html.content import Cover, ForceView, ReportContent
 from avahazard.report.html.page import render
-from avahazard.report.html.path_figure import stops_of, stops_traces
+from avahazard.report.html.path_figure import _moving, stops_of, stops_traces
 from avahazard.report.html.record_figures import (
     failed_figure,
     force_shape_figure,
@@ -162,3 +162,8 @@ def test_the_cover_leads_the_page(loop_content: ReportContent) -> None:
     assert "<title>Val &lt;d" in text
     assert untold(text, "A. Favre, 2026‑01‑31", "· Megève") == []
     assert len(text) < 10e6
+
+
+def test_speeds_are_drawn_up_to_the_last_place_that_is_reached() -> None:
+    """A part of the avalanches starts below the first places."""
+    assert _moving([0.0, 0.0, 5.0, 9.0, 0.0, 0.0]) == [0.0, 0.0, 5.0, 9.0, 0.0, None]
