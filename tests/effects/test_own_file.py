@@ -207,7 +207,7 @@ def test_data_without_the_column_are_not_touched() -> None:
         ("def friction(columns):\n    return 'wet'\n", "must give 6 numbers"),
         ("def friction(columns):\n    return None\n", "it gives None"),
         ("def friction(columns):\n    return np.nan\n", "that of event 1 is nan"),
-        ("def friction(columns):\n    return [[1, 2, np.inf, 4, 5, 6]]\n", "that of event 3 is inf"),
+        ("def friction(columns):\n    return [[1, 2, np.inf, 4, 5, 6]]\n", "of event 3 is inf"),
         ("def friction(columns):\n    raise SystemExit(0)\n", "fails: SystemExit"),
     ],
 )
