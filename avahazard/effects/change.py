@@ -1,5 +1,6 @@
 """Friction changes at a date: on one path (a dam, a forest gone), or on all."""
 
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -50,14 +51,22 @@ def _there(path: str, columns: EventColumns) -> Bools:
     return np.ones(len(columns), np.bool_) if path == ALL else columns.on_path(path)
 
 
-def _alternatives(path: str, columns: EventColumns, _sites: Sites) -> list[Facts]:
-    """The dates that are tried: between events, with enough of them on either side."""
+def _gaps(path: str, columns: EventColumns) -> Floats:
+    """Times `[n, 2]` between which the date may be: of one event and of the next.
+
+    With enough events on either side.
+    """
     time = np.sort(known(_time(columns)[_there(path, columns)]))
-    inner = slice(MIN_LEVEL - 1, len(time) - MIN_LEVEL)
-    between = (0.5 * (time[1:] + time[:-1]))[inner][np.diff(time)[inner] > 0.0]
-    if len(between) > MOST_DATES:
-        between = between[np.linspace(0, len(between) - 1, MOST_DATES).round().astype(int)]
-    return [{"from_year": round(float(t), 3)} for t in between]
+    gaps = np.column_stack([time[:-1], time[1:]])[MIN_LEVEL - 1 : len(time) - MIN_LEVEL]
+    gaps = gaps[gaps[:, 1] > gaps[:, 0]]
+    if len(gaps) > MOST_DATES:
+        gaps = gaps[np.linspace(0, len(gaps) - 1, MOST_DATES).round().astype(int)]
+    return np.asarray(gaps)
+
+
+def _alternatives(path: str, columns: EventColumns, _sites: Sites) -> list[Facts]:
+    """The dates that are tried, in the middle between events."""
+    return [{"from_year": round(float(t), 3)} for t in _gaps(path, columns).mean(axis=1)]
 
 
 def _lacking_change(path: str, columns: EventColumns, sites: Sites) -> str | None:
@@ -66,29 +75,47 @@ def _lacking_change(path: str, columns: EventColumns, sites: Sites) -> str | Non
     return f"fewer than {2 * MIN_LEVEL} dated events"
 
 
-def _facts_change(path: str, columns: EventColumns, sites: Sites) -> Facts:
-    """The date that parts H/L best, volume and path taken off (least squares)."""
-    tried, time = _alternatives(path, columns, sites), _time(columns)
+def _log_odds(path: str, columns: EventColumns, tried: Sequence[Facts]) -> Floats:
+    """Of dates `[n]`, by how they part H/L, volume and path taken off (least squares)."""
+    time = _time(columns)
     use, ratio, rest = friction_by_paths(columns)
     dated = np.isfinite(time[use])
-    ratio = ratio[dated]
-
-    def left(facts: Facts) -> float:
+    ratio, odds = ratio[dated], np.empty(len(tried))
+    for k, facts in enumerate(tried):
         after = (_there(path, columns) & (time >= facts["from_year"]))[use]
         design = np.column_stack([rest, after])[dated]
-        return float(np.sum((ratio - design @ np.linalg.lstsq(design, ratio, rcond=None)[0]) ** 2))
+        left = ratio - design @ np.linalg.lstsq(design, ratio, rcond=None)[0]
+        odds[k] = -0.5 * len(ratio) * np.log(max(float(left @ left), 1e-12))
+    return odds
 
-    return min(tried, key=left)
+
+def _facts_change(path: str, columns: EventColumns, sites: Sites) -> Facts:
+    """The date that the data tell best."""
+    tried = _alternatives(path, columns, sites)
+    return tried[int(np.argmax(_log_odds(path, columns, tried)))]
 
 
 def _seen_in(path: str, columns: EventColumns, sites: Sites) -> Note | None:
-    if _lacking_change(path, columns, sites):
+    tried = _alternatives(path, columns, sites)
+    if not tried:
         return None
-    date, time = _facts_change(path, columns, sites)["from_year"], _time(columns)
+    odds, gaps, time = _log_odds(path, columns, tried), _gaps(path, columns), _time(columns)
+    date = tried[int(np.argmax(odds))]["from_year"]
     before, after = (
         int(np.sum(_there(path, columns) & side)) for side in (time < date, time >= date)
     )
-    return Note("change_from", year=date, before=before, after=after)
+    # Between two events any day is as likely as another.
+    share = np.exp(odds - odds.max()) * np.diff(gaps)[:, 0]
+    ends = np.concatenate([[0.0], np.cumsum(share / share.sum())])
+    low, high = (_at_share(q, ends, gaps) for q in (0.05, 0.95))
+    return Note("change_from", year=date, before=before, after=after, low=low, high=high)
+
+
+def _at_share(q: float, ends: Floats, gaps: Floats) -> float:
+    """The time before which the date is with probability q; `ends` `[n + 1]` those of the gaps."""
+    k = int(np.clip(np.searchsorted(ends, q) - 1, 0, len(gaps) - 1))
+    part = (q - ends[k]) / max(ends[k + 1] - ends[k], 1e-12)
+    return float(gaps[k, 0] + part * (gaps[k, 1] - gaps[k, 0]))
 
 
 def _build_change(path: str, facts: Facts) -> FrictionEffect:

@@ -17,6 +17,7 @@ from avahazard.report.words import (
     digits,
     events,
     in_unit,
+    law_state,
     level_text,
     part_text,
     shape_text,
@@ -376,7 +377,7 @@ def laws_table(diagnosis: Diagnosis) -> Table | None:
     legend = say(
         "Laws whose evidence differs by less than 3 nats cannot be distinguished. s: {of}. "
         "{formulas}.",
-        of=found.shape.of if found.shape else "",
+        of=law_state(found.shape) if found.shape else "",
         formulas="; ".join(f"{law.form}: {law.formula}" for law in found.laws),
     )
     title = say("Laws of {effect}", effect=spoken().effect(found.effect))

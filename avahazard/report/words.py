@@ -160,6 +160,11 @@ def shape_text(shape: Shape) -> tuple[str, str]:
     return state + (f" ({unit})" if unit else ""), say(value)
 
 
+def law_state(shape: Shape) -> str:
+    """What a law is a formula of: of a volume its logarithm."""
+    return f"ln {shape.of}" if shape.of == "volume_m3" else shape.of
+
+
 def level_text(level: str) -> str:
     """A level of an axis: a third of its numbers by the edges, a month, or a name as it is."""
     known = NAMES["level"].get(level)

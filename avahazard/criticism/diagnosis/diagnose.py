@@ -133,17 +133,16 @@ def diagnose(
     naming, speeds_off = unless_speeds_are_off(question, naming)
     progress(0.85)
     verdict, missing, together = verdict_on(question, naming, groups, granted)
-    # A candidate may have so much evidence that groups are not named beside it.
-    lead = evidence.get(missing[0], -np.inf) - left.evidence if missing and left else -np.inf
-    if left and (not missing or (left.persistent and lead < MARGIN)):
-        verdict, missing = verdict_of(map(base.definition, (*missing, left.name)))
+    if left and (keys := beside_group(left, missing, evidence)):
+        verdict, missing = verdict_of(map(base.definition, keys))
     of_smooth: Laws = ()
     if smooth := leading_smooth(missing, fits):
         of_smooth = laws.get(smooth) or found_laws(base, {smooth: fits[smooth]})[smooth]
     named_first = sorted(ranked, key=lambda c: c.key not in missing)
     of_groups = [named_as_candidate(base, group) for group in groups if group.name in missing]
     laws = {**laws, smooth: of_smooth} if smooth else laws
-    tried = [*of_groups, *candidates(question, named_first, evidence, naming, laws)]
+    tried = [*of_groups, *candidates(question, named_first, evidence, naming, laws, of_laws)]
+    tried.sort(key=lambda c: (*missing, c.effect).index(c.effect))
     fitted_laws = Rows(found.law for found in of_smooth)
     fits = {c.key: fits[c.key] for c in named_first}
     missed = measurements.detectable(base, screening.critical_gain)
@@ -178,6 +177,19 @@ def diagnose(
     )
     progress(1.0)
     return Findings(base, fits, screening, result, of_smooth)
+
+
+def beside_group(
+    group: TriedGroup, missing: Sequence[str], evidence: Mapping[str, float]
+) -> list[str]:
+    """What is missing with a group in whose place it was sought, the likeliest first.
+
+    Nothing where a candidate has so much evidence that groups are not named beside it.
+    """
+    lead = evidence.get(missing[0], -np.inf) - group.evidence if missing else -np.inf
+    if missing and (lead >= MARGIN or not group.persistent):
+        return []
+    return sorted((*missing, group.name), key=lambda key: -evidence.get(key, group.evidence))
 
 
 def _unsure(base: Refit, evidence: Mapping[str, float], missing: Sequence[str]) -> tuple[Note, ...]:
@@ -303,8 +315,12 @@ def candidates(
     evidence: Mapping[str, float],
     naming: Naming,
     laws: Mapping[str, Laws],
+    of_laws: Mapping[str, Refit],
 ) -> list[Candidate]:
-    """Every candidate with what is known of it: those refitted (`ranked`) first."""
+    """Every candidate with what is known of it: those refitted (`ranked`) first.
+
+    A smooth with less evidence than its law is judged by that, its fit among `of_laws`.
+    """
     base, fits = question.base, question.fits
     rest = [c for c in question.screening.candidates if c not in ranked]
     alike = look_alikes(fits, base)
@@ -314,10 +330,11 @@ def candidates(
     found = []
     for c in [*ranked, *rest]:
         fit, witness = fits.get(c.key), naming.witnesses.get(c.key)
+        by = of_laws.get(c.key, fit)
         found.append(
             Candidate(
                 effect=c.key,
-                gain=c.gain if fit is None else fit.log_likelihood - base.log_likelihood,
+                gain=c.gain if by is None else by.log_likelihood - base.log_likelihood,
                 evidence_gain=evidence.get(c.key),
                 held_out_gain=naming.held_out.get(c.key),
                 p_value=c.p_family,
@@ -325,7 +342,7 @@ def candidates(
                 chance_gain=c.null_gain,
                 p_value_alone=c.p_single,
                 error_before_m=before,
-                error_after_m=None if fit is None else error_of(fit),
+                error_after_m=None if by is None else error_of(by),
                 parameters={} if fit is None else fit.parameters(c.key),
                 physics=c.definition.meaning,
                 confounded_with=alike.get(c.key, ()),
