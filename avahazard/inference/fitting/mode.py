@@ -326,8 +326,11 @@ CHECKED_DRAWS = 8
 FREEDOM = 5.0
 WIDER = 3.0
 """Half of the first draws spread that much wider than the curvature at the mode promises."""
-NARROWER = (1.0, 0.3, 0.1, 0.03)
-"""Shares of that to which they are drawn in where none lies within the star."""
+NARROWER, HARDLY_ANY = (1.0, 0.3, 0.1, 0.03), 0.02
+"""Shares of that to which they are drawn in where fewer than this share lie within the star."""
+LEAST_WITHIN = 0.1
+"""Where few draws of a round lie within the star there are more of the next one, as those beyond
+cost little; as many more as if at least this share were within."""
 
 
 class Evidence(NamedTuple):
@@ -361,20 +364,23 @@ def log_evidence(posterior: Posterior, mode: Mode) -> Evidence:
         proposals = [_Proposal(mode.u, wide * narrower * factor) for wide in (1.0, WIDER)]
         u = np.concatenate([_draws(p, n, rng) for p in proposals])
         density = posterior.log_densities(u)
-        if np.isfinite(density).any():
+        within = float(np.mean(np.isfinite(density)))
+        if within >= HARDLY_ANY:
             break
-    else:
-        return Evidence(-np.inf, np.inf, mode.u[None])  # no draw lies within the star
+    if not within:
+        return Evidence(-np.inf, np.inf, mode.u[None])
+    counts = [n, n]
     for _ in range(MAX_ROUNDS - 1):
-        weight = density - _log_mixture(u, proposals)
+        weight = density - _log_mixture(u, proposals, counts)
         if _effective(weight) >= ENOUGH:
             break
         proposals.append(_following(u, weight, mode))
-        # Proposals count by their draws: the first two have half a round each.
-        more = _draws(proposals[-1], n, rng)
-        u = np.concatenate([u, more])
-        density = np.concatenate([density, posterior.log_densities(more)])
-    weight = density - _log_mixture(u, proposals)
+        counts.append(int(n / max(within, LEAST_WITHIN)))
+        more = _draws(proposals[-1], counts[-1], rng)
+        found = posterior.log_densities(more)
+        within = float(np.mean(np.isfinite(found)))
+        u, density = np.concatenate([u, more]), np.concatenate([density, found])
+    weight = density - _log_mixture(u, proposals, counts)
     value = float(logsumexp(weight)) - np.log(len(weight)) - log_prior_mass(posterior)
     share = np.cumsum(np.exp(weight - logsumexp(weight)))
     chosen = np.searchsorted(share, (np.arange(SAMPLE) + 0.5) / SAMPLE * share[-1])
@@ -421,8 +427,8 @@ def _draws(proposal: _Proposal, n: int, rng: np.random.Generator) -> Floats:
     return np.asarray(proposal.middle + widths[:, None] * (z @ proposal.factor.T))
 
 
-def _log_mixture(u: Floats, proposals: list[_Proposal]) -> Floats:
-    """Log density `[n_draws]` of the mixture of the proposals, each with as many draws."""
+def _log_mixture(u: Floats, proposals: list[_Proposal], counts: list[int]) -> Floats:
+    """Log density `[n_draws]` of the mixture of the proposals, which count by their draws."""
     d = u.shape[1]
     constant = gammaln(0.5 * (FREEDOM + d)) - gammaln(0.5 * FREEDOM)
     constant -= 0.5 * d * np.log(FREEDOM * np.pi)
@@ -431,7 +437,8 @@ def _log_mixture(u: Floats, proposals: list[_Proposal]) -> Floats:
         z = np.linalg.solve(factor, (u - middle).T)
         tail = 0.5 * (FREEDOM + d) * np.log1p(np.sum(z * z, axis=0) / FREEDOM)
         each.append(constant - np.sum(np.log(np.diag(factor))) - tail)
-    return np.asarray(logsumexp(each, axis=0) - np.log(len(each)))
+    share = np.array(counts) / np.sum(counts)
+    return np.asarray(logsumexp(each, axis=0, b=share[:, None]))
 
 
 def _effective(log_weight: Floats) -> float:

@@ -99,16 +99,21 @@ def test_a_mode_that_is_not_quite_the_mode_gives_the_same_evidence() -> None:
     )
 
 
-def test_a_spread_wider_than_the_star_is_drawn_in(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A normal of eight coordinates that ends a tenth of a standard deviation off."""
+@pytest.mark.parametrize(
+    ("end", "n"), [(0.1, 8), (0.45, 9)], ids=["no-draw-within", "a-few-draws-within"]
+)
+def test_a_spread_wider_than_the_star_is_drawn_in(
+    monkeypatch: pytest.MonkeyPatch, end: float, n: int
+) -> None:
+    """A normal of `n` coordinates that ends a part of a standard deviation off."""
     monkeypatch.setattr(mode_module, "log_prior_mass", lambda _: 0.0)
 
     def log_densities(u: np.ndarray) -> np.ndarray:
-        return np.where(np.all(np.abs(u) < 0.1, axis=1), -0.5 * np.sum(u**2, axis=1), -np.inf)
+        return np.where(np.all(np.abs(u) < end, axis=1), -0.5 * np.sum(u**2, axis=1), -np.inf)
 
-    layout = SimpleNamespace(low=np.full(8, -9.0), high=np.full(8, 9.0))
+    layout = SimpleNamespace(low=np.full(n, -9.0), high=np.full(n, 9.0))
     nodes = SimpleNamespace(varies=False)
     model: Any = SimpleNamespace(layout=layout, nodes=nodes, log_densities=log_densities)
-    found = log_evidence(model, Mode(np.zeros(8), 0.0, np.eye(8)))
-    one = np.sqrt(2.0 * np.pi) * (ndtr(0.1) - ndtr(-0.1))
-    assert found.value == pytest.approx(8.0 * np.log(one), abs=0.5)
+    found = log_evidence(model, Mode(np.zeros(n), 0.0, np.eye(n)))
+    one = np.sqrt(2.0 * np.pi) * (ndtr(end) - ndtr(-end))
+    assert found.value == pytest.approx(n * np.log(one), abs=0.5)
