@@ -188,7 +188,7 @@ def drawn(write: Callable[[Path], Any], file: str | Path | None) -> Any:
 class Picture:
     """A picture as SVG, which a notebook shows."""
 
-    svg: str
+    svg: str = field(repr=False)
 
     def _repr_svg_(self) -> str:
         return self.svg
