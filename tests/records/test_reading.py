@@ -284,7 +284,7 @@ def test_all_problems_come_in_one_error(write: Write) -> None:
     with pytest.raises(RejectedRows) as caught:
         read_records([file.parent])
     assert len(caught.value.problems) == 2
-    assert str(caught.value).startswith("2 values")
+    assert caught.value.message.startswith("2 values")
 
 
 def test_events_to_predict_may_lack_their_runout(write: Write) -> None:
