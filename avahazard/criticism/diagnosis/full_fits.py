@@ -36,7 +36,6 @@ from avahazard.effects.effect import (
     MIN_LEVEL,
     Curve,
     Definition,
-    Effect,
     Facts,
     FrictionEffect,
     LimitEffect,
@@ -344,15 +343,15 @@ def evidence_gain(
 def ways_to_choose(
     fit: Refit, entry: Definition, alternatives: Callable[[EventColumns, Sites], Sequence[Facts]]
 ) -> float:
-    """In how many ways the data could choose where an effect acts: dates, regions, stretches."""
+    """In how many ways the data could choose where an effect acts: dates, regions, stretches.
 
-    def kind(effect: Effect) -> tuple[bool, str]:
-        return bool(effect.paths), effect.parameters[0].unit
-
-    fitted = next(e for e in fit.posterior.effects if e.key == entry.key)
-    tried = map(entry.build, alternatives(fit.observations.columns, fit.observations.sites))
-    places = sum(len(e.parameters) for e in tried if kind(e) == kind(fitted))
-    return float(comb(places, len(fitted.parameters)))
+    Those that are stated alike: an effect of stretches may be a smooth one in their place.
+    """
+    fitted = fit.facts[entry.key]
+    ways = alternatives(fit.observations.columns, fit.observations.sites)
+    alike = [entry.build(way) for way in ways if way.keys() == fitted.keys()]
+    places = sum(len(effect.parameters) for effect in alike)
+    return float(comb(places, len(entry.build(fitted).parameters)))
 
 
 CHANCE_GAIN = 1.0

@@ -19,9 +19,11 @@ from avahazard.criticism.diagnosis.full_fits import (
     explained_otherwise,
     fitted_in_full,
     plainly_different,
+    ways_to_choose,
 )
 from avahazard.criticism.screening.screen import EXPECTED_SHARE, LEVEL, Screened, Screening
 from avahazard.effects.catalogue import definition
+from avahazard.effects.effect import Facts
 from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.database import import_files
 from avahazard.workflow.diagnose import diagnose_model
@@ -203,6 +205,22 @@ def test_groups_yield_to_a_candidate_with_their_evidence(
     group = TriedGroup("winter-effect", 24.0, 1e-9, False, 20.0, 0.1, "winter-effect")
     screening = Screening((strong, weak), np.zeros(9), None)
     assert bool(explained_otherwise(without, screening, group)) is expected
+
+
+def test_what_is_chosen_among_many_pays_for_their_number() -> None:
+    def ways(key: str, fitted: Facts, tried: list[Facts]) -> float:
+        observations = SimpleNamespace(columns=None, sites=())
+        given: Any = SimpleNamespace(facts={key: fitted}, observations=observations)
+        return ways_to_choose(given, definition(key), lambda *_: tried)
+
+    dates: list[Facts] = [{"from_year": 1980.0 + k} for k in range(30)]
+    assert ways("change:P01", dates[3], dates) == 30.0
+    # Stretches of a drag are as many as those of a friction, beside which there is one smooth.
+    parts = [["P01", 100.0 * k, 100.0 * k + 100.0] for k in range(12)]
+    every: Facts = {"kind": "friction", "stretches": parts, "ends": [0.0, 1200.0]}
+    chosen: Facts = {"kind": "drag", "stretches": parts[3:5], "ends": [0.0, 1200.0]}
+    smooth: Facts = {"low": 0.0, "high": 1200.0}
+    assert ways("force:distance", chosen, [smooth, every]) == 66.0
 
 
 def test_groups_differ_plainly_by_evidence_and_level() -> None:
