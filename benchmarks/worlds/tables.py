@@ -18,6 +18,8 @@ Z = 1.96
 def same(key: str) -> str:
     """A key in one spelling: the columns of a pair in order, the volume with its unit or not."""
     kind, _, rest = key.partition(":")
+    if kind == "path":  # of few paths the one that differs most is named
+        return "path-effect"
     if kind == "interaction":
         rest = "*".join(sorted(name.removesuffix("_m3") for name in rest.split("*")))
     return f"{kind}:{rest}" if rest else kind
