@@ -500,7 +500,9 @@ class Region:
         return workflow.hazard.volumes(self.database, request)
 
     @taking(requests.HazardRequest)
-    def hazard(self, models: Sequence[str | Model], request: requests.HazardRequest) -> Hazard:
+    def hazard(
+        self, models: str | Model | Sequence[str | Model], request: requests.HazardRequest
+    ) -> Hazard:
         """Design runouts by several models, averaged; lengths in m.
 
         Each weighs as their mixture predicts left-out records best. Raises `AvahazardError` as
@@ -509,7 +511,8 @@ class Region:
         >>> region.hazard(["base"], return_periods=100).rows[0].return_period_years
         100.0
         """
-        names = [model.name if isinstance(model, Model) else model for model in models]
+        several = [models] if isinstance(models, str | Model) else models
+        names = [model.name if isinstance(model, Model) else model for model in several]
         return _with_bar(workflow.hazard.hazard, self.database, names, request)
 
     def alpha_beta(self, path_id: str | None = None) -> Rows[TerrainRunout]:

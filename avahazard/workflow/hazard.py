@@ -122,6 +122,8 @@ def hazard_work(
     if not request.return_periods and not request.volumes:
         request = replace(request, return_periods=(DEFAULT_RETURN_PERIOD,))
     asked = tuple(dict.fromkeys([names] if isinstance(names, str) else names))
+    if not asked:
+        raise AvahazardError("No model is named.", "Name one, or several to be averaged.")
     loaded = [load_for_paths(database, name, request.effect_files) for name in asked]
     models, survey = [model for model, _ in loaded], loaded[0][1]
     weights, kind = [1.0], BOUNDS
@@ -268,7 +270,10 @@ def volumes(database: str, request: VolumesRequest) -> results.Volumes:
             continue
         entries.append(_entry(frequency, frequencies, wanted))
         if not entries[-1].levels:
-            notes.append(_rarer(frequency, max(wanted)))
+            try:
+                return_volume(frequency, max(wanted))
+            except AvahazardError as error:
+                notes.append(str(error))
         curves.append(_levels(frequency, CURVE))
     if not entries:
         raise next(iter(refusals), no_profiles())
@@ -306,15 +311,6 @@ def _levels(frequency: VolumeFrequency, periods: Sequence[float]) -> Rows[result
         with suppress(AvahazardError):
             found.append(return_volume(frequency, period))
     return Rows(found)
-
-
-def _rarer(frequency: VolumeFrequency, period: float) -> str:
-    """Why there is no volume of a return period."""
-    try:
-        return_volume(frequency, period)
-    except AvahazardError as error:
-        return str(error)
-    return ""
 
 
 def _maxima(frequencies: Frequencies, path_id: str) -> Rows[results.YearlyMaximum]:

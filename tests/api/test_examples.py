@@ -127,6 +127,7 @@ def test_options_of_a_method_are_those_of_its_signature(names: dict[str, Any]) -
         (lambda: base.runout("P01", mu=0.5, model="other"), "no option 'model'"),
         (lambda: base.hazard(return_period=100), "Did you mean return_periods"),
         (lambda: base.hazard(draws="many"), "It must be a whole number from 100"),
+        (lambda: names["region"].hazard([]), "No model is named"),
         (lambda: base.hazard(seed=1.5), "It must be a whole number"),
         (lambda: names["region"].runout("P01", np.array([0.5, 0.6])), "It must be a number over 0"),
         (lambda: base.predict(names["region"].events().to_frame()), "frame.to_csv"),
@@ -139,6 +140,7 @@ def test_several_models_are_objects_or_names(names: dict[str, Any]) -> None:
     region, base = names["region"], names["base"]
     one, other = (region.hazard([m], return_periods=100, paths="P01") for m in (base, "base"))
     assert one == other
+    assert region.hazard("base", return_periods=100, paths="P01") == one
 
 
 def test_columns_of_ones_own_have_their_names_in_frames(names: dict[str, Any]) -> None:
