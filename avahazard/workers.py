@@ -1,17 +1,22 @@
 """The threads that share the work of this process: kernels leave Python's lock.
 
-There is one pool. It is made when first used, and what runs in it does its own parts by itself, so
-that there are never more threads at work than workers.
+There is one pool, made when first used. All work is done in it: a worker that shares out its own
+does it as well, and those that are idle help.
 """
 
 import os
+import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from itertools import starmap
 from typing import Any, TypeVar
 
 T = TypeVar("T")
+
+SWITCH_S = 5e-4
+"""How long a thread keeps Python's lock where another waits for it."""
 
 _inside = threading.local()
 _chosen: int | None = None
@@ -27,41 +32,59 @@ def set_workers(n: int | None) -> None:
 
 
 def n_workers() -> int:
-    """How many calls of `ordered_map` run side by side from here: one inside a worker."""
-    return 1 if inside_worker() else _chosen or _cores()
+    """How many calls of `ordered_map` run side by side from here, at most."""
+    return 1 if getattr(_inside, "alone", False) else _chosen or _cores()
 
 
 def inside_worker() -> bool:
-    """Whether this is the work of a worker, which does its own parts by itself."""
+    """Whether this is the work of a worker."""
     return getattr(_inside, "worker", False)
 
 
 @contextmanager
 def one_worker() -> Iterator[None]:
     """Let what runs inside do its own parts by itself, as the worker of another process."""
-    before = inside_worker()
-    _inside.worker = True
+    before = vars(_inside).copy()
+    _inside.worker = _inside.alone = True
     try:
         yield
     finally:
-        _inside.worker = before
+        vars(_inside).clear()
+        vars(_inside).update(before)
 
 
 def ordered_map(function: Callable[..., T], *items: Iterable[Any]) -> Iterator[T]:
-    """As `map`, by the workers; results come in the order of the items.
+    """As `map`, by the workers that are idle; results come in the order of the items.
 
     `function` must not care for who else runs, so that any number of workers gives the same.
     """
-    if n_workers() == 1:
-        return map(function, *items)
-    return pool().map(function, *items)
+    given = list(zip(*items, strict=False))
+    n, inside = min(n_workers(), len(given)), inside_worker()
+    if n < 2:
+        return starmap(function, given)
+    found: dict[int, T] = {}
+    left = iter(range(len(given)))
+
+    def work() -> None:
+        for k in left:
+            found[k] = function(*given[k])
+
+    helpers = [pool().submit(work) for _ in range(n - inside)]
+    if inside:
+        work()
+    for helper in helpers:
+        if not (inside and helper.cancel()):
+            helper.result()
+    return (found[k] for k in range(len(given)))
 
 
 def pool() -> ThreadPoolExecutor:
     """The threads."""
     global _pool  # noqa: PLW0603
     if _pool is None:
-        _pool = ThreadPoolExecutor(n_workers(), "avahazard", _mark)
+        # A kernel takes some 100 µs; each would wait up to 5 ms for Python's lock.
+        sys.setswitchinterval(SWITCH_S)
+        _pool = ThreadPoolExecutor(_chosen or _cores(), "avahazard", _mark)
     return _pool
 
 

@@ -1,12 +1,13 @@
-"""The shared threads: order, number, and no nesting."""
+"""The shared threads: order, number, and who helps."""
 
 from __future__ import annotations
 
 import threading
+import time
 
 import pytest
 
-from avahazard.workers import n_workers, ordered_map, set_workers
+from avahazard.workers import n_workers, one_worker, ordered_map, set_workers
 
 pytestmark = pytest.mark.usefixtures("default_engine")
 
@@ -28,16 +29,39 @@ def test_the_threads_are_made_once() -> None:
     assert len(names) <= 2
 
 
-def test_inside_a_worker_all_runs_in_that_worker() -> None:
+def test_a_worker_that_is_idle_helps_inside_another() -> None:
     set_workers(2)
+    together = threading.Barrier(2, timeout=10.0)  # breaks unless two arrive
 
-    def inner(_: int) -> tuple[int, set[int]]:
-        me = threading.get_ident()
-        return n_workers(), {me, *ordered_map(lambda _: threading.get_ident(), range(4))}
+    def inner(k: int) -> list[int]:
+        return [] if k else sorted(ordered_map(lambda _: together.wait(), range(2)))
 
-    for n, threads in ordered_map(inner, range(6)):
-        assert n == 1
-        assert len(threads) == 1
+    assert list(ordered_map(inner, range(2))) == [[0, 1], []]
+
+
+def test_no_more_run_than_workers_however_deep_they_share() -> None:
+    set_workers(2)
+    at_work, most = set[int](), [0]
+
+    def leaf(_: int) -> None:
+        at_work.add(threading.get_ident())
+        time.sleep(1e-3)
+        most[0] = max(most[0], len(at_work))
+        at_work.discard(threading.get_ident())
+
+    def inner(_: int) -> None:
+        list(ordered_map(leaf, range(4)))
+
+    list(ordered_map(lambda _: list(ordered_map(inner, range(4))), range(4)))
+    assert most[0] == 2
+
+
+def test_the_worker_of_another_process_does_all_by_itself() -> None:
+    set_workers(2)
+    with one_worker():
+        assert n_workers() == 1
+        assert {*ordered_map(lambda _: threading.get_ident(), range(4))} == {threading.get_ident()}
+    assert n_workers() == 2
 
 
 def test_one_worker_is_the_caller_itself() -> None:

@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 
 from avahazard.criticism.diagnosis.diagnose import diagnose as diagnose_
-from avahazard.engine import set_engine
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.synth.dataset import Settings
@@ -66,22 +65,19 @@ def diagnose() -> Row:
 
 
 def diagnose_speeds() -> Row:
-    """Seconds on 240 events with speeds along 75 tracks, by a process for each core."""
+    """Seconds on 240 events with speeds along 75 tracks, by a thread for each core."""
     settings = Settings(speeds=TRACKS_SHARE)
     small, observations = (
         build_observations(make_dataset(seed, n_events, n_paths, DRAG, settings)[0])
         for seed, n_events, n_paths in ((72, 40, 4), (71, 240, 9))
     )
     with all_cores():
-        set_engine("processes")
         _diagnosis(small)  # compiles
         ours = seconds(lambda: _diagnosis(observations))
-        set_engine("local")  # ends the processes
     n = [len(m.x) for m in observations.speeds]
     note = (
         f"240 events on 9 paths, hidden drag, {len(n)} tracks of {sum(n) / len(n):.0f} speeds, at "
-        f"most 199 simulated datasets, `--engine processes` on {os.cpu_count()} cores. Theirs is "
-        "the limit."
+        f"most 199 simulated datasets, {os.cpu_count()} cores. Theirs is the limit."
     )
     return ours / LIMIT_S, ours, LIMIT_S, note
 

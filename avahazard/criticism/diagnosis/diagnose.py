@@ -56,6 +56,7 @@ from avahazard.results.diagnosis import (
     Measurement,
     Pair,
 )
+from avahazard.workers import ordered_map
 
 ERROR_DRAWS = 400
 ALIKE = 0.7
@@ -229,14 +230,17 @@ def beside_places(
 
     Of a smooth with laws, by itself or by the best of them.
     """
-    found = dict(evidence)
-    for key in [key for key, nats in evidence.items() if nats > MARGIN]:
-        beside = evidence_beside_places(fits[key], key)
+
+    def beside(key: str) -> float:
+        found = evidence_beside_places(fits[key], key)
         for best in laws.get(key, ())[:1]:
-            beside = max(beside, evidence_beside_places(best.fit, best.law.effect))
-        if beside <= MARGIN:
-            found[key] = min(found[key], beside)
-    return found
+            found = max(found, evidence_beside_places(best.fit, best.law.effect))
+        return found
+
+    high = [key for key, nats in evidence.items() if nats > MARGIN]
+    left = zip(high, ordered_map(beside, high), strict=True)
+    too_little = {key: nats for key, nats in left if nats <= MARGIN}
+    return {key: min(nats, too_little.get(key, nats)) for key, nats in evidence.items()}
 
 
 def leading_smooth(missing: Sequence[str], fits: Mapping[str, Refit]) -> str | None:

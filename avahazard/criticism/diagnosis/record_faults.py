@@ -159,20 +159,22 @@ def by_speeds_off(question: Question, leader: str) -> float | None:
     if not base.observations.speeds or not acts_on_motion(fit, leader):
         return None
 
-    def evidence(model: Refit, off: float) -> float:
+    def with_factor(model: Refit, off: float, least: float) -> tuple[float, float]:
+        """Log likelihood and evidence, this where the likelihood reaches `least`."""
         factor, tracks = np.exp(-off), base.observations.speeds
         true = (replace(t, speed=factor * t.speed, sigma=factor * t.sigma) for t in tracks)
         on = replace(base.observations, speeds=tuple(true))
-        n_speeds = sum(len(track.speed) for track in tracks)
-        log_prior = -0.5 * (off / SPEEDS_OFF) ** 2
-        return refit_with(model, on=on).evidence - off * n_speeds + log_prior
+        added = -off * sum(len(t.speed) for t in tracks) - 0.5 * (off / SPEEDS_OFF) ** 2
+        found = refit_with(model, on=on, least=least - added)
+        return found.log_likelihood + added, found.evidence + added
 
     found = minimize_scalar(
-        lambda off: -evidence(base, off), bounds=(-MOST_OFF, MOST_OFF), method="bounded",
-        options={"xatol": 0.3 * SPEEDS_OFF},
+        lambda off: -with_factor(base, off, np.inf)[0], bounds=(-MOST_OFF, MOST_OFF),
+        method="bounded", options={"xatol": 0.3 * SPEEDS_OFF},
     )  # fmt: skip
-    without, off = -float(found.fun), float(found.x)
-    if without - fit.evidence < MARGIN or without - evidence(fit, off) < MARGIN:
+    off = float(found.x)
+    without = with_factor(base, off, fit.evidence + MARGIN)[1]
+    if without - fit.evidence < MARGIN or without - with_factor(fit, off, -np.inf)[1] < MARGIN:
         return None
     return float(np.exp(off))
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, product
+from itertools import chain, combinations, product, repeat
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +32,7 @@ from avahazard.inference.model.observations import Observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.seeds import generator
 from avahazard.results.diagnosis import LEVEL
+from avahazard.workers import ordered_map
 
 EXPECTED_SHARE = 2.0 / 3.0
 """Share of that level for candidates that were expected before anybody looked."""
@@ -148,17 +149,22 @@ def screen(
     places = [np.arange(end - b.columns.shape[1], end) for end, b in zip(ends, tried, strict=True)]
     found: dict[str, Screened] = {}
     largest = np.zeros(n_worlds + 1)
-    for block, at in zip(tried, places, strict=True):
+
+    def tested(block: Block, at: Ints) -> tuple[Screened, Floats]:
         bend = weighed[:, at].T @ columns[:, at]
         gains, shape, scale, change = _gains(scores[at], bend, block)
         one_sided, price = block.side != 0, block.price
         surprise = _surprise(gains, shape, scale, one_sided, price)
+        likely = block.values.copy()
+        likely[: len(change)] += change[: len(likely)]
+        by_itself = float(gains[0]), shape, scale, one_sided, float(surprise[0])
+        return Screened(by_key[block.key], *by_itself, 1.0, likely, price), surprise
+
+    for candidate, surprise in ordered_map(tested, tried, places):
         largest = np.maximum(largest, surprise)
-        if block.key not in found or surprise[0] > found[block.key].surprise:
-            likely = block.values.copy()
-            likely[: len(change)] += change[: len(likely)]
-            by_itself = float(gains[0]), shape, scale, one_sided, float(surprise[0])
-            found[block.key] = Screened(by_key[block.key], *by_itself, 1.0, likely, price)
+        key = candidate.key
+        if key not in found or candidate.surprise > found[key].surprise:
+            found[key] = candidate
     pairs = [
         k
         for k, b in enumerate(tried)
@@ -186,7 +192,8 @@ def _surprise(
     gains: Floats, shape: float, scale: float, one_sided: bool, price: float = 0.0
 ) -> Floats:
     """-log p of gains by themselves, less the price; 0 for none."""
-    tail = -stats.gamma.logsf(np.maximum(gains, 0.0), shape, scale=scale)
+    with np.errstate(divide="ignore"):
+        tail = -np.log(gammaincc(shape, np.maximum(gains, 0.0) / scale))
     tail = np.maximum(tail + LOG_2 * one_sided - price, 0.0)
     return np.where(gains > 0.0, tail, 0.0)
 
@@ -301,11 +308,15 @@ class Block(NamedTuple):
 
 def blocks(candidates: Sequence[Definition], model: LinearModel) -> list[Block]:
     """All candidates' columns; several blocks where something only shapes the effect."""
-    found = [block for entry in candidates for block in _blocks(entry, model)]
+    found = chain.from_iterable(ordered_map(_blocks, candidates, repeat(model)))
     return [b for b in found if np.any(b.columns)]
 
 
-def _blocks(entry: Definition, model: LinearModel) -> Iterator[Block]:
+def _blocks(entry: Definition, model: LinearModel) -> list[Block]:
+    return list(_each_block(entry, model))
+
+
+def _each_block(entry: Definition, model: LinearModel) -> Iterator[Block]:
     posterior = model.posterior
     columns, sites = posterior.observations.columns, posterior.observations.sites
     if entry.level_alone is not None:
