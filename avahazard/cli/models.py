@@ -360,12 +360,10 @@ def _nearest(best: Candidate, n_tried: int) -> Iterator[Shown]:
 def _findings(found: Diagnosis) -> Iterator[Shown]:
     """What else was found, beside the candidates, as what the measured force says of them."""
     for c in found.candidates[:CANDIDATES_SHOWN]:
-        if c.force_witness is not None:
+        if c.force_witness is not None and c.shape is None:  # a curve is no one amount
             value, se = c.force_witness.value, c.force_witness.se
-            fitted = ", ".join(f"{k} {v:.3g}" for k, v in c.parameters.items())
-            yield (
-                f"The measured force has {value:.2g} ± {se:.2g} of {c.effect} (fitted: {fitted})."
-            )
+            name, fitted = next(iter(c.parameters.items()))
+            yield f"By the measured force {name} is {value:.2g} ± {se:.2g} (fitted: {fitted:.2g})."
     if found.impossible_stops:
         n = len(found.impossible_stops)
         yield (
