@@ -17,7 +17,7 @@ from avahazard.inference.model.friction_model import (
     student_below,
     student_density,
 )
-from avahazard.kernels import kernel
+from avahazard.kernels import bare, kernel
 from avahazard.physics.runout_curve import inverse
 
 FAR = 8.5
@@ -178,6 +178,7 @@ class Descent(NamedTuple):
 @kernel
 def rates_at(descent, x):  # type: ignore[no-untyped-def]
     """Rates `[n_places, n_parameters]` of what stops beyond places x (m) `[n_places]`."""
+    descent = bare(descent)
     n_groups, n_classes, _ = descent.falling.shape
     nu = np.empty((n_groups, n_classes))
     result = np.empty((len(x), len(descent.rate)))
@@ -226,7 +227,7 @@ def exceeded_places(descent, wanted, low, high, halvings):  # type: ignore[no-un
 
     As `exceedance.exceeded`, bit for bit.
     """
-    result = np.empty(len(wanted))
+    descent, result = bare(descent), np.empty(len(wanted))
     for i in range(len(wanted)):
         p = i if len(descent.rate) > 1 else 0
         if _rate_past(descent, p, high) >= wanted[i]:

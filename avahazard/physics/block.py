@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from avahazard.arrays import Floats
-from avahazard.kernels import kernel
+from avahazard.kernels import bare, kernel
 from avahazard.physics.cell_motion import (
     elevation_in_cell,
     end_accelerations,
@@ -55,6 +55,7 @@ def new_batch(n_rows: int, rows: int) -> Batch:
 @kernel
 def release(cells: Cells, start: int, mu: Floats, batch: Batch) -> int:
     """Place blocks with the first of `mu` at the start node; the number that move off."""
+    cells, mu, batch = bare(cells), bare(mu), bare(batch)
     row = start & batch.rows
     batch.w[row, :] = np.nan
     batch.stop_cell[:] = -1
@@ -77,6 +78,7 @@ def release(cells: Cells, start: int, mu: Floats, batch: Batch) -> int:
 @kernel
 def march(cells: Cells, start: int, batch: Batch, n_moving: int) -> None:
     """Run the blocks from the start node until all rest or the path ends."""
+    cells, batch = bare(cells), bare(batch)
     friction, w = batch.friction, batch.w
     n_first = first_of_batch(w, start & batch.rows)
     for i in range(start, len(cells.length)):
@@ -196,6 +198,7 @@ def run_near(cells, starts, mu, low, high, middle, width, margin):  # type: igno
     `Stops`, and from each start the first friction that was run and the one before which that ends,
     `[n_starts]` each; below and above these the end of what was run is repeated.
     """
+    cells, mu = bare(cells), bare(mu)
     n_starts, n = len(starts), len(mu)
     shape = n_starts, n
     x, y, lift_off_x = np.empty(shape), np.empty(shape), np.empty(shape)
@@ -232,9 +235,10 @@ def _beyond(x, status, j, high):  # type: ignore[no-untyped-def]
     return np.isfinite(high) if status[j] == LEFT_PROFILE else x[j] > high
 
 
-@kernel(inner=True)
+@kernel
 def _fill_stops(cells, start, mu, begin, end, batch, stops):  # type: ignore[no-untyped-def]
     """Fill in the `Stops` of a start for the frictions from `begin` to `end`, one batch at most."""
+    cells, mu, batch, stops = bare(cells), bare(mu), bare(batch), bare(stops)
     x, y, status, lift_off_x = stops
     n_moving = release(cells, start, mu[begin:end], batch)
     for j in range(begin, end):

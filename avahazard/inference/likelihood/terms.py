@@ -23,7 +23,7 @@ from avahazard.inference.model.friction_model import (
     student_below,
     student_density,
 )
-from avahazard.kernels import kernel
+from avahazard.kernels import bare, kernel
 
 LOWEST = -708.0
 """What is below counts as this: exp is then 3e-308."""
@@ -220,13 +220,23 @@ class EventTerms(NamedTuple):
 def event_terms_kernel(nodes, volume_weight, student, keep, slopes, location, scatter):  # type: ignore[no-untyped-def]
     """The arrays of `EventTerms`, as `event_terms` has them, and the sum of the values."""
     n, n_volumes = location.shape
-    n_slopes = n if slopes else 1
-    values, curvature = np.zeros(n), np.zeros(n)
-    by_location, by_scatter = np.zeros((n_slopes, n_volumes)), np.zeros((n_slopes, n_volumes))
-    memory, part = sum_memory(n_volumes * nodes.place.shape[1]), np.zeros((n_volumes, 4))
-    seen_location, seen_scatter = np.zeros(n_volumes), np.zeros(n_volumes)
+    shape = (n if slopes else 1), n_volumes
+    terms = np.zeros(n), np.zeros(shape), np.zeros(shape), np.zeros(n)
+    memory, room = sum_memory(n_volumes * nodes.place.shape[1]), np.zeros((6, n_volumes))
+    friction = volume_weight, location, scatter
+    total = _fill_terms(nodes, friction, student, keep, slopes, memory, room, terms)
+    return *terms, total
+
+
+@kernel
+def _fill_terms(nodes, friction, student, keep, slopes, memory, room, terms):  # type: ignore[no-untyped-def]
+    """Fill the arrays of `EventTerms`, and return the sum of the values."""
+    nodes, keep, memory, room = bare(nodes), bare(keep), bare(memory), bare(room)
+    volume_weight, location, scatter = bare(friction)
+    values, by_location, by_scatter, curvature = bare(terms)
+    part, seen_location, seen_scatter = room[:4].T, room[4], room[5]
     total = 0.0
-    for i in range(n):
+    for i in range(len(location)):
         if not keep[i]:
             continue
         m, sigma, weights, used = location[i], scatter[i], volume_weight[i], nodes.used[i]
@@ -244,14 +254,14 @@ def event_terms_kernel(nodes, volume_weight, student, keep, slopes, location, sc
             )
             value -= np.log(max(chance, TINY))
             bend -= seen_bend
-            for q in range(n_volumes):
+            for q in range(len(m)):
                 of_location[q] -= seen_location[q]
                 of_scatter[q] -= seen_scatter[q]
         if student:
             value, bend = _or_wrong(nodes.log_wrong[i], value, of_location, of_scatter, bend)
         values[i], curvature[i] = value, bend
         total += value
-    return values, by_location, by_scatter, curvature, total
+    return total
 
 
 @kernel(inner=True)
