@@ -68,6 +68,7 @@ class EventColumns:
     release_elevation: Floats
     deposit_length: Floats
     stop_elevation: Floats
+    stop_x: Floats
     height_over_length: Floats
     section: NDArray[np.str_]
     numbers: Mapping[str, Floats]
@@ -129,6 +130,7 @@ def build_columns(
         release_elevation=release_elevation,
         deposit_length=column(e.deposit_length_m for e in events),
         stop_elevation=column(e.runout_elevation_m for e in events),
+        stop_x=column(e.runout_x_m for e in events),
         height_over_length=height_over_length,
         section=np.array([(p and p.section) or "" for p in its_path]),
         numbers=numbers,

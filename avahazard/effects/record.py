@@ -91,7 +91,9 @@ FAR_M = 1000.0
 def _highest_stops(columns: EventColumns, sites: Sites) -> Facts:
     highest = {}
     for k, site in enumerate(sites):
-        stops = known(columns.stop_elevation[columns.path_index == k])
+        on = columns.path_index == k
+        by_x = site.smooth.height(known(columns.stop_x[on]))
+        stops = np.concatenate([known(columns.stop_elevation[on]), by_x])
         declared = site.path.observed_below_m
         if declared is not None:
             highest[site.path.path_id] = {"declared_m": declared}

@@ -219,9 +219,9 @@ class ErrorFall(Result):
     q95_m: float
 
 
-CLEAR_NATS, SMALL_RISE = 3.0, 0.02
-"""Rise of the elpd (nats) for which a child may be kept in spite of a rise of its CRPS, and the
-share of this that is small in any case."""
+CLEAR_NATS, SMALL_RISE, LARGE_RISE = 3.0, 0.02, 0.05
+"""Rise of the elpd (nats) for which a child may be kept in spite of a rise of its CRPS, the share
+of this that is small in any case, and the one that is large even if it may be chance."""
 
 
 class BeforeAndAfter(Result):
@@ -250,14 +250,14 @@ class BeforeAndAfter(Result):
     def worse(self) -> bool:
         """Whether the child is not to be kept: its error rises.
 
-        It is kept all the same where the rise is within chance, or small, and the log score, in
-        which speeds and widths count as well, rises clearly.
+        It is kept all the same where the rise is small, or not large and within chance, and the log
+        score, in which speeds and widths count as well, rises clearly.
         """
         if self.before is None or not self.rises:
             return False
         before, after = self.before.held_out_crps_m, self.after.held_out_crps_m
         within = self.fall is not None and self.fall.q95_m > 0.0
-        slight = within or after < (1.0 + SMALL_RISE) * before
+        slight = after < (1.0 + (LARGE_RISE if within else SMALL_RISE)) * before
         return not (slight and (self.gain or 0.0) > CLEAR_NATS)
 
 

@@ -73,6 +73,21 @@ def test_a_declared_limit_holds_and_others_lie_above_the_highest_stop() -> None:
         assert limit[selected] == pytest.approx(400.0 if k == 0 else highest + 20.0)
 
 
+def test_an_estimated_limit_lies_above_stops_that_are_recorded_by_x() -> None:
+    entry, smooth = OBSERVATION_LIMIT, sites()[1].smooth
+    x = 0.5 * (smooth.x_min + smooth.x_max)
+    by_x = tuple(
+        replace(e, runout_elevation_m=None, runout_x_m=x) if k == 1 else e
+        for k, e in enumerate(events())
+    )
+    table = columns(by_x)
+    effect = entry.build(entry.facts(table, sites()))
+    assert isinstance(effect, LimitEffect)
+    limit = effect.limit(table, np.array([20.0]))
+    assert table.path_index[1] == 1
+    assert limit[1] == pytest.approx(float(smooth.height(x)) + 20.0)
+
+
 def test_far_above_every_stop_there_is_no_limit() -> None:
     effect, table = _limit(), columns()
     assert isinstance(effect, LimitEffect)

@@ -42,6 +42,8 @@ def offset_system(index, rest, h, keep, precision):  # type: ignore[no-untyped-d
             weight = cross[k, r] / bend[k]
             for c in met:
                 inner[r, c] -= weight * cross[k, c]
+    if not np.all(np.isfinite(inner)):  # no likelihood there, which the decomposition would raise
+        return bend, cross, np.full_like(inner, np.nan)
     return bend, cross, np.ascontiguousarray(np.linalg.inv(np.linalg.cholesky(inner)))
 
 

@@ -82,6 +82,10 @@ def test_the_one_line() -> None:
     words = before_and_after_text(replace(chance, fall=ErrorFall(-0.2, -1.0, 0.6)))
     assert "rises slightly, from 59.8 m to 60.0 m, but the elpd of held-out records" in words
     assert "rises by 38.0 nats: keep the child." in words
+    # Perhaps by chance, yet too much to keep.
+    large = replace(chance, before=replace(after, held_out_crps_m=56.0, held_out_elpd=-900.0))
+    words = before_and_after_text(replace(large, fall=ErrorFall(-4.0, -9.0, 1.0)))
+    assert "rises from 56.0 m to 60.0 m: do not use the child for runouts." in words
     alone = before_and_after_text(replace(found, before=None))
     assert "60.0 m of elevation" in alone
     assert "falls" not in alone

@@ -82,6 +82,14 @@ def test_one_grouping_is_a_diagonal() -> None:
     assert offsets.log_determinant == pytest.approx(np.sum(np.log(own)))
 
 
+def test_where_an_event_has_no_likelihood_the_step_is_nan() -> None:
+    index, rest, h, keep, prior = crossed(2)
+    h[np.flatnonzero(keep & (index[1] >= 0))[0]] = np.nan
+    *_, back, step = found(index, rest, h, keep, prior, np.ones(8))
+    assert np.all(np.isnan(back))
+    assert np.any(np.isnan(step))
+
+
 def test_sums_by_offset_are_over_the_events_that_count() -> None:
     index, _, h, keep, _ = crossed(2)
     expected = [
