@@ -14,7 +14,7 @@ from avahazard.results.calibration import Calibration
 from avahazard.results.comparison import Comparison
 from avahazard.results.diagnosis import Diagnosis
 from avahazard.store import results as store
-from avahazard.store.records import load_events
+from avahazard.store.records import load_events, path_summaries
 from avahazard.store.session import Session, reading
 from avahazard.workflow.by_path import Survey, fingerprint_of, survey
 
@@ -42,9 +42,9 @@ def after_import(database: str) -> Note | None:
         stored = StoredModels(session)
         if stored.models:
             return stored.step(stored.best())
-        found = {(event.in_ratio, event.path_id) for event in load_events(session)}
-        kinds, on_paths = {kind for kind, _ in found}, {path for _, path in found if path}
-        if len(kinds) != 1 or on_paths - stored.survey.with_profile:
+        kinds = {event.in_ratio for event in load_events(session)}
+        lacking = any(path.n_events and not path.n_points for path in path_summaries(session))
+        if len(kinds) != 1 or lacking:
             return None
         return _step(("calibrate", "base"), Note("why_calibrate"))
 
