@@ -110,7 +110,7 @@ def _prior(slot: Slot) -> Distribution:
 def _model(posterior: Posterior):
     """The same density in JAX: nodes of the records and of sight, volumes, offsets of the paths."""
     layout, plan = posterior.layout, posterior.plan
-    nodes = posterior.nodes.point(())
+    nodes = posterior.nodes.at(np.zeros(len(layout.slots)))
     if np.any(nodes.tail) or np.any(plan.alone):
         raise SystemExit("marginal_nuts: these records need more than the model in JAX has.")
     volume = posterior.observations.volumes.volume / 1e6
