@@ -425,7 +425,7 @@ class Region:
         >>> region.paths()[0].path_id
         'P01'
         """
-        return workflow.path.list_paths(self.database)
+        return workflow.listing.list_paths(self.database)
 
     def path(self, path_id: str) -> PathCheck:
         """One path: how its profile was regularised, and the checks of the block's assumptions.
@@ -565,7 +565,7 @@ class Region:
         >>> region.models()[0].model
         'base'
         """
-        return workflow.calibrate.show_models(self.database)
+        return workflow.listing.show_models(self.database)
 
     def ladder(self) -> Ladder:
         """Every model and its error, oldest first; those not yet compared are compared.

@@ -94,7 +94,7 @@ def _models(found: Rows[results.ModelSummary]) -> Iterator[Shown]:
     yield table("", columns, rows)
 
 
-@answers("calibrate.show_models", _models)
+@answers("listing.show_models", _models)
 def models() -> None:
     """List the stored models.
 

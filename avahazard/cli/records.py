@@ -94,7 +94,7 @@ def _paths(found: Rows[PathSummary]) -> Iterator[Shown]:
     yield paths_table(found) if found else none
 
 
-@answers("path.list_paths", _paths)
+@answers("listing.list_paths", _paths)
 def paths() -> None:
     """List the paths.
 

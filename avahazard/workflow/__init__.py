@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from avahazard.workflow import export as export
     from avahazard.workflow import friction as friction
     from avahazard.workflow import hazard as hazard
+    from avahazard.workflow import listing as listing
     from avahazard.workflow import path as path
     from avahazard.workflow import report as report
     from avahazard.workflow import stored as stored

@@ -1,6 +1,5 @@
 """Calibration of a model on the stored records, its priors; models in lists, and made again."""
 
-import datetime as dt
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -32,13 +31,14 @@ from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Records, only_paths
 from avahazard.records.errors import AvahazardError
 from avahazard.request import fields_of
-from avahazard.results.base import Report, Rows, plain, silent, steps
-from avahazard.results.calibration import Calibration, Difference, ModelSummary, Provenance, Rerun
+from avahazard.results.base import Report, plain, silent, steps
+from avahazard.results.calibration import Calibration, Difference, Provenance, Rerun
 from avahazard.store import results as store
 from avahazard.store.records import load_records
 from avahazard.store.session import reading, writing
 from avahazard.workflow.compare import comparison
 from avahazard.workflow.effects import read_own_of, stored_text
+from avahazard.workflow.listing import in_utc
 from avahazard.workflow.next_step import latest_comparison, next_step
 from avahazard.workflow.requests import CalibrateRequest
 from avahazard.workflow.stored import (
@@ -332,16 +332,6 @@ def start_from(parent: FittedModel, child: Posterior) -> Floats | None:
     return np.array([known.get(name, value) for name, value in neutral.items()])
 
 
-def show_models(database: str) -> Rows[ModelSummary]:
-    """One entry a model, oldest first: what it is made of, whether it converged, and when."""
-    with reading(database) as session:
-        models = store.list_models(session)
-    return Rows(
-        ModelSummary.from_dict({**m.result, **m.result["diagnostics"], "created": _utc(m.created)})
-        for m in models
-    )
-
-
 def show_model(database: str, name: str) -> Calibration:
     """A model's calibration, with its time in UTC. Raises `AvahazardError` where there is none."""
     with reading(database) as session:
@@ -350,11 +340,7 @@ def show_model(database: str, name: str) -> Calibration:
     found = Calibration.from_dict(model.result)
     # Those of the calibration and those of today; the former have not converged in figures.
     notes = [n for n in known if n.key != "unconverged" and n not in found.notes]
-    return replace(found, notes=(*found.notes, *notes), created=_utc(model.created))
-
-
-def _utc(time: dt.datetime) -> str:
-    return f"{time.isoformat(timespec='seconds')}Z"
+    return replace(found, notes=(*found.notes, *notes), created=in_utc(model.created))
 
 
 def show_provenance(database: str, name: str) -> Provenance:
@@ -363,7 +349,7 @@ def show_provenance(database: str, name: str) -> Provenance:
         model = store.load_model(session, name)
         records = load_records(session)
     besides = {
-        "created": _utc(model.created),
+        "created": in_utc(model.created),
         "records_changed": records_changed(model, records),
         "effect_sha256": model.effect_sha256,
         "now": surroundings(),

@@ -34,17 +34,8 @@ from avahazard.records.collection import (
 from avahazard.report.picture import require_picture
 from avahazard.results import terrain as results
 from avahazard.results.base import Rows, finite
-from avahazard.store.records import path_summaries
-from avahazard.store.session import reading
 from avahazard.workflow.requests import RunoutRequest
 from avahazard.workflow.stored import limits_speed, load_stored, notes_of_fit, records_of
-
-
-def list_paths(database: str) -> Rows[results.PathSummary]:
-    """Return one entry a path: its profile's size, its number of events, their volumes."""
-    with reading(database) as session:
-        return path_summaries(session)
-
 
 CONTRADICTED = 2.0
 """A given error is contradicted by points that scatter this many times as far."""

@@ -16,9 +16,10 @@ from avahazard.records.reading import read_records
 from avahazard.store.records import save_records
 from avahazard.store.results import COMPARISON, latest_result, list_models, load_model
 from avahazard.store.session import reading, writing
-from avahazard.workflow.calibrate import add, calibrate, show_models
+from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.compare import compare, ladder, predict
 from avahazard.workflow.effects import own_effects
+from avahazard.workflow.listing import show_models
 from avahazard.workflow.path import run_block
 from avahazard.workflow.requests import CalibrateRequest, RunoutRequest
 from avahazard.workflow.stored import load_stored

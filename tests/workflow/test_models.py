@@ -18,15 +18,9 @@ from avahazard.results.base import plain
 from avahazard.store import upkeep
 from avahazard.store.records import save_records
 from avahazard.store.session import writing
-from avahazard.workflow.calibrate import (
-    add,
-    calibrate,
-    rerun,
-    show_model,
-    show_models,
-    show_provenance,
-)
+from avahazard.workflow.calibrate import add, calibrate, rerun, show_model, show_provenance
 from avahazard.workflow.database import import_files
+from avahazard.workflow.listing import show_models
 from avahazard.workflow.requests import CalibrateRequest
 from tests.conftest import command_line
 from tests.criticism.lengths import as_csv, lengths
