@@ -16,8 +16,9 @@ from sqlalchemy import text
 from avahazard.records.errors import AvahazardError
 from avahazard.store import upkeep
 from avahazard.store.session import reading
-from avahazard.workflow.calibrate import calibrate, show_models
+from avahazard.workflow.calibrate import calibrate
 from avahazard.workflow.database import check, import_files
+from avahazard.workflow.listing import show_models
 from avahazard.workflow.requests import CalibrateRequest, ImportRequest
 from benchmarks.study import Line, bullets, table
 from benchmarks.trust.places import places
