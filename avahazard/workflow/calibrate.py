@@ -1,4 +1,4 @@
-"""Calibration of a model on the stored records, its priors; models in lists, and made again."""
+"""Calibration of a model on the stored records, its priors; a model in full, and made again."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

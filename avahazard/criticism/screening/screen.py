@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, combinations, product, repeat
+from itertools import chain, combinations, product
 from typing import NamedTuple
 
 import numpy as np
@@ -308,15 +308,11 @@ class Block(NamedTuple):
 
 def blocks(candidates: Sequence[Definition], model: LinearModel) -> list[Block]:
     """All candidates' columns; several blocks where something only shapes the effect."""
-    found = chain.from_iterable(ordered_map(_blocks, candidates, repeat(model)))
-    return [b for b in found if np.any(b.columns)]
+    found = ordered_map(lambda entry: list(_blocks(entry, model)), candidates)
+    return [b for b in chain.from_iterable(found) if np.any(b.columns)]
 
 
-def _blocks(entry: Definition, model: LinearModel) -> list[Block]:
-    return list(_each_block(entry, model))
-
-
-def _each_block(entry: Definition, model: LinearModel) -> Iterator[Block]:
+def _blocks(entry: Definition, model: LinearModel) -> Iterator[Block]:
     posterior = model.posterior
     columns, sites = posterior.observations.columns, posterior.observations.sites
     if entry.level_alone is not None:

@@ -230,7 +230,10 @@ def event_terms_kernel(nodes, volume_weight, student, keep, slopes, location, sc
 
 @kernel
 def _fill_terms(nodes, friction, student, keep, slopes, memory, room, terms):  # type: ignore[no-untyped-def]
-    """Fill the arrays of `EventTerms`, and return the sum of the values."""
+    """Fill the arrays of `EventTerms`, and return the sum of the values.
+
+    Apart from what makes them, which holds all arrays. `room` `[6, n_volumes]` is memory for sums.
+    """
     nodes, keep, memory, room = bare(nodes), bare(keep), bare(memory), bare(room)
     volume_weight, location, scatter = bare(friction)
     values, by_location, by_scatter, curvature = bare(terms)
