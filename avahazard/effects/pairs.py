@@ -1,6 +1,9 @@
-"""What one column does depends on another: their product, or a change beyond limits of both."""
+"""What one column does depends on another.
 
-from collections.abc import Sequence
+By their product, a change beyond limits of both, or a line in one beyond a limit of the other.
+"""
+
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import product
 
@@ -28,11 +31,15 @@ INTERACTION = "interaction:"
 MOST_LEVELS = 4
 """Levels of a column that are distinguished beside another."""
 LIMITS, FINE_LIMITS = (0.3, 0.5, 0.7), tuple(k / 20 for k in range(1, 20))
-"""Shares of the events under limits of a number that are screened, and that one is chosen from."""
+"""Shares of the events under limits of a number that are screened, and between which one is."""
+NEAREST = 15
+"""Values on either side of such a limit between which the final one is."""
 SHARPER = 3.0
 """Nats by which a region must lead a product: a sharp limit is the stronger claim."""
-REGION = "log friction there"
-"""Unit of what friction changes by where two columns are beyond their limits."""
+LEAST_ALONG = 0.1
+"""Least variance of a line's column in a region, over that of all events."""
+THERE, PER_SD = "log friction there", "log friction per sd there"
+"""Units of what friction changes by where columns are beyond their limits."""
 
 
 def other_way(key: str) -> str:
@@ -51,8 +58,8 @@ def interaction(pair: str) -> Definition:
     return Definition(
         key=INTERACTION + pair,
         meaning=f"What {one} does to friction depends on {other}: it matters for some avalanches "
-        "and not for others. Both columns and their product are fitted, or one change where both "
-        "are beyond a limit.",
+        "and not for others. Fitted are both columns and their product, a change where both are "
+        "beyond a limit, or a line in one column beyond a limit of the other.",
         needs=f"columns {one} and {other}",
         build=partial(_build_pair, one, other),
         lacking=partial(_lacking_pair, one, other),
@@ -91,61 +98,124 @@ def _facts_pair(one: str, other: str, columns: EventColumns, _sites: Sites) -> F
     return found
 
 
-def _regions(
-    one: str, other: str, columns: EventColumns, shares: Sequence[float]
-) -> tuple[list[Facts], Floats]:
-    """Every region of two columns with enough events in it and beside it.
+Limits = Callable[[str], Floats]
+"""Limits of a column of numbers by its name."""
 
-    And columns `[n_events, n_regions]`: 1 in it, else 0. Limits of numbers are at these `shares`.
+
+def _at_shares(shares: Sequence[float], columns: EventColumns) -> Limits:
+    """Limits under which these shares of the events are."""
+    return lambda name: np.unique(np.quantile(known_numbers(columns, name), shares))
+
+
+def _near(facts: Facts, columns: EventColumns) -> Limits:
+    """Limits between any two values near those of a region."""
+
+    def near(name: str) -> Floats:
+        here = facts[name].get("over", facts[name].get("under"))
+        if here is None:
+            return np.empty(0)
+        values = np.unique(known_numbers(columns, name))
+        k = int(np.searchsorted(values, here))
+        nearest = values[max(k - NEAREST, 0) : k + NEAREST]
+        return np.asarray(0.5 * (nearest[:-1] + nearest[1:]))
+
+    return near
+
+
+def _regions(
+    one: str, other: str, columns: EventColumns, limits: Limits
+) -> tuple[list[Facts], Floats, Floats]:
+    """Every region of two columns, or of one, with enough events in it and beside it.
+
+    And columns `[n_events, n_regions]`: 1 in it, else 0; of the last, which are of one column, the
+    line in the other one there `[n_events, n_lines]`.
     """
-    sides = []
+    sides, lines = [], []
     for name in (one, other):
-        if line_of(columns, name) is None:
+        line = line_of(columns, name)
+        if line is None:
             found = text_column(columns, name)
             assert found is not None
             common = [k for k, n in level_counts(found).items() if n >= MIN_LEVEL]
-            limits: list[Facts] = [{"levels": [k]} for k in common]
+            bounds: list[Facts] = [{"levels": [k]} for k in common]
         else:
-            at = np.unique(np.quantile(known_numbers(columns, name), shares)).tolist()
-            limits = [{side: limit} for side in ("over", "under") for limit in at]
-        design = [design_of(name, limit, columns) for limit in limits]
-        sides.append((limits, np.hstack([np.empty((len(columns), 0)), *design])))
+            at = limits(name).tolist()
+            bounds = [{side: limit} for side in ("over", "under") for limit in at]
+        design = [design_of(name, bound, columns) for bound in bounds]
+        sides.append((bounds, np.hstack([np.empty((len(columns), 0)), *design])))
+        lines.append(line)
     (first, a), (second, b) = sides
     inside = a.T @ b
     beside = np.minimum(a.sum(axis=0)[:, None] - inside, b.sum(axis=0) - inside)
     kept = np.argwhere(np.minimum(inside, beside) >= 2 * MIN_LEVEL)
-    facts = [{one: first[k], other: second[m], "region": True} for k, m in kept]
-    return facts, a[:, kept[:, 0]] * b[:, kept[:, 1]]
+    facts: list[Facts] = [{one: first[k], other: second[m], "region": True} for k, m in kept]
+    there, along = [a[:, kept[:, 0]] * b[:, kept[:, 1]]], [np.empty((len(columns), 0))]
+    for name, line, beyond, (bounds, within) in zip(
+        (one, other), lines, (other, one), sides[::-1], strict=True
+    ):
+        if line is None:
+            continue
+        run = within * design_of(name, line, columns)
+        n = within.sum(axis=0)
+        varies = np.sum(run**2, axis=0) - np.sum(run, axis=0) ** 2 / np.maximum(n, 1.0)
+        enough = (np.minimum(n, len(columns) - n) >= 2 * MIN_LEVEL) & (varies > LEAST_ALONG * n)
+        wide = np.flatnonzero(enough)
+        facts += [{name: line, beyond: bounds[k], "region": True, "line": True} for k in wide]
+        there.append(within[:, wide])
+        along.append(run[:, wide])
+    return facts, np.hstack(there), np.hstack(along)
 
 
 def _ways_of_pair(one: str, other: str, columns: EventColumns, sites: Sites) -> list[Facts]:
     """The columns with their product, then regions."""
-    return [_facts_pair(one, other, columns, sites), *_regions(one, other, columns, LIMITS)[0]]
+    regions, *_ = _regions(one, other, columns, _at_shares(LIMITS, columns))
+    return [_facts_pair(one, other, columns, sites), *regions]
 
 
 def _likeliest_pair(one: str, other: str, columns: EventColumns, sites: Sites) -> Facts:
     """The way that explains H/L best, volume and path taken off (least squares, with its price).
 
-    Where that is a region, with the best of finer limits.
+    Where that is a region, with the best of the finest limits.
     """
     both = _facts_pair(one, other, columns, sites)
     use, ratio, rest = friction_by_paths(columns)
-    regions, there = _regions(one, other, columns, FINE_LIMITS)
-    if not regions or len(ratio) < rest.shape[1] + MIN_EVENTS:
+    if len(ratio) < rest.shape[1] + MIN_EVENTS:
         return both
+    basis = np.linalg.qr(rest)[0]
+    price = 0.5 * np.log(len(ratio))
 
     def left(values: Floats) -> Floats:
         return np.asarray(values - basis @ (basis.T @ values))
 
-    basis = np.linalg.qr(rest)[0]
+    def nats(explained: Floats, n: int) -> Floats:
+        left_over = np.maximum(ratio @ ratio - explained, 1e-12)
+        return np.asarray(-0.5 * len(ratio) * np.log(left_over) - price * n)
+
+    def explains(values: Floats) -> Floats:
+        return np.asarray((ratio @ values) ** 2 / np.maximum(np.sum(values**2, axis=0), 1e-9))
+
+    def best_of(limits: Limits) -> tuple[float, Facts, int]:
+        facts, there, along = _regions(one, other, columns, limits)
+        if not facts:
+            return -np.inf, both, 1
+        there, along = left(there[use]), left(along[use])
+        of_step, n = explains(there), there.shape[1] - along.shape[1]
+        last = there[:, n:]
+        size = np.maximum(np.sum(last**2, axis=0), 1e-9)
+        of_line = of_step[n:] + explains(along - last * np.sum(last * along, axis=0) / size)
+        gains = np.concatenate([nats(of_step[:n], 1), nats(of_line, 2)])
+        best = int(np.argmax(gains))
+        return float(gains[best]), facts[best], len(facts)
+
     ratio, design = left(ratio), left(_build_pair(one, other, both).design(columns)[use])
-    there = left(there[use])
-    explained = (ratio @ there) ** 2 / np.maximum(np.sum(there**2, axis=0), 1e-9)
-    best = int(np.argmax(explained))
+    gain, region, n = best_of(_at_shares(FINE_LIMITS, columns))
+    if np.isfinite(gain):
+        gain, region, _ = max(
+            (gain, region, n), best_of(_near(region, columns)), key=lambda of: of[0]
+        )
     beside = ratio - design @ np.linalg.lstsq(design, ratio, rcond=None)[0]
-    lead = 0.5 * len(ratio) * np.log((beside @ beside) / (ratio @ ratio - explained[best]))
-    lead += 0.5 * np.log(len(ratio)) * (design.shape[1] - 1)
-    return regions[best] if lead > np.log(len(regions)) + SHARPER else both
+    lead = gain - float(nats(ratio @ ratio - beside @ beside, design.shape[1]))
+    return region if lead > np.log(n) + SHARPER else both
 
 
 def _region_seen(one: str, other: str, columns: EventColumns, sites: Sites) -> Note | None:
@@ -154,9 +224,12 @@ def _region_seen(one: str, other: str, columns: EventColumns, sites: Sites) -> N
     facts = _likeliest_pair(one, other, columns, sites)
     if "region" not in facts:
         return None
-    there = _build_pair(one, other, facts).design(columns)
-    names = [_label(name, facts[name]) for name in (one, other)]
-    return Note("region", names=names, n=int(np.sum(there)), events=len(columns))
+    n = int(np.sum(_build_pair(one, other, facts).design(columns)[:, 0]))
+    lines, limits = _lines_and_limits(one, other, facts)
+    names = [_label(name, facts[name]) for name in limits]
+    if lines:
+        return Note("line_in_region", column=lines[0], names=names, n=n, events=len(columns))
+    return Note("region", names=names, n=n, events=len(columns))
 
 
 def _label(name: str, facts: Facts) -> str:
@@ -172,9 +245,31 @@ def _products(first: Floats, second: Floats) -> Floats:
     return np.asarray((first[:, :, None] * second[:, None, :]).reshape(len(first), -1))
 
 
+def _lines_and_limits(one: str, other: str, facts: Facts) -> tuple[list[str], list[str]]:
+    """Of a region the column that acts by a line there, if any, and those that bound it."""
+    lines = [name for name in (one, other) if "centre" in facts[name]]
+    return lines, [name for name in (one, other) if name not in lines]
+
+
+def _build_region(one: str, other: str, facts: Facts) -> FrictionEffect:
+    lines, limits = _lines_and_limits(one, other, facts)
+
+    def design(columns: EventColumns) -> Floats:
+        there = np.prod([design_of(name, facts[name], columns) for name in limits], axis=0)
+        return np.hstack(
+            [there, *(there * design_of(name, facts[name], columns) for name in lines)]
+        )
+
+    label = "*".join(_label(name, facts[name]) for name in limits)
+    along = [Parameter(f"{name}*{label}", PER_SD, 0.0, 0.0, LINEAR_SD) for name in lines]
+    parameters = (Parameter(label, THERE, 0.0, 0.0, LEAST_SD), *along)
+    return FrictionEffect(f"{INTERACTION}{one}*{other}", parameters, design=design)
+
+
 def _build_pair(one: str, other: str, facts: Facts) -> FrictionEffect:
-    region = "region" in facts
-    alone = [name for name in (one, other) if name != VOLUME and not region]
+    if "region" in facts:
+        return _build_region(one, other, facts)
+    alone = [name for name in (one, other) if name != VOLUME]
 
     def design(columns: EventColumns) -> Floats:
         parts = {name: design_of(name, facts[name], columns) for name in (one, other)}
@@ -192,9 +287,5 @@ def _build_pair(one: str, other: str, facts: Facts) -> FrictionEffect:
         return [Parameter("*".join(some), "log friction", 0.0, 0.0, sd) for some in every]
 
     each = [parameter for name in alone for parameter in parameters(name)]
-    both = parameters(one, other)
-    if region:
-        name = "*".join(_label(name, facts[name]) for name in (one, other))
-        both = [Parameter(name, REGION, 0.0, 0.0, LEAST_SD)]
     key = f"{INTERACTION}{one}*{other}"
-    return FrictionEffect(key, (*each, *both), design=design)
+    return FrictionEffect(key, (*each, *parameters(one, other)), design=design)

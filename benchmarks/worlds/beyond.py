@@ -205,6 +205,13 @@ def both_beyond_limits(world: World) -> dict[str, Any]:
     return {"log_mu": -0.26, "new_snow_cm": 50.0, "wind_m_s": 6.0}
 
 
+def line_beyond_a_limit(world: World) -> dict[str, Any]:
+    """Friction falls with new snow where the wind is strong, and not elsewhere."""
+    new, wind = (np.asarray(world.columns[name], float) for name in ("new_snow_cm", "wind_m_s"))
+    world.log_mu -= 0.2 * (new - 40.0) / 30.0 * (wind > 6.0)
+    return {"log_mu": -0.2, "per_cm": 30.0, "wind_m_s": 6.0}
+
+
 def second_of_winter(world: World) -> dict[str, Any]:
     """A second avalanche in a winter runs on the first one's deposit."""
     world.log_mu -= 0.24 * (world.order > 1)
@@ -330,6 +337,11 @@ ARMS: dict[str, Arm] = {
     ),
     "wind on new snow": Arm(
         both_beyond_limits,
+        ("interaction:new_snow_cm*wind_m_s",),
+        ("covariate:new_snow_cm", "covariate:wind_m_s"),
+    ),
+    "new snow if windy": Arm(
+        line_beyond_a_limit,
         ("interaction:new_snow_cm*wind_m_s",),
         ("covariate:new_snow_cm", "covariate:wind_m_s"),
     ),

@@ -135,6 +135,26 @@ def test_one_change_where_both_are_beyond_a_limit() -> None:
     assert not made.design(gappy).any()
 
 
+def test_a_line_in_one_column_where_the_other_is_beyond_a_limit() -> None:
+    for along, line, name, other in (("cold", COLD, "wind", WIND), ("wind", WIND, "cold", COLD)):
+        there = np.quantile(other, 0.6) < other
+        noise = 0.05 * RNG.standard_normal(N)
+        ratio = np.exp(-0.8 + np.where(there, 0.1 + 0.25 * spreads(line), 0.0) + noise)
+        columns = replace(table(), height_over_length=ratio)
+        entry = definition("interaction:cold*wind")
+        made = entry.build(entry.facts(columns, ()))
+        assert isinstance(made, FrictionEffect)
+        level, slope = made.parameters
+        assert slope.name == f"{along}*{level.name}"
+        assert level.name.startswith(f"{name}>")
+        design = made.design(columns)
+        assert np.mean(there == design[:, 0]) >= 0.95
+        expected = np.where(design[:, 0] > 0.0, spreads(line), 0.0)
+        np.testing.assert_allclose(design[:, 1], expected)
+        seen = f"Friction varies with {along} where {level.name} ({int(design[:, 0].sum())} of 60"
+        assert str(entry.seen_in(columns, ())).startswith(seen)
+
+
 def test_a_product_is_no_region() -> None:
     noise = 0.05 * RNG.standard_normal(N)
     ratio = np.exp(-0.8 + 0.2 * spreads(COLD) * spreads(WIND) + noise)
@@ -150,7 +170,7 @@ def test_every_region_has_enough_events_in_it_and_beside_it() -> None:
         assert entry.alternatives is not None
         product, *regions = entry.alternatives(in_region(0.1), ())
         assert "region" not in product
-        assert 1 < len(regions) <= 36
+        assert 1 < len(regions) <= 48
         designs = [entry.build(facts).design(table())[:, 0] for facts in regions]  # type: ignore[attr-defined]
         assert all(10 <= design.sum() <= N - 10 for design in designs)
         assert len({design.tobytes() for design in designs}) == len(designs)

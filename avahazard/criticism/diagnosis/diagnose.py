@@ -145,7 +145,7 @@ def diagnose(
     tried = [*of_groups, *candidates(question, named_first, evidence, naming, laws, of_laws)]
     tried.sort(key=lambda c: (*missing, c.effect).index(c.effect))
     fitted_laws = Rows(found.law for found in of_smooth)
-    fits = {c.key: fits[c.key] for c in named_first}
+    leading = {c.key: fits[c.key] for c in named_first if c.key in missing or evidence[c.key] > 0.0}
     missed = measurements.detectable(base, screening.critical_gain)
     lacking = not_asked(observations, plain.specification, own)
     result = Diagnosis(
@@ -165,7 +165,7 @@ def diagnose(
         suspect_events=record_faults.suspects(base),
         impossible_stops=record_faults.impossible_stops(base),
         measure_next=_measure_next(
-            Question(base, fits, screening), missed.metres, field_days, seed
+            Question(base, leading, screening), missed.metres, field_days, seed
         ),
         notes=(
             *speeds_off,

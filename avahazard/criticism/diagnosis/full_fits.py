@@ -345,13 +345,14 @@ def ways_to_choose(
 ) -> float:
     """In how many ways the data could choose where an effect acts: dates, regions, stretches.
 
-    Those that are stated alike: an effect of stretches may be a smooth one in their place.
+    Those that are stated alike: an effect of stretches may be a smooth one in their place. Of
+    one way with all parts of the paths some are chosen.
     """
     fitted = fit.facts[entry.key]
     ways = alternatives(fit.observations.columns, fit.observations.sites)
     alike = [entry.build(way) for way in ways if way.keys() == fitted.keys()]
-    places = sum(len(effect.parameters) for effect in alike)
-    return float(comb(places, len(entry.build(fitted).parameters)))
+    parts, chosen = (len(effect.parameters) for effect in (alike[0], entry.build(fitted)))
+    return float(len(alike) * comb(parts, chosen))
 
 
 CHANCE_GAIN = 1.0
