@@ -8,6 +8,7 @@ too, so that whatever takes text takes it; the report says it in another languag
 from __future__ import annotations
 
 import re
+import shlex
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -111,7 +112,8 @@ class Writer(Formatter):
         if isinstance(value, Note):
             return self.note(value)
         if isinstance(value, str):
-            return self.column(value) if format_spec == "column" else value
+            how = {"column": self.column, "command": shlex.quote}
+            return how.get(format_spec, str)(value)
         if isinstance(value, Range):
             low, high = (self.number(format(v, format_spec)) for v in (value.low, value.high))
             return low if low == high else self.say("{low} to {high}", low=low, high=high)

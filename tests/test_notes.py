@@ -28,6 +28,12 @@ def test_a_note_is_its_sentence() -> None:
     assert "60,000 m3" in Note("largest_volume", model="m", largest=6e4)
 
 
+def test_a_model_in_a_command_is_as_a_shell_takes_it() -> None:
+    said = str(Note("not_compared", model="base+interaction:a*b"))
+    assert said.endswith("Do it: avahazard compare 'base+interaction:a*b'")
+    assert str(Note("not_compared", model="base")).endswith("avahazard compare base")
+
+
 @pytest.mark.parametrize("note", [MISSES, INTERVAL, Note.ready("as it was said before.")])
 def test_what_is_stored_gives_the_same_note(note: Note) -> None:
     stored = json.loads(json.dumps(plain(note, keyed=True)))

@@ -3,6 +3,7 @@
 The ladder of models too, and one effect.
 """
 
+import shlex
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -336,7 +337,7 @@ def show_diagnosis(found: Diagnosis) -> Iterator[Shown]:
     if found.effect_file is not None:
         yield Whole(f"Written: {found.effect_file}")
     elif found.lawful is not None:
-        words = f"avahazard diagnose {found.model} --write-effect FILE"
+        words = f"avahazard diagnose {shlex.quote(found.model)} --write-effect FILE"
         yield Whole(f"The first as an effect file: {words}")
     if found.verdict == "adequate" and best is not None:
         yield from _nearest(best, len(found.candidates))

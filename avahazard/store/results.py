@@ -3,6 +3,7 @@
 import datetime as dt
 import hashlib
 import re
+import shlex
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, count
@@ -135,7 +136,7 @@ def load_model(session: Session, name: str) -> StoredModel:
     row = session.scalar(select(ModelTable).where(ModelTable.name == name))
     if row is None:
         names = session.scalars(select(ModelTable.name).order_by(ModelTable.id)).all()
-        hint = f"Make it: `avahazard calibrate {name}`."
+        hint = f"Make it: `avahazard calibrate {shlex.quote(name)}`."
         if names:
             hint = f"{did_you_mean(name, names)}Stored are: {', '.join(names)}."
         raise AvahazardError(f"There is no model {name}.", hint)

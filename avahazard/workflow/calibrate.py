@@ -1,5 +1,6 @@
 """Calibration of a model on the stored records, its priors; a model in full, and made again."""
 
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -271,7 +272,8 @@ def add(
     if unused := [key for key in own if key not in (*effects, *model.effects)]:
         raise AvahazardError(
             f"The effect '{unused[0]}' of the effect file is not asked for.",
-            f"Name it: avahazard add {name} {unused[0]} --as {new_name} --effect-file FILE.",
+            f"Name it: avahazard add {shlex.join((name, unused[0]))} --as {shlex.quote(new_name)} "
+            "--effect-file FILE.",
         )
     parent, records = load_stored(database, name, own=definitions)
     require_unchanged(parent)

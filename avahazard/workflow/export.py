@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path as FilePath
@@ -51,7 +52,8 @@ def export(database: str, name: str, file: FilePath) -> Export:
         raise no_profiles()
     if not rows:
         raise AvahazardError(
-            f"No bounds are stored by {name}.", f"Draw them first: avahazard hazard {name}"
+            f"No bounds are stored by {name}.",
+            f"Draw them first: avahazard hazard {shlex.quote(name)}",
         )
     bounds = []
     for row in rows:  # its notes when it was computed, and what is known of its model today

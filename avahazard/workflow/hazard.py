@@ -1,6 +1,7 @@
 """Runouts, speeds, pressures and zones per path, by a stored model; how often which volume is."""
 
 import hashlib
+import shlex
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
@@ -377,9 +378,10 @@ def zones_work(
             f"Nothing but friction limits the speeds of {name}: it has no drag on all of the path, "
             "and no measured speeds. Speeds and pressures would be too high where a path is steep "
             "and long.",
-            f"Add drag: avahazard add {name} {_remedies()} --as NEW, and use NEW for zones, even "
-            "where its runouts are no better; or import measured speeds and calibrate again; or "
-            f"accept speeds that are too high: avahazard zones {name} --no-drag.",
+            f"Add drag: avahazard add {shlex.quote(name)} {_remedies()} --as NEW, and use NEW for "
+            "zones, even where its runouts are no better; or import measured speeds and calibrate "
+            "again; or accept speeds that are too high: "
+            f"avahazard zones {shlex.quote(name)} --no-drag.",
         )
     periods = tuple(sorted({*request.return_periods, *wanted.return_periods}))
     no_drag = () if limits_speed(model) else (Note("no_drag", model=name, effects=_remedies()),)

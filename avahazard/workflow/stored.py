@@ -1,6 +1,7 @@
 """What is stored of a model: saving and loading it, what its calibration found, its notes."""
 
 import hashlib
+import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, fields, replace
 from importlib import import_module
@@ -151,7 +152,7 @@ def load_for_paths(
             raise AvahazardError(
                 f"{name} is a model of {model.specification.forward}: it has no block that runs "
                 "along the paths.",
-                f"Draw its map: avahazard map {name} -o FILE.tif.",
+                f"Draw its map: avahazard map {shlex.quote(name)} -o FILE.tif.",
             )
         found = survey(session)
         for path_id in model.paths:
