@@ -6,6 +6,7 @@ By their product, a change beyond limits of both, or a line in one beyond a limi
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import product
+from operator import itemgetter
 
 import numpy as np
 
@@ -35,7 +36,7 @@ LIMITS, FINE_LIMITS = (0.3, 0.5, 0.7), tuple(k / 20 for k in range(1, 20))
 NEAREST = 15
 """Values on either side of such a limit between which the final one is."""
 SHARPER = 3.0
-"""Nats by which a region must lead a product: a sharp limit is the stronger claim."""
+"""Nats by which a region must lead a product, the weaker claim, and a limit of one column alone."""
 LEAST_ALONG = 0.1
 """Least variance of a line's column in a region, over that of all events."""
 THERE, PER_SD = "log friction there", "log friction per sd there"
@@ -124,11 +125,11 @@ def _near(facts: Facts, columns: EventColumns) -> Limits:
 
 def _regions(
     one: str, other: str, columns: EventColumns, limits: Limits
-) -> tuple[list[Facts], Floats, Floats]:
+) -> tuple[list[Facts], Floats, Floats, Floats]:
     """Every region of two columns, or of one, with enough events in it and beside it.
 
     And columns `[n_events, n_regions]`: 1 in it, else 0; of the last, which are of one column, the
-    line in the other one there `[n_events, n_lines]`.
+    line in the other one there `[n_events, n_lines]`; and 1 beyond each limit of either column.
     """
     sides, lines = [], []
     for name in (one, other):
@@ -163,7 +164,7 @@ def _regions(
         facts += [{name: line, beyond: bounds[k], "region": True, "line": True} for k in wide]
         there.append(within[:, wide])
         along.append(run[:, wide])
-    return facts, np.hstack(there), np.hstack(along)
+    return facts, np.hstack(there), np.hstack(along), np.hstack([a, b])
 
 
 def _ways_of_pair(one: str, other: str, columns: EventColumns, sites: Sites) -> list[Facts]:
@@ -182,40 +183,39 @@ def _likeliest_pair(one: str, other: str, columns: EventColumns, sites: Sites) -
     if len(ratio) < rest.shape[1] + MIN_EVENTS:
         return both
     basis = np.linalg.qr(rest)[0]
-    price = 0.5 * np.log(len(ratio))
 
     def left(values: Floats) -> Floats:
         return np.asarray(values - basis @ (basis.T @ values))
 
-    def nats(explained: Floats, n: int) -> Floats:
-        left_over = np.maximum(ratio @ ratio - explained, 1e-12)
-        return np.asarray(-0.5 * len(ratio) * np.log(left_over) - price * n)
+    ratio, design = left(ratio), left(_build_pair(one, other, both).design(columns)[use])
+    beside = ratio - design @ np.linalg.lstsq(design, ratio, rcond=None)[0]
+
+    def nats(left_over: Floats, n: int) -> Floats:
+        fit = np.log(np.maximum(left_over, 1e-12))
+        return np.asarray(-0.5 * len(ratio) * fit - 0.5 * np.log(len(ratio)) * n)
 
     def explains(values: Floats) -> Floats:
         return np.asarray((ratio @ values) ** 2 / np.maximum(np.sum(values**2, axis=0), 1e-9))
 
-    def best_of(limits: Limits) -> tuple[float, Facts, int]:
-        facts, there, along = _regions(one, other, columns, limits)
+    def best_of(limits: Limits) -> tuple[float, Facts, float, int]:
+        """Of the best region the gain and facts, the gain of the best limit alone, how many."""
+        facts, there, along, alone = _regions(one, other, columns, limits)
         if not facts:
-            return -np.inf, both, 1
-        there, along = left(there[use]), left(along[use])
-        of_step, n = explains(there), there.shape[1] - along.shape[1]
+            return -np.inf, both, -np.inf, 1
+        there, along, alone = left(there[use]), left(along[use]), left(alone[use])
+        of_step, n, all_of_it = explains(there), there.shape[1] - along.shape[1], ratio @ ratio
         last = there[:, n:]
         size = np.maximum(np.sum(last**2, axis=0), 1e-9)
         of_line = of_step[n:] + explains(along - last * np.sum(last * along, axis=0) / size)
-        gains = np.concatenate([nats(of_step[:n], 1), nats(of_line, 2)])
-        best = int(np.argmax(gains))
-        return float(gains[best]), facts[best], len(facts)
+        gains = np.append(nats(all_of_it - of_step[:n], 1), nats(all_of_it - of_line, 2))
+        best, by_one = int(np.argmax(gains)), np.max(nats(all_of_it - explains(alone), 1))
+        return float(gains[best]), facts[best], float(by_one), len(facts)
 
-    ratio, design = left(ratio), left(_build_pair(one, other, both).design(columns)[use])
-    gain, region, n = best_of(_at_shares(FINE_LIMITS, columns))
-    if np.isfinite(gain):
-        gain, region, _ = max(
-            (gain, region, n), best_of(_near(region, columns)), key=lambda of: of[0]
-        )
-    beside = ratio - design @ np.linalg.lstsq(design, ratio, rcond=None)[0]
-    lead = gain - float(nats(ratio @ ratio - beside @ beside, design.shape[1]))
-    return region if lead > np.log(n) + SHARPER else both
+    coarse = best_of(_at_shares(FINE_LIMITS, columns))
+    fine = best_of(_near(coarse[1], columns)) if "region" in coarse[1] else coarse
+    gain, region, *_ = max(coarse, fine, key=itemgetter(0))
+    simpler = max(float(nats(beside @ beside, design.shape[1])), coarse[2], fine[2])
+    return region if gain - simpler > np.log(coarse[3]) + SHARPER else both
 
 
 def _region_seen(one: str, other: str, columns: EventColumns, sites: Sites) -> Note | None:

@@ -18,6 +18,7 @@ from avahazard.report.words import (
     events,
     in_unit,
     law_state,
+    law_unit,
     level_text,
     part_text,
     shape_text,
@@ -36,7 +37,14 @@ from avahazard.results.comparison import (
     PredictedRecords,
     SpeedMisfit,
 )
-from avahazard.results.diagnosis import LEVEL, Candidate, Diagnosis, FittedLaw, LawParameter
+from avahazard.results.diagnosis import (
+    LEVEL,
+    Candidate,
+    Diagnosis,
+    FittedLaw,
+    LawParameter,
+    Measurement,
+)
 from avahazard.results.friction import Fits
 
 
@@ -364,7 +372,9 @@ def laws_table(diagnosis: Diagnosis) -> Table | None:
             key: digits(value, ".0f" if abs(value) >= 1000.0 else ".3g")
             for key, value in values.items()
         }
-        return say("{name} {median} ({low} to {high})", name=name, **told)
+        text = say("{name} {median} ({low} to {high})", name=name, **told)
+        unit = law_unit(name, p, found.shape)
+        return f"{text} {unit}" if unit else text
 
     def values(law: FittedLaw) -> str:
         return "; ".join(of(name, p) for name, p in law.parameters.items())
@@ -386,9 +396,14 @@ def laws_table(diagnosis: Diagnosis) -> Table | None:
 
 def measure_table(diagnosis: Diagnosis) -> Table | None:
     """What to measure next; None where nothing is proposed."""
+
+    def between(m: Measurement) -> str:
+        text = ", ".join(map(spoken().effect, m.between))
+        return say("{effect} or none", effect=text) if len(m.between) == 1 else text
+
     columns: tuple[Column, ...] = (
         (say("measurement"), lambda m: spoken().note(m.measurement)),
-        (say("to distinguish"), lambda m: ", ".join(map(spoken().effect, m.between))),
+        (say("to distinguish"), between),
         (">" + say("expected gain, nats"), lambda m: digits(m.expected_gain, ".1f")),
         (">" + say("days in the field"), lambda m: digits(m.field_days, "g")),
     )

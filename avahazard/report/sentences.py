@@ -214,9 +214,7 @@ def verdict_text(diagnosis: Diagnosis, who: str | None = None) -> str:
     ]
     together = [
         say(
-            "Needed together: {effects}. All of them gain {nats:.1f} nats over the best of them "
-            "alone (p {p}).",
-            effects=spoken().effects(largest.effects),
+            "Together they gain {nats:.1f} nats over the best of them alone (p {p}).",
             nats=largest.gain_over_best_single,
             p=chance(largest.p_value, 1.0 / (diagnosis.n_worlds + 1)),
         )
@@ -230,6 +228,9 @@ def short_verdict(diagnosis: Diagnosis, who: str | None = None) -> str:
     who = say("The model") if who is None else who
     values = {"who": who, "missing": ", ".join(spoken().effect(key) for key in diagnosis.missing)}
     values["size"] = amount(diagnosis.detectable_m, diagnosis.coordinate, 0)
+    if diagnosis.pairs and diagnosis.missing:
+        values["missing"] = spoken().effects(diagnosis.pairs[-1].effects)
+        return say("{who} lacks effects that are needed together: {missing}.", **values)
     if diagnosis.verdict == "missing-effect":
         return say("{who} lacks an effect: {missing}.", **values)
     if diagnosis.verdict == "ambiguous":

@@ -9,7 +9,7 @@ from importlib.resources import files
 from avahazard.records.collection import Event
 from avahazard.report.language import plural, say, spoken
 from avahazard.results.base import RATIO
-from avahazard.results.diagnosis import Shape
+from avahazard.results.diagnosis import LawParameter, Shape
 from avahazard.results.hazard import HazardRow, PlaceQuantiles, Spread
 
 NAMES: dict[str, dict[str, str]] = tomllib.loads(
@@ -163,6 +163,13 @@ def shape_text(shape: Shape) -> tuple[str, str]:
 def law_state(shape: Shape) -> str:
     """What a law is a formula of: of a volume its logarithm."""
     return f"ln {shape.of}" if shape.of == "volume_m3" else shape.of
+
+
+def law_unit(name: str, parameter: LawParameter, shape: Shape | None) -> str:
+    """The unit of a law's parameter; of a place along the logarithm of a volume the volume."""
+    if shape and law_state(shape) != shape.of and name in ("centre", "threshold", "limit"):
+        return f"= ln {volume(math.exp(parameter.q50))}"
+    return unit_text(parameter.unit)
 
 
 def level_text(level: str) -> str:

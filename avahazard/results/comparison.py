@@ -1,6 +1,7 @@
 """Models against the measurements, every one and its error, and predictions of new events."""
 
 from dataclasses import field
+from typing import Self
 
 from avahazard.notes import Note
 from avahazard.results.base import ABSENT, Result, Rows
@@ -75,6 +76,11 @@ class HeldOutScores(PredictedRecords, kw_only=True):
     groups: Rows[GroupError] = field(default_factory=Rows)
     n_fits: int | None = None
     parent_crps_m: float | None = None
+
+    def alike(self, other: Self) -> bool:
+        """Whether both leave out the same groups."""
+        ours, theirs = ([(row.group, row.n) for row in one.groups] for one in (self, other))
+        return self.by == other.by and ours == theirs
 
 
 class BudgetPart(Result):

@@ -302,7 +302,7 @@ def add(
     if fresh:
         before = comparison(name, parent, partial(tell[2], f"Comparing {name}"))
     alike = before
-    if before is not None and before.held_out.by != after.held_out.by:
+    if before is not None and not before.held_out.alike(after.held_out):
         alike = comparison(name, parent, effects=found.posterior.effects)
         error = alike.held_out.runout.crps_m
         after = replace(after, held_out=replace(after.held_out, parent_crps_m=error))

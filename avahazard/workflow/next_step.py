@@ -182,6 +182,8 @@ class StoredModels:
         if written is None:
             return _step(words, Note("why_missing", model=name, effects=list(effects)))
         why = Note("why_law", model=name, effects=missing, file=written)
+        if found.verdict == "ambiguous":
+            why = Note("why_each", model=name, effects=missing)
         return _step((*words, "--effect-file", written), why)
 
     def _unclear(self, found: Calibration) -> Diagnosis | None:

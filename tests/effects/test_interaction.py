@@ -155,6 +155,13 @@ def test_a_line_in_one_column_where_the_other_is_beyond_a_limit() -> None:
         assert str(entry.seen_in(columns, ())).startswith(seen)
 
 
+def test_a_limit_of_one_column_is_no_pair() -> None:
+    there = np.quantile(WIND, 0.6) < WIND
+    ratio = np.exp(-0.8 + 0.3 * there + 0.05 * RNG.standard_normal(N))
+    columns = replace(table(), height_over_length=ratio)
+    assert "region" not in definition("interaction:cold*wind").facts(columns, ())
+
+
 def test_a_product_is_no_region() -> None:
     noise = 0.05 * RNG.standard_normal(N)
     ratio = np.exp(-0.8 + 0.2 * spreads(COLD) * spreads(WIND) + noise)

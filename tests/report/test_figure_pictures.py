@@ -55,7 +55,8 @@ def test_bars_band_and_verdict(
         candidate("epoch-bias", 0.0, 0.8),
     ]
     draw_diagnosis(
-        file, replace(DIAGNOSIS, verdict=verdict, missing=missing, candidates=Rows(rows))
+        file,
+        replace(DIAGNOSIS, pairs=Rows(), verdict=verdict, missing=missing, candidates=Rows(rows)),
     )
     text = file.read_text(encoding="utf-8")
     for word in ("season", "epoch-bias", "p &lt; 1/", "p 0.800", "chance alone"):
@@ -72,7 +73,9 @@ def test_no_candidates(tmp_path: Path) -> None:
 def test_a_pair_stands_on_two_lines(tmp_path: Path) -> None:
     file = tmp_path / "a.svg"
     rows = Rows([candidate("interaction:wind*snow_type", 9.0, 0.005)])
-    draw_diagnosis(file, replace(DIAGNOSIS, verdict="adequate", missing=(), candidates=rows))
+    draw_diagnosis(
+        file, replace(DIAGNOSIS, pairs=Rows(), verdict="adequate", missing=(), candidates=rows)
+    )
     text = file.read_text(encoding="utf-8")
     assert "<!-- snow_type -->" in text
     assert "br&gt;" not in text
@@ -80,7 +83,9 @@ def test_a_pair_stands_on_two_lines(tmp_path: Path) -> None:
 
 def test_the_title_says_where_data_cannot_tell(tmp_path: Path) -> None:
     file = tmp_path / "a.svg"
-    draw_diagnosis(file, replace(DIAGNOSIS, verdict="adequate", missing=(), detectable_share=0.9))
+    draw_diagnosis(
+        file, replace(DIAGNOSIS, pairs=Rows(), verdict="adequate", missing=(), detectable_share=0.9)
+    )
     assert "these data are insufficient" in file.read_text(encoding="utf-8")
 
 

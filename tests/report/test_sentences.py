@@ -31,10 +31,17 @@ KINDS = Kinds(
     ],
 )
 def test_the_verdict_in_words(verdict: str, words: str) -> None:
-    found = replace(DIAGNOSIS, verdict=verdict, missing=("season",))
+    found = replace(DIAGNOSIS, pairs=Rows(), verdict=verdict, missing=("season",))
     sentence = verdict_text(found, "base")
     assert sentence.startswith("base ")
     assert words in sentence
+
+
+def test_effects_that_are_needed_together_are_named_together() -> None:
+    found = replace(DIAGNOSIS, verdict="missing-effect", missing=("season",))
+    assert verdict_text(found, "base").startswith(
+        "base lacks effects that are needed together: season and snow-type. Together they gain 6.0 "
+    )
 
 
 def test_the_verdict_says_where_the_physics_is() -> None:
@@ -49,13 +56,15 @@ def test_the_verdict_says_where_the_physics_is() -> None:
 
 @pytest.mark.parametrize(("share", "words"), [(0.6, "insufficient"), (0.4, "adequate")])
 def test_few_data_are_not_called_a_good_model(share: float, words: str) -> None:
-    found = replace(DIAGNOSIS, verdict="adequate", missing=(), detectable_share=share)
+    found = replace(DIAGNOSIS, pairs=Rows(), verdict="adequate", missing=(), detectable_share=share)
     assert words in verdict_text(found, "base")
     assert found.cannot_tell == (share > 0.5)
 
 
 def test_what_is_missing_is_named_however_few_the_data() -> None:
-    found = replace(DIAGNOSIS, verdict="missing-effect", missing=("season",), detectable_share=0.9)
+    found = replace(
+        DIAGNOSIS, pairs=Rows(), verdict="missing-effect", missing=("season",), detectable_share=0.9
+    )
     assert "lacks an effect: season" in verdict_text(found, "base")
 
 
@@ -78,7 +87,7 @@ def test_a_second_kind_is_told_of_the_model_and_where_it_is_missing() -> None:
 
 def test_an_adequate_model_that_fails_is_said_to_fail() -> None:
     rows = Rows([Failure("path", "P1", 9, -50.0, 1e-4)])
-    found = replace(DIAGNOSIS, verdict="adequate")
+    found = replace(DIAGNOSIS, pairs=Rows(), verdict="adequate")
     said = failure_text(replace(COMPARISON, where_it_fails=rows), {"P1": "North"}, found)
     assert said.startswith("Yet it fails beyond chance by path “North” (9 events, −50 m)")
 

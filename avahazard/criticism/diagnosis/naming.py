@@ -81,7 +81,7 @@ def _undeclared(
     where no other candidate has `MARGIN` of evidence beside it, and not on a model with effects
     that were added, as these leave something over.
     """
-    explains = partial(_explains, question, of_laws)
+    explains = partial(_explains, question, evidence, of_laws)
     found = leaders(ranked, evidence, question.fits, explains=explains)
     if not found or not found[0].definition.says_what_is_seen:
         return found
@@ -147,16 +147,24 @@ def leaders(
     return [c for c in simpler or close if c.definition.beyond == nearest]
 
 
-def _explains(question: Question, of_laws: Mapping[str, Refit], simpler: str, key: str) -> bool:
+def _explains(
+    question: Question,
+    evidence: Mapping[str, float],
+    of_laws: Mapping[str, Refit],
+    simpler: str,
+    key: str,
+) -> bool:
     """Whether candidate `key` has too little evidence beside a simpler one, or the law of that.
 
-    Of two forces along the way, the smooth one has the other among its shapes.
+    Less what it pays for its choice among others, as in its `evidence` by itself. Of two forces
+    along the way, the smooth one has the other among its shapes.
     """
     fit = question.fits[simpler]
     if acts_on_motion(fit, simpler) and acts_on_motion(question.fits[key], key):
         return True
+    price = max(question.fits[key].evidence - question.base.evidence - evidence[key], 0.0)
     fit = of_laws.get(simpler, fit)
-    return refit_with(fit, key).evidence - fit.evidence <= MARGIN
+    return refit_with(fit, key).evidence - fit.evidence - price <= MARGIN
 
 
 def acts_on_motion(fit: Refit, key: str) -> bool:

@@ -172,10 +172,11 @@ def _wider(
 def held_out_gain(wider: Refit, base: Refit) -> float:
     """What a model gains over another on held-out records (nats)."""
     groups = choose_groups(base.observations, wider.posterior.effects)
-    asked = [fit for fit in (wider, base) if groups.by not in fit.kept]
+    key = f"held out {groups.fits.tobytes().hex()}"
+    asked = [fit for fit in (wider, base) if key not in fit.kept]
     for fit, held_out in zip(asked, spread_map(_held_out, groups, asked), strict=True):
-        fit.kept[groups.by] = held_out
-    return float(np.sum(wider.kept[groups.by] - base.kept[groups.by]))
+        fit.kept[key] = held_out
+    return float(np.sum(wider.kept[key] - base.kept[key]))
 
 
 def _held_out(groups: HeldOut, fit: Refit) -> Floats:

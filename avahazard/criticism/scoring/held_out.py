@@ -241,11 +241,17 @@ def choose_groups(observations: Observations, effects: Sequence[Effect] = ()) ->
     """Whole paths where there are three or more, else five folds of events drawn at random.
 
     Folds as well where some of the `effects` act on single paths: what happens at a place of one
-    path, or its offset, cannot be predicted by others.
+    path, or its offset, cannot be predicted by others. Where some are of winters or storms, which
+    do not come again but are common to paths, folds of whole winters, if there are so many.
     Of more than `MAX_FITS` paths several are left out together, in parts of like many events: each
     path is still predicted by a fit without any of its events, and with nearly all others.
     """
-    path = observations.columns.path_index
+    columns = observations.columns
+    path, winter = columns.path_index, np.unique(columns.winter, return_inverse=True)[1]
+    grouped = [e.groups(columns) for e in effects if isinstance(e, GroupEffect)]
+    if any(groups.alone for groups in grouped) and winter.max() >= N_FOLDS:
+        folds = gathered(winter, N_FOLDS)
+        return HeldOut("fold", folds, folds)
     by_path = len(np.unique(path[path >= 0])) >= MIN_PATHS
     if by_path and not any(_acts_on_single_paths(effect, observations) for effect in effects):
         return HeldOut("path", path, gathered(path))

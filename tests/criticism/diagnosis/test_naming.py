@@ -121,6 +121,21 @@ def test_declared_ones_come_before_those_of_more_evidence(
     assert named.missing == ("release-elevation",)
 
 
+@pytest.mark.parametrize(("more", "named"), [(9.0, "interaction:wind*new"), (5.0, "season")])
+def test_a_pair_pays_for_its_choice_beside_a_column_too(
+    base: Refit, monkeypatch: pytest.MonkeyPatch, more: float, named: str
+) -> None:
+    """Of 12 nats of evidence the pair pays 4 for being one of many."""
+    monkeypatch.setattr(naming, "held_out_gain", lambda *_given: 1.0)
+    both = replace(base, evidence=base.evidence + more)
+    monkeypatch.setattr(naming, "refit_with", lambda *_given: both)
+    ranked = [screened("interaction:wind*new"), screened("season")]
+    evidence = {"interaction:wind*new": 8.0, "season": 7.0}
+    pair = replace(base, evidence=base.evidence + 12.0)
+    question = Question(base, {"interaction:wind*new": pair, "season": base}, NONE)
+    assert name_effects(question, ranked, evidence).missing == (named,)
+
+
 @pytest.mark.parametrize(("more", "named"), [(9.0, "snow-type"), (1.0, "observation-limit")])
 def test_a_limit_comes_last(
     base: Refit, monkeypatch: pytest.MonkeyPatch, more: float, named: str

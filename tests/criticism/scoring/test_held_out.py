@@ -47,6 +47,19 @@ def test_events_are_held_out_where_each_path_has_an_offset(key: str, by: str) ->
     assert choose_groups(observations, [definition(key).build(facts)]).by == by
 
 
+def test_whole_winters_are_held_out_where_paths_share_winters() -> None:
+    observations = build_observations(slopes(n_paths=6))
+    n = observations.n_events
+    winter = np.append(1990.0 + np.arange(n - 2) % 8, [np.nan, np.nan])
+    observations = replace(observations, columns=replace(observations.columns, winter=winter))
+    effect = definition("winter-effect").build({"winters": ["winter:1991"]})
+    held = choose_groups(observations, [effect])
+    assert (held.by, len(np.unique(held.groups))) == ("fold", 5)
+    for year in np.unique(winter[:-2]):
+        assert len(np.unique(held.groups[winter == year])) == 1
+    assert choose_groups(observations).by == "path"
+
+
 def test_many_paths_are_held_out_in_parts_of_like_size() -> None:
     rng = np.random.default_rng(3)
     groups = rng.permutation(np.repeat(np.arange(60), rng.integers(1, 30, 60)))
