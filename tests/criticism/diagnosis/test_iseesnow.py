@@ -54,7 +54,7 @@ def test_friction_alone_is_adequate(shared_data: Path) -> None:
 
 @pytest.mark.slow
 def test_drag_is_named_alone(shared_data: Path, database: str) -> None:
-    """From where `calibrate` ends: the smooth has two modes as high, of which one hides the drag."""
+    """From where `calibrate` ends: a smooth has two modes as high, of which one hides the drag."""
     run = command_line(database)
     for words in (("import", str(shared_data / "iseesnow-voellmy")), ("calibrate", "base")):
         assert run(*words).exit_code == 0
