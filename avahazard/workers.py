@@ -10,7 +10,6 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from itertools import starmap
 from typing import Any, TypeVar
 
 T = TypeVar("T")
@@ -54,14 +53,16 @@ def one_worker() -> Iterator[None]:
 
 
 def ordered_map(function: Callable[..., T], *items: Iterable[Any]) -> Iterator[T]:
-    """As `map`, by the workers that are idle; results come in the order of the items.
+    """As `map`, by the workers that are idle; each result comes as soon as those before it.
 
-    `function` must not care for who else runs, so that any number of workers gives the same.
+    Inside a worker they come when all are there. `function` must not care for who else runs, so
+    that any number of workers gives the same.
     """
+    if n_workers() < 2:
+        return map(function, *items)
+    if not inside_worker():
+        return pool().map(function, *items)
     given = list(zip(*items, strict=False))
-    n, inside = min(n_workers(), len(given)), inside_worker()
-    if n < 2:
-        return starmap(function, given)
     found: dict[int, T] = {}
     left = iter(range(len(given)))
 
@@ -69,11 +70,10 @@ def ordered_map(function: Callable[..., T], *items: Iterable[Any]) -> Iterator[T
         for k in left:
             found[k] = function(*given[k])
 
-    helpers = [pool().submit(work) for _ in range(n - inside)]
-    if inside:
-        work()
+    helpers = [pool().submit(work) for _ in range(min(n_workers(), len(given)) - 1)]
+    work()
     for helper in helpers:
-        if not (inside and helper.cancel()):
+        if not helper.cancel():
             helper.result()
     return (found[k] for k in range(len(given)))
 

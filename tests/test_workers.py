@@ -17,6 +17,15 @@ def test_results_come_in_the_order_of_the_items() -> None:
     assert list(ordered_map(pow, range(40), [2] * 40)) == [k * k for k in range(40)]
 
 
+def test_each_result_comes_as_soon_as_those_before_it() -> None:
+    set_workers(2)
+    seen = threading.Event()
+    results = ordered_map(lambda k: k == 0 or seen.wait(10.0), range(2))
+    assert next(results)
+    seen.set()
+    assert next(results)
+
+
 def test_as_many_run_side_by_side_as_were_asked_for() -> None:
     set_workers(3)
     together = threading.Barrier(3, timeout=10.0)  # breaks unless three arrive

@@ -39,7 +39,8 @@ from tests.workflow.worlds import height
 
 N_POINTS = 400
 PROFILE_BYTES = 2 * 8 * N_POINTS
-FEW, MANY = 20, 50
+FEW, MANY = 50, 100
+"""Paths: of fewer the grid on which yearly maxima are fitted decides the peak."""
 AT_ONCE = 10
 ASKED = HazardRequest(return_periods=[30.0])
 
