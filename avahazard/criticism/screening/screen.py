@@ -22,7 +22,7 @@ from avahazard.criticism.screening.linear_model import NOTHING, LinearModel, lin
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.change import ALL, change
 from avahazard.effects.columns import FALL_HEIGHT, ORIENTATION
-from avahazard.effects.covariate import RELEASE, VOLUME, covariate, scatter_by
+from avahazard.effects.covariate import RELEASE, VOLUME, covariate, line_of, scatter_by
 from avahazard.effects.effect import Definition, Effect, FrictionEffect
 from avahazard.effects.pairs import interaction
 from avahazard.inference.likelihood.posterior import Posterior
@@ -328,7 +328,7 @@ def _blocks(entry: Definition, model: LinearModel) -> Iterator[Block]:
             if other.name != posterior.specification.law and other.uses_volume:
                 rows = model.on_friction(_other_law(other, model)[:, None])
                 yield Block(entry.key, rows, np.ones(1), NOTHING)
-        yield _smooth_law(entry.key, model)
+        yield from _smooth_law(entry.key, model)
     elif entry.changes.field == "scatter":
         volume = np.exp(posterior.volumes(model.u).mean)
         share = volume_share(volume, float(np.quantile(volume, 0.9)))
@@ -357,15 +357,17 @@ def _other_law(other: Law, model: LinearModel) -> Floats:
     return apart(fitted.x)
 
 
-def _smooth_law(key: str, model: LinearModel) -> Block:
+def _smooth_law(key: str, model: LinearModel) -> Iterator[Block]:
     """Any curve over the volume: what is far from this law no other one shows near it."""
     observations = model.posterior.observations
     there = replace(observations.columns, log_volume=model.posterior.volumes(model.u).mean)
+    if line_of(there, VOLUME) is None:
+        return
     smooth = covariate(VOLUME)
     effect = smooth.build(smooth.facts(there, observations.sites))
     assert isinstance(effect, FrictionEffect)
     precision = np.array([p.prior_sd**-2.0 for p in effect.parameters])
-    return Block(key, model.on_friction(effect.design(there)), precision, NOTHING)
+    yield Block(key, model.on_friction(effect.design(there)), precision, NOTHING)
 
 
 def _of_effect(effect: Effect, model: LinearModel) -> Iterator[Block]:

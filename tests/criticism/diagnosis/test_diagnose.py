@@ -171,3 +171,9 @@ def test_errors_of_the_volumes_do_not_pass_for_scatter() -> None:
     assert found.result.missing[0] == "volume-error"
     # Scatter that grows with volume looks alike: it may be said, never alone.
     assert set(found.result.missing) <= {"volume-error", "volume-scatter"}
+
+
+def test_two_events_show_nothing() -> None:
+    found = diagnose(build_observations(lengths(2)), Specification(), {})
+    assert found.result.verdict == "adequate"
+    assert found.result.cannot_tell
