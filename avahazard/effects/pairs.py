@@ -6,7 +6,7 @@ By their product, a change beyond limits of both, or a line in one beyond a limi
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import product
-from operator import itemgetter
+from typing import NamedTuple
 
 import numpy as np
 
@@ -173,6 +173,15 @@ def _ways_of_pair(one: str, other: str, columns: EventColumns, sites: Sites) -> 
     return [_facts_pair(one, other, columns, sites), *regions]
 
 
+class _Best(NamedTuple):
+    """Of the best of `n` regions its gain (nats) and facts; the gain of the best limit alone."""
+
+    gain: float
+    facts: Facts
+    alone: float
+    n: int
+
+
 def _likeliest_pair(one: str, other: str, columns: EventColumns, sites: Sites) -> Facts:
     """The way that explains H/L best, volume and path taken off (least squares, with its price).
 
@@ -197,11 +206,10 @@ def _likeliest_pair(one: str, other: str, columns: EventColumns, sites: Sites) -
     def explains(values: Floats) -> Floats:
         return np.asarray((ratio @ values) ** 2 / np.maximum(np.sum(values**2, axis=0), 1e-9))
 
-    def best_of(limits: Limits) -> tuple[float, Facts, float, int]:
-        """Of the best region the gain and facts, the gain of the best limit alone, how many."""
+    def best_of(limits: Limits) -> _Best:
         facts, there, along, alone = _regions(one, other, columns, limits)
         if not facts:
-            return -np.inf, both, -np.inf, 1
+            return _Best(-np.inf, both, -np.inf, 1)
         there, along, alone = left(there[use]), left(along[use]), left(alone[use])
         of_step, n, all_of_it = explains(there), there.shape[1] - along.shape[1], ratio @ ratio
         last = there[:, n:]
@@ -209,13 +217,13 @@ def _likeliest_pair(one: str, other: str, columns: EventColumns, sites: Sites) -
         of_line = of_step[n:] + explains(along - last * np.sum(last * along, axis=0) / size)
         gains = np.append(nats(all_of_it - of_step[:n], 1), nats(all_of_it - of_line, 2))
         best, by_one = int(np.argmax(gains)), np.max(nats(all_of_it - explains(alone), 1))
-        return float(gains[best]), facts[best], float(by_one), len(facts)
+        return _Best(float(gains[best]), facts[best], float(by_one), len(facts))
 
     coarse = best_of(_at_shares(FINE_LIMITS, columns))
-    fine = best_of(_near(coarse[1], columns)) if "region" in coarse[1] else coarse
-    gain, region, *_ = max(coarse, fine, key=itemgetter(0))
-    simpler = max(float(nats(beside @ beside, design.shape[1])), coarse[2], fine[2])
-    return region if gain - simpler > np.log(coarse[3]) + SHARPER else both
+    fine = best_of(_near(coarse.facts, columns)) if coarse.facts is not both else coarse
+    best = max(coarse, fine, key=lambda found: found.gain)
+    simpler = max(float(nats(beside @ beside, design.shape[1])), coarse.alone, fine.alone)
+    return best.facts if best.gain - simpler > np.log(coarse.n) + SHARPER else both
 
 
 def _region_seen(one: str, other: str, columns: EventColumns, sites: Sites) -> Note | None:

@@ -121,14 +121,19 @@ def test_declared_ones_come_before_those_of_more_evidence(
     assert named.missing == ("release-elevation",)
 
 
+def beside_another(monkeypatch: pytest.MonkeyPatch, base: Refit, more: float) -> None:
+    """Let every candidate gain on held-out records, and have `more` evidence beside another."""
+    monkeypatch.setattr(naming, "held_out_gain", lambda *_given: 1.0)
+    both = replace(base, evidence=base.evidence + more)
+    monkeypatch.setattr(naming, "refit_with", lambda *_given: both)
+
+
 @pytest.mark.parametrize(("more", "named"), [(9.0, "interaction:wind*new"), (5.0, "season")])
 def test_a_pair_pays_for_its_choice_beside_a_column_too(
     base: Refit, monkeypatch: pytest.MonkeyPatch, more: float, named: str
 ) -> None:
     """Of 12 nats of evidence the pair pays 4 for being one of many."""
-    monkeypatch.setattr(naming, "held_out_gain", lambda *_given: 1.0)
-    both = replace(base, evidence=base.evidence + more)
-    monkeypatch.setattr(naming, "refit_with", lambda *_given: both)
+    beside_another(monkeypatch, base, more)
     ranked = [screened("interaction:wind*new"), screened("season")]
     evidence = {"interaction:wind*new": 8.0, "season": 7.0}
     pair = replace(base, evidence=base.evidence + 12.0)
@@ -141,9 +146,7 @@ def test_a_limit_comes_last(
     base: Refit, monkeypatch: pytest.MonkeyPatch, more: float, named: str
 ) -> None:
     """Snow has `more` evidence beside the limit, which leads."""
-    monkeypatch.setattr(naming, "held_out_gain", lambda *_given: 1.0)
-    both = replace(base, evidence=base.evidence + more)
-    monkeypatch.setattr(naming, "refit_with", lambda *_given: both)
+    beside_another(monkeypatch, base, more)
     ranked = [screened("observation-limit"), screened("snow-type"), screened("season")]
     evidence = {"observation-limit": 19.0, "snow-type": 8.0, "season": 2.0}
     question = Question(base, dict.fromkeys(evidence, base), NONE)
