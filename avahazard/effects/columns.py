@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from datetime import date
+from math import comb
 from typing import Any
 
 import numpy as np
@@ -232,3 +233,15 @@ def friction_by_paths(columns: EventColumns) -> tuple[Bools, Floats, Floats]:
     volume = np.nan_to_num(columns.log_volume[use], nan=mean)
     rest = np.column_stack([groups, volume]).astype(np.float64)
     return use, np.log(columns.height_over_length[use]), rest
+
+
+def where_it_acts(paths: Sequence[str], nats: Callable[[Sequence[str]], float]) -> list[str]:
+    """The paths on which something acts by itself, of those on which it may.
+
+    `nats` says what it explains on some of them, its parameters paid for. Those on which it
+    explains most come first; which and how many they are has a price too.
+    """
+    ranked = sorted(paths, key=lambda path: -nats([path]))
+    first = [ranked[:n] for n in range(1, len(ranked) + 1)]
+    worth = [nats(some) - np.log(comb(len(paths), len(some))) for some in first]
+    return sorted(first[int(np.argmax(worth))])

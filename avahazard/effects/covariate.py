@@ -29,7 +29,7 @@ from avahazard.notes import Note
 from avahazard.records.meanings import plain_word
 
 PREFIX = "covariate:"
-VOLUME, RELEASE = "volume_m3", "release_elevation_m"
+VOLUME, RELEASE, PATH_ID = "volume_m3", "release_elevation_m", "path_id"
 N_KNOTS, N_PLACES = 5, 41
 MIN_EVENTS = 20
 LINEAR_SD, CURVED_SD = 0.2, 0.1
@@ -179,6 +179,8 @@ MOST_NAMED = 5
 def text_column(columns: EventColumns, name: str) -> NDArray[np.str_] | None:
     """A column of text, or of numbers as text; None if there is none."""
     numbers = {**columns.made, **columns.numbers}.get(name)
+    if name == PATH_ID:
+        return np.array([*columns.paths, ""])[columns.path_index]
     if name == "section" or numbers is None:
         return {**columns.texts, "section": columns.section}.get(name)
     return np.array(["" if np.isnan(v) else f"{v:g}" for v in numbers])

@@ -1,6 +1,7 @@
 """What one column does depends on another.
 
-By their product, a change beyond limits of both, or a line in one beyond a limit of the other.
+By their product, a change beyond limits of both, or a line in one beyond a limit of the other. Or
+on the path: one column acts on some of them.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,11 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from avahazard.arrays import Floats
-from avahazard.effects.columns import EventColumns, friction_by_paths
+from avahazard.effects.columns import EventColumns, friction_by_paths, where_it_acts
 from avahazard.effects.covariate import (
     LEAST_SD,
     LINEAR_SD,
     MIN_EVENTS,
+    PATH_ID,
     VOLUME,
     design_of,
     known_numbers,
@@ -54,13 +56,19 @@ def columns_of_pair(key: str) -> list[str]:
 
 
 def interaction(pair: str) -> Definition:
-    """The effect of `A*B`, two columns, the second perhaps `volume_m3`."""
+    """The effect of `A*B`, two columns, the second perhaps `volume_m3` or `path_id`."""
     one, _, other = pair.partition("*")
+    if other == PATH_ID:
+        fitted = f"the paths. Fitted is {one} by itself on each path where it matters."
+    else:
+        fitted = (
+            f"{other}: it matters for some avalanches and not for others. Fitted are both columns "
+            "and their product, a change where both are beyond a limit, or a line in one column "
+            "beyond a limit of the other."
+        )
     return Definition(
         key=INTERACTION + pair,
-        meaning=f"What {one} does to friction depends on {other}: it matters for some avalanches "
-        "and not for others. Fitted are both columns and their product, a change where both are "
-        "beyond a limit, or a line in one column beyond a limit of the other.",
+        meaning=f"What {one} does to friction depends on {fitted}",
         needs=f"columns {one} and {other}",
         build=partial(_build_pair, one, other),
         lacking=partial(_lacking_pair, one, other),
@@ -95,8 +103,16 @@ def _facts_pair(one: str, other: str, columns: EventColumns, _sites: Sites) -> F
         if line is not None:
             found[name] = line
         elif level_lacking(name, columns) is None:
-            found[name] = {"levels": level_facts(name, columns, most=MOST_LEVELS)["levels"]}
+            most_common = level_facts(name, columns, most=MOST_LEVELS)["levels"]
+            found[name] = {"levels": _common(name, columns) if name == PATH_ID else most_common}
     return found
+
+
+def _common(name: str, columns: EventColumns) -> list[str]:
+    """Levels of a column of texts with enough events."""
+    texts = text_column(columns, name)
+    assert texts is not None
+    return [k for k, n in level_counts(texts).items() if n >= MIN_LEVEL]
 
 
 Limits = Callable[[str], Floats]
@@ -135,10 +151,7 @@ def _regions(
     for name in (one, other):
         line = line_of(columns, name)
         if line is None:
-            found = text_column(columns, name)
-            assert found is not None
-            common = [k for k, n in level_counts(found).items() if n >= MIN_LEVEL]
-            bounds: list[Facts] = [{"levels": [k]} for k in common]
+            bounds: list[Facts] = [{"levels": [k]} for k in _common(name, columns)]
         else:
             at = limits(name).tolist()
             bounds = [{side: limit} for side in ("over", "under") for limit in at]
@@ -168,7 +181,9 @@ def _regions(
 
 
 def _ways_of_pair(one: str, other: str, columns: EventColumns, sites: Sites) -> list[Facts]:
-    """The columns with their product, then regions."""
+    """The columns with their product, then regions; or one column on every path."""
+    if other == PATH_ID:
+        return [_facts_pair(one, other, columns, sites)]
     regions, *_ = _regions(one, other, columns, _at_shares(LIMITS, columns))
     return [_facts_pair(one, other, columns, sites), *regions]
 
@@ -185,7 +200,8 @@ class _Best(NamedTuple):
 def _likeliest_pair(one: str, other: str, columns: EventColumns, sites: Sites) -> Facts:
     """The way that explains H/L best, volume and path taken off (least squares, with its price).
 
-    Where that is a region, with the best of the finest limits.
+    Where that is a region, with the best of the finest limits. Of a column that acts by path, on
+    those paths where it matters.
     """
     both = _facts_pair(one, other, columns, sites)
     use, ratio, rest = friction_by_paths(columns)
@@ -196,12 +212,21 @@ def _likeliest_pair(one: str, other: str, columns: EventColumns, sites: Sites) -
     def left(values: Floats) -> Floats:
         return np.asarray(values - basis @ (basis.T @ values))
 
-    ratio, design = left(ratio), left(_build_pair(one, other, both).design(columns)[use])
-    beside = ratio - design @ np.linalg.lstsq(design, ratio, rcond=None)[0]
+    ratio = left(ratio)
 
     def nats(left_over: Floats, n: int) -> Floats:
         fit = np.log(np.maximum(left_over, 1e-12))
         return np.asarray(-0.5 * len(ratio) * fit - 0.5 * np.log(len(ratio)) * n)
+
+    def by_product(facts: Facts) -> float:
+        design = left(_build_pair(one, other, facts).design(columns)[use])
+        beside = ratio - design @ np.linalg.lstsq(design, ratio, rcond=None)[0]
+        return float(nats(beside @ beside, design.shape[1]))
+
+    if other == PATH_ID:
+        paths = both[other]["levels"]
+        on = where_it_acts(paths, lambda some: by_product({**both, other: {"levels": some}}))
+        return {**both, other: {"levels": on}}
 
     def explains(values: Floats) -> Floats:
         return np.asarray((ratio @ values) ** 2 / np.maximum(np.sum(values**2, axis=0), 1e-9))
@@ -222,7 +247,7 @@ def _likeliest_pair(one: str, other: str, columns: EventColumns, sites: Sites) -
     coarse = best_of(_at_shares(FINE_LIMITS, columns))
     fine = best_of(_near(coarse.facts, columns)) if coarse.facts is not both else coarse
     best = max(coarse, fine, key=lambda found: found.gain)
-    simpler = max(float(nats(beside @ beside, design.shape[1])), coarse.alone, fine.alone)
+    simpler = max(by_product(both), coarse.alone, fine.alone)
     return best.facts if best.gain - simpler > np.log(coarse.n) + SHARPER else both
 
 
@@ -230,6 +255,8 @@ def _region_seen(one: str, other: str, columns: EventColumns, sites: Sites) -> N
     if _lacking_pair(one, other, columns, sites):
         return None
     facts = _likeliest_pair(one, other, columns, sites)
+    if other == PATH_ID:
+        return Note("on_paths", column=one, paths=facts[other]["levels"])
     if "region" not in facts:
         return None
     n = int(np.sum(_build_pair(one, other, facts).design(columns)[:, 0]))
@@ -277,7 +304,7 @@ def _build_region(one: str, other: str, facts: Facts) -> FrictionEffect:
 def _build_pair(one: str, other: str, facts: Facts) -> FrictionEffect:
     if "region" in facts:
         return _build_region(one, other, facts)
-    alone = [name for name in (one, other) if name != VOLUME]
+    alone = [name for name in (one, other) if name != VOLUME and other != PATH_ID]
 
     def design(columns: EventColumns) -> Floats:
         parts = {name: design_of(name, facts[name], columns) for name in (one, other)}
@@ -295,5 +322,7 @@ def _build_pair(one: str, other: str, facts: Facts) -> FrictionEffect:
         return [Parameter("*".join(some), "log friction", 0.0, 0.0, sd) for some in every]
 
     each = [parameter for name in alone for parameter in parameters(name)]
-    key = f"{INTERACTION}{one}*{other}"
-    return FrictionEffect(key, (*each, *parameters(one, other)), design=design)
+    key, both = f"{INTERACTION}{one}*{other}", parameters(one, other)
+    on = facts[other]["levels"] if other == PATH_ID else []
+    paths = tuple(on * (len(both) // max(len(on), 1)))
+    return FrictionEffect(key, (*each, *both), design=design, paths=paths)

@@ -238,6 +238,21 @@ def change_on_all(world: World) -> dict[str, Any]:
     return {"log_mu": 0.18, "winter": 1992}
 
 
+def change_on_three(world: World) -> dict[str, Any]:
+    """From the winter of 1990 on three of the paths have more friction."""
+    there = np.isin(world.path, _most_used(world)[1:8:3])
+    world.log_mu += 0.3 * (there & (world.winter >= 1990))
+    return {"log_mu": 0.3, "paths": _most_used(world)[1:8:3].tolist(), "winter": 1990}
+
+
+def wind_on_three(world: World) -> dict[str, Any]:
+    """Friction falls with wind on three of the paths, and not elsewhere."""
+    there = np.isin(world.path, _most_used(world)[1:8:3])
+    wind = np.asarray(world.columns["wind_m_s"], float)
+    world.log_mu -= 0.2 * there * (wind - 7.0) / 4.0
+    return {"log_mu": -0.2, "per_m_s": 4.0, "paths": _most_used(world)[1:8:3].tolist()}
+
+
 def wide_in_wet_snow(world: World) -> dict[str, Any]:
     """The scatter is three times as wide in wet snow."""
     world.scatter *= np.where(world.columns["snow_type"] == "wet", 2.1, 0.7)
@@ -357,6 +372,10 @@ ARMS: dict[str, Arm] = {
     ),
     "change on a path": Arm(change_on_a_path, ("change:HERE",), ("path:HERE", *ON_A_PATH)),
     "change on all paths": Arm(change_on_all, ("change:all",), ("covariate:year",)),
+    "change on three paths": Arm(change_on_three, ("change:several",), ("change:HERE", *ON_A_PATH)),
+    "wind on three paths": Arm(
+        wind_on_three, ("interaction:wind_m_s*path_id",), ("covariate:wind_m_s", *ON_A_PATH)
+    ),
     "wide in wet snow": Arm(wide_in_wet_snow, ("scatter:snow_type",)),
     "two kinds": Arm(two_kinds, ("two-kinds",)),
     "null": Arm(nothing),

@@ -24,8 +24,8 @@ column, pair of columns and path that your data have. `COLUMN` and `OTHER` stand
 records or one that is counted from them: `order_in_winter` (avalanches of the path in that winter,
 from 1), `days_since_last`, `avalanches_nearby` (others at the location within 3 days) and
 `volume_in_winter` (log of what came down before); and of a path `catchment_ha`, `northness` and
-`eastness` (cosine and sine of its orientation). `OTHER` may be `volume_m3`; `PATH` is a path, of
-a change also `all`.
+`eastness` (cosine and sine of its orientation). `OTHER` may be `volume_m3` or `path_id`; `PATH` is
+a path, of a change also `several` or `all`.
 """
 
 MADE = (

@@ -94,3 +94,29 @@ def test_few_dated_events_have_no_date_of_change(key: str, n: int) -> None:
     assert definition(key).lacking(table(n=n + 2), ()) is None
     undated = replace(table(), day=np.full(N, np.nan), year=np.full(N, np.nan))
     assert definition(key).lacking(undated, ()) == "fewer than 10 dated events"
+
+
+def test_several_paths_change_by_amounts_of_their_own() -> None:
+    years = np.arange(240) // 6
+    rng = np.random.default_rng(5)
+    events = [Event(f"e{k}", f"P{k % 6}", f"{1960 + y}-03-01") for k, y in enumerate(years)]
+    on = np.isin(np.arange(240) % 6, [1, 4])
+    ratio = np.exp(-0.8 + 0.3 * (on & (years >= 20)) + 0.1 * rng.standard_normal(240))
+    paths = {name: Path(name) for name in ("P0", "P1", "P2", "P3", "P4", "P5")}
+    columns = build_columns(events, paths, np.full(240, 900.0), ratio)
+    entry = definition("change:several")
+    facts = entry.facts(columns, ())
+    assert facts["paths"] == ["P1", "P4"]
+    made = entry.build(facts)
+    assert isinstance(made, FrictionEffect)
+    assert [p.name for p in made.parameters] == list(made.paths) == ["P1", "P4"]
+    after = (years >= 20) & (np.abs(facts["from_year"] - 1980.0) < 1.0)
+    expected = np.column_stack([(np.arange(240) % 6 == k) & after for k in (1, 4)])
+    assert np.array_equal(made.design(columns), expected)
+    note = entry.seen_in(columns, ())
+    assert note is not None
+    assert "On P1 and P4 the records differ most before and after" in note
+    assert entry.alternatives is not None
+    assert entry.alternatives(columns, ())[0]["paths"] == [f"P{k}" for k in range(6)]
+    few = build_columns(events[:54], paths, np.full(54, 900.0), ratio[:54])
+    assert entry.lacking(few, ()) == "fewer than 10 dated events on each of two paths"

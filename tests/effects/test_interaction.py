@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -184,3 +185,48 @@ def test_every_region_has_enough_events_in_it_and_beside_it() -> None:
     names = {p.name for facts in regions for p in entry.build(facts).parameters}
     volume = np.exp(np.quantile(table().log_volume, 0.5))
     assert f"snow=dry*volume_m3<{volume:.4g}" in names
+
+
+def on_paths(acts: Sequence[int], text: bool = False) -> EventColumns:
+    """240 events on 6 paths; on some of these friction falls with the cold, or is low if wet."""
+    rng, path = np.random.default_rng(8), np.arange(240) % 6
+    cold, wet = rng.standard_normal(240), rng.uniform(size=240) < 0.4
+    found = event_table(cold=cold.tolist(), snow=np.where(wet, "wet", "dry").tolist())
+    there = np.isin(path, acts)
+    change = -0.3 * wet if text else -0.15 * cold
+    ratio = np.exp(-0.8 + 0.05 * path + there * change + 0.1 * rng.standard_normal(240))
+    names = tuple(f"P{k}" for k in range(6))
+    return replace(found, paths=names, path_index=path, height_over_length=ratio)
+
+
+@pytest.mark.parametrize("acts", [(2, 5), (0, 1, 2, 3, 4, 5)])
+def test_a_column_acts_on_some_paths(acts: tuple[int, ...]) -> None:
+    columns, entry = on_paths(acts), definition("interaction:cold*path_id")
+    assert entry.lacking(columns, ()) is None
+    made = entry.build(entry.facts(columns, ()))
+    assert isinstance(made, FrictionEffect)
+    assert list(made.paths) == [f"P{k}" for k in acts]
+    assert [p.name for p in made.parameters] == [f"cold*path_id=P{k}" for k in acts]
+    cold = spreads(columns.numbers["cold"])
+    expected = np.column_stack([cold * (columns.path_index == k) for k in acts])
+    np.testing.assert_allclose(made.design(columns), expected)
+    note = entry.seen_in(columns, ())
+    assert note is not None
+    assert note.startswith("Friction varies with cold on P")
+
+
+def test_a_level_acts_on_some_paths() -> None:
+    columns, entry = on_paths((1, 3), text=True), definition("interaction:snow*path_id")
+    made = entry.build(entry.facts(columns, ()))
+    assert isinstance(made, FrictionEffect)
+    assert [p.name for p in made.parameters] == [f"snow=wet*path_id=P{k}" for k in (1, 3)]
+    wet = columns.texts["snow"] == "wet"
+    expected = np.column_stack([wet & (columns.path_index == k) for k in (1, 3)])
+    assert np.array_equal(made.design(columns), expected)
+
+
+def test_what_is_the_same_along_a_path_does_not_depend_on_the_path() -> None:
+    columns = on_paths((2,))
+    of_path = replace(columns, numbers={"area": columns.path_index.astype(float)})
+    lacks = definition("interaction:area*path_id").lacking(of_path, ())
+    assert lacks == "area and path_id do not vary apart from each other"

@@ -88,7 +88,7 @@ def _undeclared(
     limit = found[0].key
     others = [c for c in ranked if c.key != limit and evidence[c.key] > MARGIN]
     others = [c for c in others if not explains(limit, c.key)]
-    return leaders(others, evidence, question.fits) or (
+    return leaders(others, evidence, question.fits, explains=explains) or (
         [] if was_added_to(question.base) else found
     )
 
@@ -156,15 +156,18 @@ def _explains(
 ) -> bool:
     """Whether candidate `key` has too little evidence beside a simpler one, or the law of that.
 
-    Less what it pays for its choice among others, as in its `evidence` by itself. Of two forces
-    along the way, the smooth one has the other among its shapes.
+    Less what it pays for its choice among others, as in its `evidence` by itself, beyond what the
+    simpler one pays. Of two forces along the way, the smooth one has the other among its shapes.
     """
+
+    def price(of: str) -> float:
+        return max(question.fits[of].evidence - question.base.evidence - evidence[of], 0.0)
+
     fit = question.fits[simpler]
     if acts_on_motion(fit, simpler) and acts_on_motion(question.fits[key], key):
         return True
-    price = max(question.fits[key].evidence - question.base.evidence - evidence[key], 0.0)
-    fit = of_laws.get(simpler, fit)
-    return refit_with(fit, key).evidence - fit.evidence - price <= MARGIN
+    more, fit = max(price(key) - price(simpler), 0.0), of_laws.get(simpler, fit)
+    return refit_with(fit, key).evidence - fit.evidence - more <= MARGIN
 
 
 def acts_on_motion(fit: Refit, key: str) -> bool:

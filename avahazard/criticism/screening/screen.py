@@ -20,9 +20,9 @@ from scipy.special import gammaincc
 from avahazard.arrays import Floats, Ints
 from avahazard.criticism.screening.linear_model import NOTHING, LinearModel, linear_model
 from avahazard.effects.catalogue import catalogue
-from avahazard.effects.change import ALL, change
+from avahazard.effects.change import ALL, SEVERAL, change
 from avahazard.effects.columns import FALL_HEIGHT, ORIENTATION
-from avahazard.effects.covariate import RELEASE, VOLUME, covariate, line_of, scatter_by
+from avahazard.effects.covariate import PATH_ID, RELEASE, VOLUME, covariate, line_of, scatter_by
 from avahazard.effects.effect import Definition, Effect, FrictionEffect
 from avahazard.effects.pairs import interaction
 from avahazard.inference.likelihood.posterior import Posterior
@@ -234,8 +234,9 @@ def _pair(
 
 COMMON_COLUMNS = ("year", "deposit_length_m", VOLUME)
 """Columns that are not covariates of a file but may drive friction."""
-PAIRED = ("day_of_winter", RELEASE, VOLUME)
-"""What every record has that may decide whether a column matters: warmth does below a snow line."""
+PAIRED = ("day_of_winter", RELEASE, VOLUME, PATH_ID)
+"""What every record has that may decide whether a column matters: warmth does below a snow line,
+wind on lee slopes."""
 
 
 def candidate_definitions(
@@ -253,8 +254,8 @@ def candidate_definitions(
     pairs = [f"{one}*{other}" for one, other in combinations([*of_events, *PAIRED], 2)]
     made = [
         *map(interaction, pairs),
-        *map(scatter_by, of_events),
-        *map(change, [*columns.paths, ALL]),
+        *map(scatter_by, [*of_events, *PAIRED[:2]]),
+        *map(change, [*columns.paths, SEVERAL, ALL]),
     ]
     data = columns, observations.sites
     return [

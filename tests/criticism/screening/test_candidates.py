@@ -71,7 +71,7 @@ def test_without_a_profile_no_motion_can_be_told() -> None:
 def test_beyond_the_catalogue_stand_forces_dates_and_what_the_records_count() -> None:
     found = set(keys(studies.observations()))
     assert {f"force:{state}" for state in STATES} | {"force:speed"} <= found
-    assert "change:all" in found
+    assert {"change:all", "change:several"} <= found
     assert {"covariate:order_in_winter", "scatter:avalanches_nearby"} & found == set()
     assert "force:slope" not in keys(
         studies.observations(), Specification(effects=("force:slope",))
@@ -80,8 +80,9 @@ def test_beyond_the_catalogue_stand_forces_dates_and_what_the_records_count() ->
 
 def test_whether_a_column_matters_may_hang_on_what_every_record_has() -> None:
     found = set(keys(studies.observations()))
-    for other in ("day_of_winter", "release_elevation_m", "volume_m3"):
+    for other in ("day_of_winter", "release_elevation_m", "volume_m3", "path_id"):
         assert f"interaction:wind*{other}" in found
+    assert {"scatter:wind", "scatter:day_of_winter", "scatter:release_elevation_m"} <= found
 
 
 def test_a_limit_that_is_known_everywhere_is_no_candidate() -> None:
