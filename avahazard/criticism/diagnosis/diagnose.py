@@ -194,12 +194,13 @@ def beside_group(
 
 
 def _unsure(base: Refit, evidence: Mapping[str, float], missing: Sequence[str]) -> tuple[Note, ...]:
-    """That a detection limit has evidence which what is left over may have made up."""
+    """That a detection limit has evidence which what is left over, or missing, may have made up."""
+    note = "limit_unsure" if was_added_to(base) else "limit_later"
     return tuple(
-        Note("limit_unsure", effect=key, nats=nats)
+        Note(note, effect=key, nats=nats)
         for key, nats in evidence.items()
         if base.definition(key).says_what_is_seen and key not in missing
-        if nats > MARGIN and was_added_to(base)
+        if nats > MARGIN
     )
 
 
@@ -445,9 +446,12 @@ def columns_apart(question: Question, leader: str) -> tuple[Pair, Refit] | None:
     Or where the product of columns has no evidence of its own.
     """
     names, tried = columns_of_pair(leader), question.screening.candidates
-    keys = [
-        c.key for name in names for c in tried if name in (c.definition.column, c.definition.needs)
+    of_each = [
+        [c.key for c in tried if name in (c.definition.column, c.definition.needs)]
+        for name in names
     ]
+    # The screening has the likelier of a smooth and an effect of the catalogue first.
+    keys = [found[0] for found in of_each if found]
     fit = question.fits[leader]
     region = "region" in fit.facts[leader]
     if len(keys) != 2 or not (region or product_evidence(fit, leader) <= MARGIN):

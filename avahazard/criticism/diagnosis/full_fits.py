@@ -228,8 +228,9 @@ def _by_path(entry: Definition, observations: Observations) -> bool:
 
 
 def _fitted(candidate: Screened, gain: float) -> Screened:
-    """The candidate with what it gains once it is fitted."""
-    return replace(candidate, gain=gain, surprise=candidate.surprise_of(gain))
+    """The candidate with what it gains once fitted; too little for evidence surprises nobody."""
+    surprise = candidate.surprise_of(gain) if gain > WORTH_A_STAR else 0.0
+    return replace(candidate, gain=gain, surprise=surprise)
 
 
 def _alone(entry: Definition, fit: Refit, gain: float) -> Screened:

@@ -232,7 +232,7 @@ def _pair(
     return PairTest((tried[which[0]].key, tried[which[1]].key), p)
 
 
-COMMON_COLUMNS = ("year", "deposit_length_m", VOLUME)
+COMMON_COLUMNS = ("year", "deposit_length_m", RELEASE, VOLUME)
 """Columns that are not covariates of a file but may drive friction."""
 PAIRED = ("day_of_winter", RELEASE, VOLUME, PATH_ID)
 """What every record has that may decide whether a column matters: warmth does below a snow line,
