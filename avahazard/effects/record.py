@@ -51,7 +51,7 @@ def _epoch_bias(facts: Facts) -> ShiftEffect:
 EPOCH_BIAS = Definition(
     key="epoch-bias",
     meaning="Old records were made differently (from hearsay, from the valley, to the reach of "
-    "the powder). Before some year they lie systematically too high or too low. Volumes that were "
+    "the powder). Before some year they lie systematically too high or too low; volumes that were "
     "estimated otherwise before it look alike.",
     needs="date",
     build=_epoch_bias,

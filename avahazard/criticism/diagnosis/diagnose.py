@@ -450,7 +450,7 @@ def columns_apart(question: Question, leader: str) -> tuple[Pair, Refit] | None:
         [c.key for c in tried if name in (c.definition.column, c.definition.needs)]
         for name in names
     ]
-    # The screening has the likelier of a smooth and an effect of the catalogue first.
+    # Of a smooth and an effect of the catalogue the screening has the more surprising first.
     keys = [found[0] for found in of_each if found]
     fit = question.fits[leader]
     region = "region" in fit.facts[leader]
