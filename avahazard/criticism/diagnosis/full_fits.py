@@ -29,7 +29,12 @@ from avahazard.criticism.diagnosis.refits import (
     short_ascent,
 )
 from avahazard.criticism.scoring.where_it_fails import contrast_p, holm
-from avahazard.criticism.screening.screen import EXPECTED_SHARE, Screened, Screening
+from avahazard.criticism.screening.screen import (
+    EXPECTED_SHARE,
+    Screened,
+    Screening,
+    price_of_family,
+)
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.covariate import RELEASE, VOLUME, level_counts, number_column
 from avahazard.effects.effect import (
@@ -146,6 +151,11 @@ def fitted_in_full(
         fits |= refit_each(base, new, tell, likely, enough)
         gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in fits.items()}
         tested = [_fitted(c, gains[c.key]) if c.key in gains else c for c in tested]
+        # Too little for evidence surprises nobody, however rare it may be.
+        tested = [
+            replace(c, surprise=0.0) if gains.get(c.key, np.inf) < WORTH_A_STAR else c
+            for c in tested
+        ]
         tested.sort(key=lambda c: -c.surprise)
         # Beside one that promised much and gained little others may stand.
         asked, more = _worth_a_fit(
@@ -228,9 +238,8 @@ def _by_path(entry: Definition, observations: Observations) -> bool:
 
 
 def _fitted(candidate: Screened, gain: float) -> Screened:
-    """The candidate with what it gains once fitted; too little for evidence surprises nobody."""
-    surprise = candidate.surprise_of(gain) if gain > WORTH_A_STAR else 0.0
-    return replace(candidate, gain=gain, surprise=surprise)
+    """The candidate with what it gains once it is fitted."""
+    return replace(candidate, gain=gain, surprise=candidate.surprise_of(gain))
 
 
 def _alone(entry: Definition, fit: Refit, gain: float) -> Screened:
@@ -327,9 +336,8 @@ def evidence_gain(
     kinds of avalanche have prices of their own (docs/theory/criticism.md).
     """
     entry = candidate.definition
-    price = 0.0
-    if entry.beyond and entry.names_cause and entry.key not in expected:
-        price = np.log(sum(c.definition.family == entry.family for c in screening.candidates))
+    tried = [c.definition for c in screening.candidates]
+    price = 0.0 if entry.key in expected else price_of_family(entry, tried)
     fit = fits[candidate.key]
     if entry.alternatives is not None:
         price += np.log(ways_to_choose(fit, entry, entry.alternatives))

@@ -294,8 +294,8 @@ class Block(NamedTuple):
 
     They are the changes by the first of its parameters, which stand at `values`.
     `side` is 1 or -1 where its one coefficient can only be above or below 0; `on_friction`: it is
-    a column of log friction and nothing else. `price` (nats) is that of one of many regions of two
-    columns, which all together weigh as one candidate.
+    a column of log friction and nothing else. `price` (nats) is that of one of many of a kind, and
+    of one of many regions of two columns, which all together weigh as one candidate.
     """
 
     key: str
@@ -309,8 +309,20 @@ class Block(NamedTuple):
 
 def blocks(candidates: Sequence[Definition], model: LinearModel) -> list[Block]:
     """All candidates' columns; several blocks where something only shapes the effect."""
-    found = ordered_map(lambda entry: list(_blocks(entry, model)), candidates)
+
+    def of(entry: Definition) -> list[Block]:
+        price = price_of_family(entry, candidates)
+        return [b._replace(price=b.price + price) for b in _blocks(entry, model)]
+
+    found = ordered_map(of, candidates)
     return [b for b in chain.from_iterable(found) if np.any(b.columns)]
+
+
+def price_of_family(entry: Definition, candidates: Sequence[Definition]) -> float:
+    """Price (nats) of a cause that is one of many of a kind, which weigh as one together."""
+    if not (entry.beyond and entry.names_cause):
+        return 0.0
+    return float(np.log(sum(other.family == entry.family for other in candidates)))
 
 
 def _blocks(entry: Definition, model: LinearModel) -> Iterator[Block]:
