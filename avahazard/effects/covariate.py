@@ -110,21 +110,30 @@ def design_of(name: str, facts: Facts, columns: EventColumns) -> Floats:
     return spline_columns(values, knots, facts["centre"], facts["scale"])
 
 
-def _facts(column: str, columns: EventColumns, _sites: Sites) -> Facts:
-    line = line_of(columns, column)
+def smooth_of(columns: EventColumns, name: str) -> Facts | None:
+    """Centre, spread and knots of a column of numbers; None of one that has levels."""
+    line = line_of(columns, name)
     if line is None:
-        return level_facts(column, columns)
-    knots = np.unique(np.quantile(known_numbers(columns, column), np.linspace(0.05, 0.95, N_KNOTS)))
+        return None
+    knots = np.unique(np.quantile(known_numbers(columns, name), np.linspace(0.05, 0.95, N_KNOTS)))
     return {"knots": knots.tolist(), **line}
+
+
+def _facts(column: str, columns: EventColumns, _sites: Sites) -> Facts:
+    return smooth_of(columns, column) or level_facts(column, columns)
+
+
+def bends_of(facts: Facts) -> list[tuple[str, float]]:
+    """The departures of a smooth from its line by name, with their prior standard deviation."""
+    return [(f"bend_{k + 1}", CURVED_SD) for k in range(len(facts.get("knots", ())) - 2)]
 
 
 def _build(column: str, facts: Facts) -> FrictionEffect:
     if "levels" in facts:
         return level_effect(PREFIX + column, column, facts)
-    bends = [(f"bend_{k + 1}", CURVED_SD) for k in range(len(facts["knots"]) - 2)]
     parameters = tuple(
         Parameter(name, "log friction per sd", 0.0, 0.0, sd)
-        for name, sd in [("slope", LINEAR_SD), *bends]
+        for name, sd in [("slope", LINEAR_SD), *bends_of(facts)]
     )
     return FrictionEffect(PREFIX + column, parameters, partial(design_of, column, facts))
 

@@ -19,12 +19,14 @@ from avahazard.effects.covariate import (
     MIN_EVENTS,
     PATH_ID,
     VOLUME,
+    bends_of,
     design_of,
     known_numbers,
     level_counts,
     level_facts,
     level_lacking,
     line_of,
+    smooth_of,
     text_column,
 )
 from avahazard.effects.effect import MIN_LEVEL, Definition, Facts, FrictionEffect, Parameter, Sites
@@ -96,10 +98,15 @@ def _lacking_pair(one: str, other: str, columns: EventColumns, sites: Sites) -> 
 
 
 def _facts_pair(one: str, other: str, columns: EventColumns, _sites: Sites) -> Facts:
-    """Of each column its levels, or centre and spread; left out where it has no information."""
+    """Of each column its levels, or a line; left out where it has no information.
+
+    Of numbers beside levels of texts a smooth: they may matter beyond a limit that is soft.
+    """
     found: Facts = {}
+    lines = [line_of(columns, name) for name in (one, other)]
+    by_level = lines.count(None) == 1 and other != PATH_ID
     for name in (one, other):
-        line = line_of(columns, name)
+        line = smooth_of(columns, name) if by_level else line_of(columns, name)
         if line is not None:
             found[name] = line
         elif level_lacking(name, columns) is None:
@@ -312,14 +319,16 @@ def _build_pair(one: str, other: str, facts: Facts) -> FrictionEffect:
             [*(parts[name] for name in alone), _products(parts[one], parts[other])]
         )
 
-    def labels(name: str) -> list[str]:
+    def labels(name: str) -> list[tuple[str, float]]:
         levels = facts[name].get("levels")
-        return [name] if levels is None else [f"{name}={level}" for level in levels]
+        if levels is not None:
+            return [(f"{name}={level}", LEAST_SD) for level in levels]
+        bends = [(f"{name}.{bend}", sd) for bend, sd in bends_of(facts[name])]
+        return [(name, LINEAR_SD), *bends]
 
     def parameters(*names: str) -> list[Parameter]:
-        sd = LEAST_SD if any("levels" in facts[name] for name in names) else LINEAR_SD
-        every = product(*map(labels, names))
-        return [Parameter("*".join(some), "log friction", 0.0, 0.0, sd) for some in every]
+        made = [zip(*some, strict=True) for some in product(*map(labels, names))]
+        return [Parameter("*".join(n), "log friction", 0.0, 0.0, min(sd)) for n, sd in made]
 
     each = [parameter for name in alone for parameter in parameters(name)]
     key, both = f"{INTERACTION}{one}*{other}", parameters(one, other)

@@ -75,14 +75,20 @@ def test_of_many_levels_the_most_common_are_distinguished() -> None:
 
 def test_the_volume_is_in_the_law_already() -> None:
     made = effect("snow*volume_m3")
-    volume = spreads(table().log_volume)
+    # Beside levels a number acts as its smooth does: the limit beyond which it matters may be soft.
+    entry = definition("covariate:volume_m3")
+    smooth = entry.build(entry.facts(table(), ()))
+    assert isinstance(smooth, FrictionEffect)
+    bends = ["volume_m3", *(f"volume_m3.bend_{k}" for k in (1, 2, 3))]
+    of_volume = dict(zip(bends, smooth.design(table()).T, strict=True))
+    np.testing.assert_allclose(of_volume["volume_m3"], spreads(table().log_volume))
     names = [p.name for p in made.parameters]
     for i in range(N):
-        expected = {
-            name: (volume[i] if "*" in name else 1.0)
-            * (SNOW[i] == name.partition("*")[0].removeprefix("snow="))
-            for name in names
-        }
+        expected = {}
+        for name in names:
+            level, _, number = name.partition("*")
+            size = of_volume[number][i] if number else 1.0
+            expected[name] = size * (SNOW[i] == level.removeprefix("snow="))
         assert dict(zip(names, made.design(table())[i], strict=True)) == pytest.approx(expected)
     assert "volume_m3" not in names
     assert definition("interaction:snow*volume_m3").uses_volume
