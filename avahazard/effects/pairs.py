@@ -76,7 +76,7 @@ def interaction(pair: str) -> Definition:
         lacking=partial(_lacking_pair, one, other),
         facts=partial(_likeliest_pair, one, other),
         alternatives=partial(_ways_of_pair, one, other),
-        seen_in=partial(_region_seen, one, other),
+        seen_in=partial(_seen_in, one, other),
         event_columns=True,
         uses_volume=VOLUME in (one, other),
         beyond=2,
@@ -258,7 +258,7 @@ def _likeliest_pair(one: str, other: str, columns: EventColumns, sites: Sites) -
     return best.facts if best.gain - simpler > np.log(coarse.n) + SHARPER else both
 
 
-def _region_seen(one: str, other: str, columns: EventColumns, sites: Sites) -> Note | None:
+def _seen_in(one: str, other: str, columns: EventColumns, sites: Sites) -> Note | None:
     if _lacking_pair(one, other, columns, sites):
         return None
     facts = _likeliest_pair(one, other, columns, sites)
@@ -311,7 +311,7 @@ def _build_region(one: str, other: str, facts: Facts) -> FrictionEffect:
 def _build_pair(one: str, other: str, facts: Facts) -> FrictionEffect:
     if "region" in facts:
         return _build_region(one, other, facts)
-    alone = [name for name in (one, other) if name != VOLUME and other != PATH_ID]
+    alone = [] if other == PATH_ID else [name for name in (one, other) if name != VOLUME]
 
     def design(columns: EventColumns) -> Floats:
         parts = {name: design_of(name, facts[name], columns) for name in (one, other)}
@@ -332,6 +332,6 @@ def _build_pair(one: str, other: str, facts: Facts) -> FrictionEffect:
 
     each = [parameter for name in alone for parameter in parameters(name)]
     key, both = f"{INTERACTION}{one}*{other}", parameters(one, other)
-    on = facts[other]["levels"] if other == PATH_ID else []
-    paths = tuple(on * (len(both) // max(len(on), 1)))
-    return FrictionEffect(key, (*each, *both), design=design, paths=paths)
+    # The paths of the parameters, which turn fastest.
+    paths = facts[other]["levels"] * len(labels(one)) if other == PATH_ID else []
+    return FrictionEffect(key, (*each, *both), design=design, paths=tuple(paths))

@@ -240,17 +240,16 @@ def change_on_all(world: World) -> dict[str, Any]:
 
 def change_on_three(world: World) -> dict[str, Any]:
     """From the winter of 1990 on three of the paths have more friction."""
-    there = np.isin(world.path, _most_used(world)[1:8:3])
-    world.log_mu += 0.3 * (there & (world.winter >= 1990))
-    return {"log_mu": 0.3, "paths": _most_used(world)[1:8:3].tolist(), "winter": 1990}
+    paths = _most_used(world)[1:8:3]
+    world.log_mu += 0.3 * (np.isin(world.path, paths) & (world.winter >= 1990))
+    return {"log_mu": 0.3, "paths": paths.tolist(), "winter": 1990}
 
 
 def wind_on_three(world: World) -> dict[str, Any]:
     """Friction falls with wind on three of the paths, and not elsewhere."""
-    there = np.isin(world.path, _most_used(world)[1:8:3])
-    wind = np.asarray(world.columns["wind_m_s"], float)
-    world.log_mu -= 0.2 * there * (wind - 7.0) / 4.0
-    return {"log_mu": -0.2, "per_m_s": 4.0, "paths": _most_used(world)[1:8:3].tolist()}
+    paths, wind = _most_used(world)[1:8:3], np.asarray(world.columns["wind_m_s"], float)
+    world.log_mu -= 0.2 * np.isin(world.path, paths) * (wind - 7.0) / 4.0
+    return {"log_mu": -0.2, "per_m_s": 4.0, "paths": paths.tolist()}
 
 
 def wide_in_wet_snow(world: World) -> dict[str, Any]:

@@ -234,7 +234,9 @@ def _pair(
 
 COMMON_COLUMNS = ("year", "deposit_length_m", RELEASE, VOLUME)
 """Columns that are not covariates of a file but may drive friction."""
-PAIRED = ("day_of_winter", RELEASE, VOLUME, PATH_ID)
+WHEN_AND_WHERE = ("day_of_winter", RELEASE)
+"""What every record has of the snow's state."""
+PAIRED = (*WHEN_AND_WHERE, VOLUME, PATH_ID)
 """What every record has that may decide whether a column matters: warmth does below a snow line,
 wind on lee slopes."""
 
@@ -254,7 +256,7 @@ def candidate_definitions(
     pairs = [f"{one}*{other}" for one, other in combinations([*of_events, *PAIRED], 2)]
     made = [
         *map(interaction, pairs),
-        *map(scatter_by, [*of_events, *PAIRED[:2]]),
+        *map(scatter_by, [*of_events, *WHEN_AND_WHERE]),
         *map(change, [*columns.paths, SEVERAL, ALL]),
     ]
     data = columns, observations.sites
