@@ -70,8 +70,15 @@ class RunoutCurve:
 
     @property
     def discontinuous(self) -> Bools:
-        """Cells that are not straight (the rule above), `[…, n_friction - 1]`."""
-        return discontinuous_cells(self.x, self.status)
+        """Cells that must not be interpolated (the rule above), `[…, n_friction - 1]`."""
+        stopped, places = self.status == STOPPED, np.where(np.isfinite(self.x), self.x, 0.0)
+        moving = stopped[..., 1:] & stopped[..., :-1]
+        gap = np.where(moving, np.abs(np.diff(places, axis=-1)), -1.0)
+        none = np.full((*gap.shape[:-1], 1), -1.0)
+        padded = np.concatenate([none, gap, none], axis=-1)
+        beside = np.maximum(padded[..., :-2], padded[..., 2:])
+        jump = (beside >= 0.0) & (gap > JUMP_FACTOR * beside)
+        return np.asarray(~moving | jump)
 
     @property
     def jumps(self) -> Bools:
@@ -105,19 +112,6 @@ class RunoutCurve:
 def steps_of(mu: Floats) -> Floats:
     """Frictions `mu` in steps from the first node of `MU`; beyond the grid its end counts."""
     return np.asarray(np.interp(mu, MU, np.arange(len(MU))))
-
-
-def discontinuous_cells(x: Floats, status: NDArray[np.int8]) -> Bools:
-    """Cells `[…, n_friction - 1]` that must not be interpolated (the rule above)."""
-    moving = (status[..., 1:] == STOPPED) & (status[..., :-1] == STOPPED)
-    gap = np.where(moving, np.abs(np.diff(np.where(np.isfinite(x), x, 0.0), axis=-1)), -1.0)
-    none = np.full((*gap.shape[:-1], 1), -1.0)
-    beside = np.maximum(
-        np.concatenate([none, gap[..., :-1]], axis=-1),
-        np.concatenate([gap[..., 1:], none], axis=-1),
-    )
-    jump = (beside >= 0.0) & (gap > JUMP_FACTOR * beside)
-    return np.asarray(~moving | jump)
 
 
 def located(steps: Floats, discontinuous: Bools) -> tuple[NDArray[np.int64], Floats]:
@@ -232,8 +226,7 @@ def tabulate(cells: Cells, starts: NDArray[np.int64]) -> RunoutCurve:
     """
     if not cells.speed_dependent:
         return RunoutCurve(*run(cells, starts, MU)[:3])
-    x, y, status, _ = run(cells, starts, COARSE_MU)
-    return RunoutCurve(*filled(x, y, status, discontinuous_cells(x, status)))
+    return filled(RunoutCurve(*run(cells, starts, COARSE_MU)[:3]))
 
 
 def near_stops(cells: Cells, starts: NDArray[np.int64], asked: Asked) -> NearStops:
@@ -265,14 +258,13 @@ def refined(values: Floats, smooth: Bools) -> Floats:
     return np.clip(found, np.minimum(low, high), np.maximum(low, high))
 
 
-def filled(
-    x: Floats, y: Floats, status: NDArray[np.int8], discontinuous: Bools
-) -> tuple[Floats, Floats, NDArray[np.int8]]:
-    """Stops over `MU` from those at every `COARSE`-th friction (`refined`).
+def filled(coarse: RunoutCurve) -> RunoutCurve:
+    """Curves `[n_rows, n_friction]` over `MU` from those at every `COARSE`-th friction (`refined`).
 
-    Straight beside a jump, within which the nearer end counts. All are `[n_rows, n_friction]`.
+    Straight beside a jump, within which the nearer end counts.
     """
-    near = (np.arange(COARSE * (x.shape[1] - 1) + 1) + COARSE // 2) // COARSE
+    discontinuous, n_rows = coarse.discontinuous, len(coarse.x)
+    near = (np.arange(COARSE * discontinuous.shape[1] + 1) + COARSE // 2) // COARSE
     apart = np.pad(discontinuous, ((0, 0), (1, 1)), constant_values=True)
     smooth = ~(apart[:, :-2] | apart[:, 1:-1] | apart[:, 2:])
 
@@ -280,7 +272,7 @@ def filled(
         nearest = values[:, near]
         inside = nearest[:, :-1].reshape(*smooth.shape, COARSE)
         between = np.where(discontinuous[..., None], inside, refined(values, smooth))
-        nearest[:, :-1] = between.reshape(len(x), -1)
+        nearest[:, :-1] = between.reshape(n_rows, -1)
         return nearest
 
-    return fine(x), fine(y), status[:, near]
+    return RunoutCurve(fine(coarse.x), fine(coarse.y), coarse.status[:, near])

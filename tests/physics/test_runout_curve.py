@@ -16,7 +16,6 @@ from avahazard.physics.runout_curve import (
     Asked,
     NearStops,
     RunoutCurve,
-    discontinuous_cells,
     filled,
     inverse,
     near_stops,
@@ -147,7 +146,7 @@ def test_nothing_stops_within_a_jump() -> None:
 
 def test_a_curve_that_steepens_smoothly_has_no_jump() -> None:
     x = 3000.0 * np.exp(-4.0 * (0.1 + 0.01 * np.arange(40)))
-    assert not discontinuous_cells(x, np.zeros(40, dtype=np.int8)).any()
+    assert not RunoutCurve(x, -x, np.zeros(40, dtype=np.int8)).discontinuous.any()
 
 
 def test_coarse_runs_are_filled_straight_but_for_jumps() -> None:
@@ -155,8 +154,7 @@ def test_coarse_runs_are_filled_straight_but_for_jumps() -> None:
     x[50:] -= 300.0
     status = np.zeros((1, len(x)), dtype=np.int8)
     status[0, :9] = LEFT_PROFILE
-    discontinuous = discontinuous_cells(x[None], status)
-    fine = RunoutCurve(*filled(x[None], -x[None], status, discontinuous))
+    fine = filled(RunoutCurve(x[None], -x[None], status))
     np.testing.assert_allclose(fine.x[:, : len(MU) : 4], x[None, : len(MU[::4])])
     np.testing.assert_allclose(fine.x[0, 36:197], 2000.0 - 1000.0 * MU[36:197])
     np.testing.assert_array_equal(fine.x[0, 196:201], x[[49, 49, 50, 50, 50]])
@@ -185,7 +183,7 @@ def test_within_a_jump_the_inverse_is_its_middle() -> None:
     x = 2000.0 - 1000.0 * MU
     x[100:] -= 300.0
     level = np.array([x[100] + 1.0, x[99] - 1.0])
-    discontinuous = discontinuous_cells(x, np.zeros(len(MU), dtype=np.int8))
+    discontinuous = RunoutCurve(x, -x, np.zeros(len(MU), dtype=np.int8)).discontinuous
     for place in level:
         assert inverse(x, discontinuous, place) == pytest.approx(MU[99] + 0.5 * MU_STEP)
     straight = [inverse(x, np.zeros_like(discontinuous), place) for place in level]
