@@ -173,13 +173,16 @@ class SmoothProfile:
     points: GroundPoints | None = None
 
     @property
+    @lru_cache(maxsize=KEPT)  # noqa: B019 (here and below: those asked for last are kept)
     def posterior(self) -> GroundPosterior | None:
         """What the points tell of the ground: ten times as large as the path, so kept a while."""
-        return None if self.points is None else _posterior(self)
+        return None if self.points is None else ground_posterior(*self.points)
 
+    @lru_cache(maxsize=KEPT)  # noqa: B019
     def sampled(self) -> tuple[Floats, Floats]:
         """Places x, and elevations there, evenly along the path, `[N_SAMPLED]`; kept a while."""
-        return _sampled(self)
+        x = np.linspace(self.x_min, self.x_max, N_SAMPLED)
+        return x, self.height(x)
 
     def height(self, x: Floats | float) -> Floats:
         """Elevation at x."""
@@ -187,27 +190,14 @@ class SmoothProfile:
 
     def derivatives(self, x: Floats) -> tuple[Floats, Floats, Floats]:
         """(f, f', f'') at x, with its shape."""
-        slope, bending = _differentiated(self)
+        slope, bending = self._differentiated()
         return self.curve(x), slope(x), bending(x)
 
-
-@lru_cache(maxsize=KEPT)
-def _posterior(smooth: SmoothProfile) -> GroundPosterior:
-    assert smooth.points is not None
-    return ground_posterior(*smooth.points)
-
-
-@lru_cache(maxsize=KEPT)
-def _sampled(smooth: SmoothProfile) -> tuple[Floats, Floats]:
-    x = np.linspace(smooth.x_min, smooth.x_max, N_SAMPLED)
-    return x, smooth.height(x)
-
-
-@lru_cache(maxsize=KEPT)
-def _differentiated(smooth: SmoothProfile) -> tuple[Any, Any]:
-    f = smooth.curve
-    of_order = f.deriv if isinstance(f, Legendre) else f.derivative
-    return of_order(1), of_order(2)
+    @lru_cache(maxsize=KEPT)  # noqa: B019
+    def _differentiated(self) -> tuple[Any, Any]:
+        f = self.curve
+        of_order = f.deriv if isinstance(f, Legendre) else f.derivative
+        return of_order(1), of_order(2)
 
 
 def smooth_profile(
