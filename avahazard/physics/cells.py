@@ -127,18 +127,12 @@ def build_cells(terrain: Terrain, resistance: Resistance) -> Cells:
         bend=terrain.bend,
         growth=growth,
         drive=drive,
-        factor=resistance.factor,
-        offset=resistance.offset,
-        constant=resistance.constant,
-        drag=resistance.drag,
         dip=dip,
         lift=lift,
         length=length,
-        speed_factor=resistance.speed_factor,
-        speed_constant=resistance.speed_constant,
         speed_dependent=speed_resists or bool(np.any(resistance.speed_factor != 1.0)),
         speed_resists=speed_resists,
-        curvature=float(resistance.curvature),
+        **{name: getattr(resistance, name) for name in Resistance.__slots__},
     )
 
 
