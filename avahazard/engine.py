@@ -174,18 +174,15 @@ def pack(function: Callable[[Any, Any], Any], shared: object) -> bytes:
     """The two as bytes; cloudpickle takes functions inside functions, which effects are made of."""
     import cloudpickle  # noqa: PLC0415 (slow)
 
-    data: bytes = cloudpickle.dumps((function, shared))
-    return data
+    return bytes(cloudpickle.dumps((function, shared)))
 
 
 @lru_cache(maxsize=1)
-def _unpacked(data: bytes | Path) -> tuple[Callable[[Any, Any], Any], Any]:
+def _unpacked(data: bytes | Path) -> Any:
     """What was packed, of which a worker keeps the last."""
     import cloudpickle  # noqa: PLC0415 (slow)
 
-    found: tuple[Callable[[Any, Any], Any], Any]
-    found = cloudpickle.loads(data if isinstance(data, bytes) else data.read_bytes())
-    return found
+    return cloudpickle.loads(data if isinstance(data, bytes) else data.read_bytes())
 
 
 def call_packed(data: bytes | Path, item: object) -> Any:
@@ -213,11 +210,10 @@ def map_processes(
         file = Path(folder) / "shared"
         file.write_bytes(pack(function, shared))
 
-        def submit(item: object) -> Future[Any]:
+        def submit(item: object) -> Any:
             # One death breaks the whole pool: another one is made then.
             executor = get_reusable_executor(max_workers=n, timeout=IDLE_S)
-            future: Future[Any] = executor.submit(call_packed, file, item)
-            return future
+            return executor.submit(call_packed, file, item)
 
         yield from in_order(items, AHEAD * n, submit, BrokenProcessPool)
 
@@ -304,8 +300,8 @@ def _of_scheduler(address: str) -> Client:
     try:
         client.wait_for_workers(1, timeout=TIMEOUT_S)
         # Other versions would give other bits, or none.
-        versions = map(str, client.run(_version, on_error="return").values())
-        others = sorted(set(versions) - {_version()})
+        here, there = version("avahazard"), client.run(version, "avahazard", on_error="return")
+        others = sorted(set(map(str, there.values())) - {here})
     except TimeoutError as error:
         client.close()
         raise AvahazardError(
@@ -314,12 +310,7 @@ def _of_scheduler(address: str) -> Client:
     if others:
         client.close()
         raise AvahazardError(
-            f"Workers of {address} do not have avahazard {_version()} as here: "
-            f"{', '.join(others)}.",
+            f"Workers of {address} do not have avahazard {here} as here: {', '.join(others)}.",
             "Install the same version, with its lock, on all.",
         )
     return client
-
-
-def _version() -> str:
-    return version("avahazard")
