@@ -387,7 +387,7 @@ def _arranged(
         tracks=speeds,
     )
     fall_height = np.array([1.0 if in_ratio else e.fall_height_m or np.nan for e in events])
-    released = carried_error(
+    of_record, of_leaving = carried_error(
         stated_release_sigma(events, paths),
         sites,
         columns.path_index,
@@ -406,9 +406,9 @@ def _arranged(
         columns=columns,
         kind=kind,
         observed=observed,
-        sigma=np.hypot(np.array(sigma), released.record),
-        release_sigma=released.record,
-        leaving_sigma=released.leaving,
+        sigma=np.hypot(np.array(sigma), of_record),
+        release_sigma=of_record,
+        leaving_sigma=of_leaving,
         release=release,
         fall_height=fall_height,
         limit=np.array(limit, np.float64),

@@ -1,7 +1,6 @@
 """Errors of release elevations, and what they do to the records of stops."""
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,16 +13,6 @@ from avahazard.physics.runout_curve import MU, RunoutCurve, tabulate
 from avahazard.physics.terrain import MAX_CELL_M, build_terrain
 from avahazard.records.collection import Event, Path
 from avahazard.records.errors import AvahazardError
-
-
-class CarriedError(NamedTuple):
-    """Errors of releases `[n_events]` carried to the record (m), and to log friction.
-
-    `leaving` is the error of the log of the friction under which the block runs beyond its profile.
-    """
-
-    record: Floats
-    leaving: Floats
 
 
 def stated_release_sigma(events: Sequence[Event], paths: Mapping[str, Path]) -> Floats:
@@ -57,29 +46,28 @@ def carried_error(
     in_x: Bools,
     observed: Floats,
     fall_height: Floats,
-) -> CarriedError:
-    """The errors `stated` of the releases (m), carried to what they move, `[n_events]` each.
+) -> Floats:
+    """The errors `stated` of the releases (m), carried to what they move, `[2, n_events]`.
 
+    To the record (m), and to the log of the friction under which the block runs beyond its profile.
     On the energy line L = H/μ without a profile (`on_line`); else `in_x` or in elevation.
     For an event beyond its profile, whose `observed` is nan, at the profile's end.
     """
-    result = CarriedError(np.zeros(len(stated)), np.zeros(len(stated)))
+    errors = np.zeros((2, len(stated)))
     line = on_line & (stated > 0.0)
-    result.record[line] = (stated * observed / fall_height)[line]
+    errors[0, line] = (stated * observed / fall_height)[line]
     for k, site in enumerate(sites):
         for coordinate in (True, False):
             selected = (path_index == k) & (in_x == coordinate) & (stated > 0.0)
             if np.any(selected):
                 start = site.release_x[release[selected]]
-                found = on_site(site, start, stated[selected], observed[selected], coordinate)
-                result.record[selected], result.leaving[selected] = found
-    return result
+                known = stated[selected], observed[selected]
+                errors[:, selected] = on_site(site, start, *known, coordinate)
+    return errors
 
 
-def on_site(
-    site: Site, release_x: Floats, sigma: Floats, observed: Floats, in_x: bool
-) -> CarriedError:
-    """Errors of the records `observed` `[n]` on a site, in x or in elevation; nan is its end.
+def on_site(site: Site, release_x: Floats, sigma: Floats, observed: Floats, in_x: bool) -> Floats:
+    """`carried_error` `[2, n]` of records on a site, in x or in elevation; nan is its end.
 
     `release_x` and `sigma` (m of elevation), `[n]` each, are where the blocks start. Half the
     difference between F from one σ higher and from one σ lower; where one of them does not start
@@ -95,7 +83,7 @@ def on_site(
     terrain = build_terrain(site.smooth, np.unique(places), MAX_CELL_M)
     starts = np.searchsorted(terrain.x, places.ravel())
     curves = tabulate(build_cells(terrain, no_resistance(terrain)), starts)
-    record, leaving = np.zeros(len(observed)), np.zeros(len(observed))
+    record, leaving = errors = np.zeros((2, len(observed)))
     end = site.smooth.x_max if in_x else site.end_y
     for i, at in enumerate(np.where(np.isnan(observed), end, observed)):
         three = curves[3 * i : 3 * i + 3]
@@ -104,7 +92,7 @@ def on_site(
         off = np.abs(value[1] - at)
         if np.isfinite(off).any():
             record[i] = half_difference(*value[:, int(np.nanargmin(off))])
-    return CarriedError(record, leaving)
+    return errors
 
 
 def half_difference(high: float, middle: float, low: float) -> float:
