@@ -311,16 +311,7 @@ class FrictionModel:
                 location = bounded(u[..., 0, None, None] - u[..., 1, None, None] * covariate)
         for place, design in shifts:
             location = location + (u[..., place] @ design.T)[..., None]
-        log_scatter = u[..., layout.scatter, None, None]
-        least = LEAST_LOG_SCATTER
-        if layout.scatter_slope is not None:
-            share = volume_share(volume, layout.reference_volume)
-            log_scatter = log_scatter - u[..., layout.scatter_slope, None, None] * share
-            # Where it falls with volume it stops at the least that the nodes resolve.
-            least = layout.slots[layout.scatter].low
-        for place, design in widens:
-            log_scatter = log_scatter + (u[..., place] @ design.T)[..., None]
-            least = layout.slots[layout.scatter].low
+        log_scatter, least = self._log_scatter(u, volume, widens)
         if not layout.log_scatter:
             location = np.exp(location)
         scatter = np.zeros(location.shape)
@@ -329,6 +320,22 @@ class FrictionModel:
             square = 1.0 if layout.log_scatter else location**2
             scatter = np.sqrt(scatter**2 + own[..., None] * square)
         return location, scatter
+
+    def _log_scatter(
+        self, u: Floats, volume: Floats, widens: list[tuple[slice, Floats]]
+    ) -> tuple[Floats, float]:
+        """Log of the scatter, of a shape that fits `[..., n_events, n_volumes]`, and its least."""
+        layout = self.layout
+        log_scatter, least = u[..., layout.scatter, None, None], LEAST_LOG_SCATTER
+        if layout.scatter_slope is not None or widens:
+            # Where it falls with volume it stops at the least that the nodes resolve.
+            least = layout.slots[layout.scatter].low
+        if layout.scatter_slope is not None:
+            share = volume_share(volume, layout.reference_volume)
+            log_scatter = log_scatter - u[..., layout.scatter_slope, None, None] * share
+        for place, design in widens:
+            log_scatter = log_scatter + (u[..., place] @ design.T)[..., None]
+        return log_scatter, least
 
     def pulled(
         self,
@@ -370,17 +377,11 @@ class FrictionModel:
         for place, design in events.shifts:
             slopes[place] = by_event @ design
         # Where the scatter stands at a bound nothing moves it.
-        raw = np.broadcast_to(u[layout.scatter], volume.shape)
-        share = volume_share(volume, layout.reference_volume)
-        if layout.scatter_slope is not None:
-            raw = raw - u[layout.scatter_slope] * share
-        for place, design in events.widens:
-            raw = raw + (design @ u[place])[:, None]
-        if layout.scatter_slope is not None or events.widens:
-            low = layout.slots[layout.scatter].low
-            by_scatter = np.where((raw > low) & (raw < MOST_LOG_SCATTER), by_scatter, 0.0)
+        raw, least = self._log_scatter(u, volume, events.widens)
+        by_scatter = np.where((raw > least) & (raw < MOST_LOG_SCATTER), by_scatter, 0.0)
         slopes[layout.scatter] = np.sum(by_scatter)
         if layout.scatter_slope is not None:
+            share = volume_share(volume, layout.reference_volume)
             slopes[layout.scatter_slope] = -np.sum(by_scatter * share)
         for place, design in events.widens:
             slopes[place] = np.sum(by_scatter, axis=1) @ design
