@@ -313,7 +313,10 @@ def _nodes(records: VolumeRecords, population: Population, largest: float = np.i
     """Nodes of records from this population, cut at the `largest` volume (m3) too."""
     mean, sd = population.given(records)
     largest = float(min(largest, np.exp(population.largest)))
-    z, w = _within(mean, sd, largest)
+    z, w = NORMAL_Z, NORMAL_W
+    if np.isfinite(largest):  # their chances are cut there
+        z = ndtri_exp(_top(mean, sd, largest)[:, None] + np.log(0.5 * (CHANCE + 1.0)))
+        w = CHANCE_W
     log_volume = np.clip(mean[:, None] + sd[:, None] * z, -MOST_LOG, MOST_LOG)
     return VolumeNodes(
         log_volume=log_volume,
@@ -331,14 +334,6 @@ def drawn_log_volumes(volumes: VolumeNodes, z: Floats) -> Floats:
     if np.isfinite(volumes.largest):
         z = ndtri_exp(_top(volumes.mean, volumes.sd, volumes.largest) + log_ndtr(z))
     return volumes.mean + volumes.sd * z
-
-
-def _within(mean: Floats, sd: Floats, largest: float) -> tuple[Floats, Floats]:
-    """Nodes z `[..., n_nodes]` of a normal that is cut at log `largest`, and their weights."""
-    if np.isinf(largest):
-        return NORMAL_Z, NORMAL_W
-    top = _top(mean, sd, largest)
-    return ndtri_exp(top[:, None] + np.log(0.5 * (CHANCE + 1.0))), CHANCE_W
 
 
 def _top(mean: Floats, sd: Floats, largest: float) -> Floats:
