@@ -128,8 +128,6 @@ def _times(bands: Floats, vector: Floats) -> Floats:
     return np.asarray(result)
 
 
-Method = Literal["auto", "legendre", "spline"]
-
 DEGREE = 8
 PENALTY = 1e-4
 N_SAMPLED = 4001
@@ -200,25 +198,21 @@ class SmoothProfile:
         return of_order(1), of_order(2)
 
 
-def smooth_profile(
-    x: Floats, y: Floats, sigma: Floats | None = None, method: Method = "auto"
-) -> SmoothProfile:
+def smooth_profile(x: Floats, y: Floats, sigma: Floats | None = None) -> SmoothProfile:
     """Regularise the points (x, y), both `[n_points]`, x strictly rising.
 
-    `sigma` `[n_points]` (m) is the error of the elevations, estimated where it is not given.
-    `auto` takes the Legendre polynomial where its misfit is within that error, root mean square
-    against root mean square; else the smoothing spline.
+    `sigma` `[n_points]` (m) is the error of the elevations, estimated where it is not given. By the
+    Legendre polynomial where its misfit is within that error, root mean square against root mean
+    square; else by the smoothing spline.
     """
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     error = point_error(x, y, sigma)
     spline = spline_profile(x, y, error, block_length(float(x[-1] - x[0])))
-    few = len(x) < POINTS_A_TERM * (DEGREE + 1)
-    if method == "spline" or (method == "auto" and few):
+    if len(x) < POINTS_A_TERM * (DEGREE + 1):
         return spline
     polynomial = legendre_profile(x, y)
     deviation = polynomial.height(x) - y
-    within = float(np.mean((deviation / error.sigma) ** 2)) <= 1.0
-    if method == "auto" and not within:
+    if not np.mean((deviation / error.sigma) ** 2) <= 1.0:
         return spline
     return replace(
         polynomial,

@@ -15,7 +15,14 @@ from avahazard.physics.block import LEFT_PROFILE, STOPPED
 from avahazard.physics.block import run as run_blocks
 from avahazard.physics.cell_step import BATCH_SIZE
 from avahazard.physics.cells import SPEEDS, build_cells, no_resistance
-from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
+from avahazard.physics.point_error import point_error
+from avahazard.physics.smooth_profile import (
+    SmoothProfile,
+    block_length,
+    legendre_profile,
+    smooth_profile,
+    spline_profile,
+)
 from avahazard.physics.terrain import MAX_CELL_M, build_terrain
 from benchmarks.measuring import Row, alternate, processor_seconds, seconds
 from benchmarks.study import SHARED
@@ -32,19 +39,24 @@ FOREST = (0.35, 0.55)
 RATIO, HALF_SPEED = 0.6, 10.0
 
 
-def longest(method: str) -> SmoothProfile:
+def longest(regularise: Callable[..., SmoothProfile] = smooth_profile) -> SmoothProfile:
     """The longest profile, regularised."""
     file = SHARED / "tyrol-profiles" / "profiles.csv"
     if not file.exists():
         raise SystemExit(f"The benchmarks need the Tyrol profiles at {file}.")
     table = pd.read_csv(file)
     rows = table[table.path_id == table.groupby("path_id").x_m.max().idxmax()]
-    return smooth_profile(rows.x_m.to_numpy(float), rows.y_m.to_numpy(float), method=method)
+    return regularise(rows.x_m.to_numpy(float), rows.y_m.to_numpy(float))
+
+
+def splined(x: np.ndarray, y: np.ndarray) -> SmoothProfile:
+    """The smoothing spline of points, whatever a polynomial misses."""
+    return spline_profile(x, y, point_error(x, y), block_length(float(x[-1] - x[0])))
 
 
 def run() -> Row:
     """Against scipy's solve_ivp on equation 2.3; fails if a stop is off by more than 0.1 m."""
-    profile = longest("auto")
+    profile = longest()
     terrain = build_terrain(profile)
     cells, path = build_cells(terrain, no_resistance(terrain)), pieces(profile)
     row, errors = against_solver(
@@ -61,7 +73,7 @@ def run() -> Row:
 
 def run_effects(ratio: float = 1.0) -> Row:
     """With drag and forest, and friction that falls to `ratio` with speed; within 10 m."""
-    profile, path = longest("auto"), pieces(longest("auto"))
+    profile, path = longest(), pieces(longest())
     weak = ratio < 1.0
     length = profile.x_max - profile.x_min
     forest = np.array([*(profile.x_min + length * np.array(FOREST)), FOREST_DRAG])
@@ -186,7 +198,7 @@ def solve(motion, path, release, rtol, *resisting) -> float:
 def run_limit() -> Row:
     """Against a bare loop of the exact form's multiply-adds, where blocks stay on the ground."""
     return (
-        *against_loop("legendre", 41),
+        *against_loop(legendre_profile, 41),
         "the bare loop steps the same cells in the same blocks of 32 frictions, as far as the last "
         "block of them goes, and looks for no stop. On the polynomial, where the exact form holds "
         "throughout; ours also finds stops, statuses and elevations.",
@@ -196,15 +208,17 @@ def run_limit() -> Row:
 def run_limit_ground() -> Row:
     """The same on the spline."""
     return (
-        *against_loop("spline", 21),
+        *against_loop(splined, 21),
         "as `run_limit`, on the spline through the same points, where blocks leave the ground and "
         "land again: ours then also finds the places of these changes.",
     )
 
 
-def against_loop(method: str, rounds: int) -> tuple[float, float, float]:
+def against_loop(
+    regularise: Callable[..., SmoothProfile], rounds: int
+) -> tuple[float, float, float]:
     """Our run against the bare loop over the cells that our blocks pass (CPU-ms)."""
-    terrain = build_terrain(longest(method))
+    terrain = build_terrain(longest(regularise))
     cells = build_cells(terrain, no_resistance(terrain))
     stops = run_blocks(cells, START, MU)
     last = np.zeros(len(MU), dtype=np.int64)

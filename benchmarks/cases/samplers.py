@@ -25,7 +25,7 @@ from avahazard.inference.paper.metropolis import (
 )
 from avahazard.physics.cells import build_cells, no_resistance
 from avahazard.physics.runout_curve import EVEN, MU, MU_STEP, pieces, tabulate
-from avahazard.physics.smooth_profile import smooth_profile
+from avahazard.physics.smooth_profile import legendre_profile, smooth_profile
 from avahazard.physics.terrain import build_terrain
 from benchmarks.cases.blocks import longest
 from benchmarks.measuring import Row, alternate, seconds
@@ -163,7 +163,7 @@ def gibbs_limit() -> Row:
 
 def draws_limit() -> Row:
     """Runouts from P[μ|V] against numpy's normal draws and numpy.interp."""
-    terrain = build_terrain(longest("legendre"))
+    terrain = build_terrain(longest(legendre_profile))
     curve = tabulate(build_cells(terrain, no_resistance(terrain)), np.array([0]))[0]
     filled, rng = np.where(curve.left, terrain.x[-1], curve.x), np.random.default_rng(1)
     curves, of = pieces(curve[None]), np.zeros(N_POSTERIOR, np.int64)

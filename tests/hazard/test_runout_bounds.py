@@ -17,6 +17,7 @@ from avahazard.physics.smooth_profile import SmoothProfile, smooth_profile
 from avahazard.results.hazard import HazardRow
 from tests.hazard.conftest import JUMPS
 from tests.hazard.naive import naive_stop
+from tests.physics.paths import spline_profile
 
 Distribution = Literal["lognormal", "normal"]
 
@@ -167,7 +168,7 @@ def path(rise_m: float = 0.0) -> SmoothProfile:
     """A slope of 0.4 over 2000 m, then `rise_m` of counter-slope over 500 m if any."""
     x = np.arange(0.0, 2501.0 if rise_m else 2001.0, 20.0)
     y = np.where(x <= 2000.0, 2000.0 - 0.4 * x, 1200.0 + (x - 2000.0) * rise_m / 500.0)
-    return smooth_profile(x, y, method="spline" if rise_m else "auto")
+    return spline_profile(x, y) if rise_m else smooth_profile(x, y)
 
 
 def draws(smooth: SmoothProfile, elevation: float, sigma: float, n: int = 20_000):

@@ -169,8 +169,6 @@ def test_auto_turns_to_the_spline_where_the_polynomial_misses_by_more_than_the_e
     assert fitted.method == method
     assert fitted.sigma_m == pytest.approx(given[0])
     assert fitted.sigma_source == "given"
-    assert smooth_profile(X, y, given, "legendre").method == "legendre"
-    assert smooth_profile(X, y, given, "spline").method == "spline"
 
 
 def test_a_polynomial_with_errors_is_taken_for_one() -> None:
