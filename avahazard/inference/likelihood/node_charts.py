@@ -176,8 +176,7 @@ class NodeCharts:
             self._parts = [Part(*part, KeptRuns(part[1], *of_block)) for part in parts]
         # Runs of parts are kept where they serve other places too.
         self._keeps = len(self._parts) == 1 or (len(layout.tables) > 0 and not self._runs.near)
-        self._untracked: dict[tuple[float, ...], Nodes] = {}
-        self._track_rows: dict[tuple[bytes, ...], list[TrackRows]] = {}
+        self._kept: dict[tuple[float, ...], tuple[Nodes, list[TrackRows]]] = {}
         self._chart: Chart | None = None
         self._interpolates = len(self._axes) > 0
         self._panels: Ints | None = None
@@ -191,7 +190,7 @@ class NodeCharts:
         """Give back the memory of runs; the chart stays, others are made anew."""
         for runs in (self._runs, *(part.runs for part in self._parts)):
             runs.forget()
-        self._untracked, self._track_rows = {}, {}
+        self._kept = {}
 
     def on_star(self, layout: Layout, like: NodeCharts | None = None) -> NodeCharts:
         """The same with the star of another layout: that of `like`, whose tables are shaped alike.
@@ -245,21 +244,20 @@ class NodeCharts:
     def _exact(self, place: tuple[float, ...]) -> Nodes:
         """Nodes from runs made for this place on the axes."""
         at, values = self._values_at(place)
-        if not self.observations.speeds:
-            return self._untracked[at] if at in self._untracked else self._made(at, values)[0]
-        key = self._track_key(values)
-        if at not in self._untracked or key not in self._track_rows:
+        if at not in self._kept:
             self._made(at, values)
+        nodes, tracks = self._kept[at]
+        if not tracks:
+            return nodes
         scatter = float(np.exp(place[-1])) if len(place) > len(at) else 0.0
-        tracks = self._track_rows[key]
-        return with_tracks(self._untracked[at], tracks, scatter, self.panels(), self.in_log)
+        return with_tracks(nodes, tracks, scatter, self.panels(), self.in_log)
 
     def near_records(self, u: Floats) -> Predicted:
         """Tables that are right near the records, from runs made for just these coordinates.
 
         `exact` then needs none; of many events without speeds they are those of the last part.
         """
-        return self._made(*self._values_at(tuple(u[list(self._axes)].tolist())))[1]
+        return self._made(*self._values_at(tuple(u[list(self._axes)].tolist())))
 
     def _values_at(self, place: tuple[float, ...]) -> tuple[tuple[float, ...], Values]:
         """The part of a place without the scatter along tracks, and the effects' values there."""
@@ -269,13 +267,8 @@ class NodeCharts:
         u = np.clip(u, *self.layout.ranges)
         return place[: len(self.layout.tables)], self.layout.effect_values(u)
 
-    def _track_key(self, values: Values) -> tuple[bytes, ...]:
-        """What distinguishes frictions by speeds: a detection limit does not."""
-        limits = {effect.key for effect in of_kind(self.effects, LimitEffect)}
-        return tuple(v.tobytes() for name, v in values.items() if name not in limits)
-
-    def _made(self, at: tuple[float, ...], values: Values) -> tuple[Nodes, Predicted]:
-        """Nodes of the events without speeds, kept; and the tables of the last part of them."""
+    def _made(self, at: tuple[float, ...], values: Values) -> Predicted:
+        """Keep nodes of the events without speeds and rows of tracks; tables of the last part."""
         limit = self.observations.limit
         for effect in of_kind(self.effects, LimitEffect):
             limit = effect.limit(self.observations.columns, values[effect.key])
@@ -291,22 +284,19 @@ class NodeCharts:
         self._panels = panels
         nodes = made[0] if len(made) == 1 else Nodes(*map(self._joined, zip(*made, strict=True)))
         nodes = nodes._replace(log_wrong=self._log_wrong)
-        if self.observations.speeds:
-            rows = track_rows(self.observations, predicted)
-            size = sum(r.speeds.nbytes + r.record.nbytes + r.left.nbytes for r in rows)
-            keep(self._track_rows, self._track_key(values), rows, KEPT_PLACES, size)
+        rows = track_rows(self.observations, predicted) if self.observations.speeds else []
         size = sum(column.nbytes for column in nodes)
-        return keep(self._untracked, at, nodes, KEPT_PLACES, size), predicted
+        size += sum(r.speeds.nbytes + r.record.nbytes + r.left.nbytes for r in rows)
+        keep(self._kept, at, (nodes, rows), KEPT_PLACES, size)
+        return predicted
 
     def _joined(self, columns: Sequence[NDArray[Any]]) -> NDArray[Any]:
         """Rows of all parts in the order of the events, as wide as the widest."""
         width = [max(sides) for sides in zip(*(c.shape[1:] for c in columns), strict=True)]
         whole = np.zeros((self.observations.n_events, *width), dtype=columns[0].dtype)
         for part, column in zip(self._parts, columns, strict=True):
-            if column.ndim == 1:
-                whole[part.events] = column
-            else:
-                whole[part.events, : column.shape[1]] = column
+            at: tuple[Any, ...] = (part.events, *map(slice, column.shape[1:]))
+            whole[at] = column
         return whole
 
     def panels(self) -> Ints:
