@@ -110,10 +110,8 @@ def _leaving_frictions(curves: RunoutCurve) -> Floats:
     does not start.
     """
     stops = [np.flatnonzero(status == STOPPED) for status in curves.status]
-    farthest = [np.max(x[of]) for x, of in zip(curves.x, stops, strict=True) if len(of)]
-    if not farthest:
-        return np.full(len(curves.x), np.nan)
-    place = min(farthest)
+    farthest = (np.max(x[of]) for x, of in zip(curves.x, stops, strict=True) if len(of))
+    place = min(farthest, default=np.nan)
     found = np.full(len(curves.x), np.nan)
     for k, of in enumerate(stops):
         if len(of):
