@@ -15,7 +15,6 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.fitted_model import ESS_LIMIT, Chains, FittedModel, fitted_model
-from avahazard.inference.fitting.arms import axes_of
 from avahazard.inference.fitting.mode import Mode, find_mode
 from avahazard.inference.fitting.star import improved, search_mode, star_among
 from avahazard.inference.likelihood.assemble import assemble, definitions_of
@@ -183,7 +182,7 @@ def sample(
                 break
             fine, mode = better, find_mode(better, mode.u)
             found = _rounds(fine, mode, n_chains, n, seed, progress)
-    if len(axes_of(fine)) <= FEW_AXES:
+    if len(fine.layout.axes) <= FEW_AXES:
         return found
     exact, spread = posterior.exactly(), _following(found.draws, mode)
     if _holds(fine, exact, found.draws, spread, seed):

@@ -34,7 +34,7 @@ def arms_about(posterior: Posterior, u: Floats, size: Floats, points: Ints) -> A
     and so are those that can be anything (`_free_together`): these have all that they can be, with
     points beside the arms (`_all_over`).
     """
-    axes, slots = axes_of(posterior), posterior.layout.slots
+    axes, slots = posterior.layout.axes, posterior.layout.slots
     low, high = posterior.layout.ranges[:, axes]
     reach = np.sqrt(np.diag(size))
     free = _free_together(posterior, u[axes], reach)
@@ -64,7 +64,7 @@ def arms_about(posterior: Posterior, u: Floats, size: Floats, points: Ints) -> A
 
 def beside_arms(posterior: Posterior, arms: Arms, points: Floats) -> Arms:
     """The arms with these `points` `[n_points, n_axes]` beside them, by their places on each."""
-    names = [posterior.layout.slots[k].name for k in axes_of(posterior)]
+    names = [posterior.layout.slots[k].name for k in posterior.layout.axes]
     return arms._replace(beside=dict(zip(names, points.T.tolist(), strict=True)))
 
 
@@ -74,7 +74,7 @@ def _free_together(posterior: Posterior, at: Floats, reach: Floats) -> list[list
     Where an effect is none its other parameters can be anything, and where they leave it little to
     act on, its amount can; not so where all are amounts, 0 at neutral.
     """
-    layout, axes, found = posterior.layout, axes_of(posterior).tolist(), []
+    layout, axes, found = posterior.layout, posterior.layout.axes.tolist(), []
     for place in layout.places.values():
         together = [axes.index(k) for k in range(place.start, place.stop) if k in axes]
         neutral = [layout.slots[axes[j]].neutral for j in together]
@@ -91,7 +91,7 @@ def _all_over(
     The first of these `together` (axes) is an amount: it goes beyond its `reach` about u until the
     density there has fallen by `FAR`, whatever the others are. Its places are closer near none.
     """
-    (first, *others), axes = together, axes_of(posterior)
+    (first, *others), axes = together, posterior.layout.axes
     low, high = posterior.layout.ranges[:, axes]
     at, none = np.linalg.solve(turn, u[axes]), posterior.layout.slots[axes[first]].neutral
     most = max(low[first] - none, high[first] - none, key=abs)
@@ -139,14 +139,9 @@ def directions(posterior: Posterior, u: Floats, covariance: Floats) -> tuple[Flo
     """`_turned` of all coordinates: what shapes no tables moves with what does."""
     layout = posterior.layout
     rank, spread = np.full(len(u), 2), LEANS * np.sqrt(np.diag(covariance))
-    rank[axes_of(posterior)] = 1
+    rank[posterior.layout.axes] = 1
     leans = (u - spread < layout.low) | (u + spread > layout.high)
     return _turned(covariance, np.where(leans, 0, rank))
-
-
-def axes_of(posterior: Posterior) -> Ints:
-    """Slots that shape the tables `[n_axes]`."""
-    return np.array([k for k, slot in enumerate(posterior.layout.slots) if slot.arm], np.int64)
 
 
 def _room(move: Floats, at: Floats, low: Floats, high: Floats) -> float:
@@ -161,7 +156,7 @@ def shares_held(posterior: Posterior, u: Floats, edge: float) -> Floats:
 
     That is, within the part `edge` of the arm from that end.
     """
-    layout, axes = posterior.layout, axes_of(posterior)
+    layout, axes = posterior.layout, posterior.layout.axes
     (low, high), places = layout.arm_ends[:, axes], layout.on_arms(u)[:, axes]
     near, mean, turn = edge * (high - low), np.mean(u, axis=0), layout.turn[:, axes].T
     at, shares = np.mean(places, axis=0), np.zeros(len(axes))
@@ -180,7 +175,7 @@ def size_wanted(posterior: Posterior, covariance: Floats, longer: Bools) -> Floa
 
     Of an arm that must be `longer` at least twice the length.
     """
-    axes = axes_of(posterior)
+    axes = posterior.layout.axes
     back, half = turned_back(posterior), 0.5 * np.ptp(posterior.layout.arm_ends[:, axes], axis=0)
     on_arms = back @ covariance[np.ix_(axes, axes)] @ back.T
     sd = np.sqrt(np.diag(on_arms))
@@ -192,7 +187,7 @@ def size_wanted(posterior: Posterior, covariance: Floats, longer: Bools) -> Floa
 
 def turned_back(posterior: Posterior) -> Floats:
     """What gives the places on the arms of coordinates, `[n_axes, n_axes]`."""
-    axes = axes_of(posterior)
+    axes = posterior.layout.axes
     return np.asarray(np.linalg.inv(posterior.layout.turn[np.ix_(axes, axes)]))
 
 

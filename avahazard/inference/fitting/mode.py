@@ -186,11 +186,8 @@ def held_ascent(
     """
     start = u.copy()
     start[list(held)] = values
-    slots = posterior.layout.slots
-    free = [k for k, slot in enumerate(slots) if not slot.arm and k not in held]
-    reached, cost = ascent(
-        posterior.pinned(start), start, np.array(free, np.int64), HELD_ITERATIONS, HELD_GAIN
-    )
+    free = np.setdiff1d(np.arange(len(u)), [*posterior.layout.axes, *held])
+    reached, cost = ascent(posterior.pinned(start), start, free, HELD_ITERATIONS, HELD_GAIN)
     return -cost, reached
 
 
@@ -220,7 +217,7 @@ def covariance_at(posterior: Posterior, u: Floats) -> Floats:
     # Both steps forwards and both back, less the steps by themselves.
     hessian[i, j] = hessian[j, i] = 0.5 * (forth + back - alone[i] - alone[j]) + middle
     hessian /= np.outer(step, step)
-    arms = np.array([bool(slot.arm) for slot in posterior.layout.slots])
+    arms = np.isin(np.arange(n), posterior.layout.axes)
     if arms.any():
         # Bends of the blend hide the curvature, or pass for it: the information stands for it.
         scores = scores_at(posterior, u, np.diag(APART * unit)) * unit
@@ -256,7 +253,7 @@ def scores_at(posterior: Posterior, u: Floats, moves: Floats, *, both_ways: bool
     pinned = posterior.pinned(u)
     offsets = pinned.mode_offsets(u)
     here = pinned.event_log_likelihood(u, offsets)
-    shapes = np.array([bool(slot.arm) for slot in layout.slots])
+    shapes = np.isin(np.arange(len(u)), layout.axes)
     neutral = shapes & (u == [slot.neutral for slot in layout.slots])
     low, high = layout.ranges
 
@@ -296,7 +293,7 @@ def _steps(posterior: Posterior, centre: Floats, unit: Floats) -> Floats:
     below[spreads] = np.inf  # the density goes on beyond no spread as before it
     room = np.minimum(below, layout.high - centre) / unit
     here = costs(posterior, centre[None])[0]
-    for k in [k for k, slot in enumerate(layout.slots) if slot.arm] + spreads:
+    for k in [*layout.axes, *spreads]:
         longest = max(float(room[k]), STEP)
         while step[k] < longest:
             both = np.tile(centre, (2, 1))

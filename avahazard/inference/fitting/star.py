@@ -16,7 +16,6 @@ from avahazard.effects.effect import Effect, MotionEffect
 from avahazard.inference.fitting.arms import (
     REACH,
     arms_about,
-    axes_of,
     beside_arms,
     directions,
     far_apart,
@@ -83,7 +82,7 @@ def starred(posterior: Posterior, peak: Mode) -> tuple[Posterior, Mode]:
     likelihood itself may be rough. Arms of a star whose mode is none of the exact tables are too
     long: they are halved.
     """
-    axes = axes_of(posterior)
+    axes = posterior.layout.axes
     u, size = peak.u, REACH**2 * peak.covariance[np.ix_(axes, axes)]
     points, before, good = np.full(len(axes), POINTS), np.inf, None
     low, high = posterior.layout.low[axes], posterior.layout.high[axes]
@@ -117,7 +116,7 @@ def gauss_newton(posterior: Posterior, u: Floats, least: float = SMALLEST_GAIN) 
     over wider differences (docs/theory/likelihood.md, "Stars").
     """
     layout = posterior.layout
-    others = np.setdiff1d(np.arange(len(u)), axes_of(posterior))
+    others = np.setdiff1d(np.arange(len(u)), posterior.layout.axes)
     u, cost = ascent(posterior.pinned(u), u, others, ITERATIONS, CLOSELY)
     moves, surveyed = np.diag(APART * units(posterior)), None
     damping, stretch, apart, both_ways = DAMPING, 1.0, SHARE_APART, False
@@ -191,7 +190,7 @@ def surveyed_peak(posterior: Posterior, peak: Mode, scores: Floats) -> Mode:
     for _ in range(SURVEYS):
         turn, along = directions(posterior, peak.u, covariance)
         by_direction = scores @ turn
-        for j in axes_of(posterior):
+        for j in posterior.layout.axes:
             away, spread = REACH, along[j]
             for _ in range(FALLS):
                 sides = peak.u + np.outer([-away, away], along[j] * turn[:, j])
@@ -227,7 +226,7 @@ def _errors(posterior: Posterior, mode: Mode, centre: Floats) -> Floats:
     Where the mode has moved from the `centre`, its own error counts along all that have moved by
     much.
     """
-    axes, back, moves = axes_of(posterior), turned_back(posterior), _moves(posterior, mode)
+    axes, back, moves = posterior.layout.axes, turned_back(posterior), _moves(posterior, mode)
     away = np.abs(back @ (mode.u - centre)[axes]) / np.diag(back @ moves[:, axes].T)
     errors = np.where(away >= 0.5 * np.max(away), _error(posterior, mode.u), 0.0)
     for j, move in enumerate(moves):
@@ -238,7 +237,7 @@ def _errors(posterior: Posterior, mode: Mode, centre: Floats) -> Floats:
 
 def _moves(posterior: Posterior, mode: Mode) -> Floats:
     """`CHECKED` standard deviations along each arm, `[n_axes, n_slots]`, with what goes with it."""
-    axes, back = axes_of(posterior), turned_back(posterior)
+    axes, back = posterior.layout.axes, turned_back(posterior)
     together = mode.covariance[:, axes] @ back.T
     return np.asarray(CHECKED * (together / np.sqrt(np.diag(back @ together[axes]))).T)
 
@@ -259,7 +258,7 @@ def improved(fine: Posterior, draws: Floats) -> Posterior | None:
     checked = checked_draws(flat)
     wrong = checked[np.abs(errors_at(fine, checked)) > TOLERANCE]
     gathers = shares_held(fine, flat, EDGE) > EDGE_SHARE
-    slots, axes = fine.layout.slots, axes_of(fine)
+    slots, axes = fine.layout.slots, fine.layout.axes
     points = np.array([len(slots[k].arm) - 1 for k in axes])
     more = np.where(gathers | (len(wrong) > 0), np.minimum(2 * points, MOST_POINTS), points)
     if gathers.any():
@@ -278,7 +277,7 @@ def improved(fine: Posterior, draws: Floats) -> Posterior | None:
 
 def star_among(posterior: Posterior, draws: Floats) -> Posterior:
     """The posterior on a star about its `draws` `[n, n_slots]`, with points among these."""
-    axes = axes_of(posterior)
+    axes = posterior.layout.axes
     points = np.full(len(axes), MOST_POINTS)
     size = REACH**2 * np.cov(draws.T)[np.ix_(axes, axes)]
     star = posterior.on_star(arms_about(posterior, np.median(draws, axis=0), size, points))

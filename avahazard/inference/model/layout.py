@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from avahazard.arrays import Bools, Floats
+from avahazard.arrays import Bools, Floats, Ints
 from avahazard.effects.effect import Effect, GroupEffect, KindsEffect, Parameter, shapes_tables
 from avahazard.inference.model.laws import Law, law
 from avahazard.inference.model.specification import GivenPrior, Specification
@@ -137,6 +137,11 @@ class Layout:
         return Arms({s.name: s.arm for s in armed}, along, beside)
 
     @cached_property
+    def axes(self) -> Ints:
+        """Slots with an arm, of what shapes the tables, `[n_axes]`."""
+        return np.array([k for k, slot in enumerate(self.slots) if slot.arm], np.int64)
+
+    @cached_property
     def arm_ends(self) -> Floats:
         """Ends of the arms on them, `[2, n_slots]`; of other slots those of their range."""
         arms = [s.arm or (s.low, s.high) for s in self.slots]
@@ -179,11 +184,10 @@ class Layout:
     @cached_property
     def _reached(self) -> Floats:
         """What the star reaches, `[2, n_slots]`; no end where there is no arm."""
-        armed = [k for k, slot in enumerate(self.slots) if slot.arm]
         reached = np.tile([[-np.inf], [np.inf]], len(self.slots))
-        both = self.turn[:, armed] * self.arm_ends[:, None, armed]
+        both = self.turn[:, self.axes] * self.arm_ends[:, None, self.axes]
         ends = both.min(axis=0).sum(axis=1), both.max(axis=0).sum(axis=1)
-        reached[:, armed] = np.array(ends)[:, armed]
+        reached[:, self.axes] = np.array(ends)[:, self.axes]
         return reached
 
     def log_prior(self, u: Floats) -> Floats:

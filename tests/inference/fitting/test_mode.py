@@ -140,7 +140,8 @@ def test_a_density_that_bends_up_against_a_bound_is_an_exponential_there() -> No
     layout = SimpleNamespace(
         low=np.array([-9.0, -1.0]),
         high=np.array([9.0, 0.0]),
-        slots=(SimpleNamespace(arm=()),) * 2,
+        axes=[],
+        slots=(None, None),
         law=SimpleNamespace(uses_volume=False),
         spreads={},
     )
@@ -166,7 +167,8 @@ def test_a_bend_at_a_grid_point_is_not_the_curvature(
     layout = SimpleNamespace(
         low=np.array([-1.0, -9.0]),
         high=np.array([1.0, 9.0]),
-        slots=(SimpleNamespace(arm=grid, sd=np.inf), SimpleNamespace(arm=(), sd=np.inf)),
+        axes=[0],
+        slots=(SimpleNamespace(sd=np.inf),) * 2,
         law=SimpleNamespace(uses_volume=False),
         spreads={},
     )
@@ -179,7 +181,7 @@ def test_a_bend_at_a_grid_point_is_not_the_curvature(
     # No more than four times the information.
     assert found == pytest.approx([sd, 1.0], rel=0.3 if bend > 0.0 else 0.51)
     # Over a fixed small step the bend would make a valley of the peak, or a needle.
-    layout.slots = (SimpleNamespace(arm=()),) * 2
+    layout.axes = []
     assert not 0.3 * sd < np.sqrt(covariance_at(model, np.zeros(2))[0, 0]) < 3.0 * sd
 
 
@@ -193,7 +195,8 @@ def test_a_spread_near_none_is_as_wide_as_the_density_says() -> None:
     layout = SimpleNamespace(
         low=np.array([-9.0, 0.005]),
         high=np.array([9.0, 10.0]),
-        slots=(SimpleNamespace(arm=()),) * 2,
+        axes=[],
+        slots=(None, None),
         law=SimpleNamespace(uses_volume=False),
         spreads={"path-effect": 1},
     )
@@ -212,8 +215,9 @@ def test_a_step_of_one_event_is_no_slope() -> None:
     def events(u: np.ndarray, _offsets: None) -> np.ndarray:
         return slopes @ u + np.where(np.arange(30) == 7, 5.0 * (u[0] > 0.001), 0.0)
 
-    slot = SimpleNamespace(arm=(0.0,), neutral=np.nan)
-    layout = SimpleNamespace(slots=(slot, slot), ranges=np.array([[-9.0] * 2, [9.0] * 2]))
+    slot = SimpleNamespace(neutral=np.nan)
+    ranges = np.array([[-9.0] * 2, [9.0] * 2])
+    layout = SimpleNamespace(slots=(slot, slot), axes=np.arange(2), ranges=ranges)
     model: Any = SimpleNamespace(
         layout=layout, mode_offsets=lambda _: None, event_log_likelihood=events
     )

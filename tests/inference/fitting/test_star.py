@@ -91,9 +91,10 @@ def test_a_survey_finds_a_ridge_that_small_steps_hide() -> None:
         steps = 0.1 * np.sign(np.sin(1000.0 * (columns @ u) + phase))
         return steps - 0.5 * (observed - columns @ u) ** 2
 
-    slot = SimpleNamespace(arm=(0.0,), neutral=np.nan, sd=100.0)
+    slot = SimpleNamespace(neutral=np.nan, sd=100.0)
     layout = SimpleNamespace(
         slots=(slot, slot),
+        axes=np.arange(2),
         ranges=np.array([[-99.0] * 2, [99.0] * 2]),
         low=np.full(2, -99.0),
         high=np.full(2, 99.0),
