@@ -32,14 +32,9 @@ the next by one factor, so that F is as straight within as it is beside. All num
 multiples of 4: every fourth friction makes a grid of the same kind."""
 
 
-def _frictions() -> Floats:
-    even = np.arange(0.02, 1.6 + MU_STEP / 2, MU_STEP)
-    below = np.geomspace(0.001, even[0], N_BELOW, endpoint=False)
-    above = even[-1] + MU_STEP * np.cumsum(GROWTH ** np.arange(1, N_ABOVE + 1))
-    return np.concatenate([below, even, above])
-
-
-MU = _frictions()
+_EVEN = np.arange(0.02, 1.6 + MU_STEP / 2, MU_STEP)
+_ABOVE = _EVEN[-1] + MU_STEP * np.cumsum(GROWTH ** np.arange(1, N_ABOVE + 1))
+MU = np.concatenate([np.geomspace(0.001, _EVEN[0], N_BELOW, endpoint=False), _EVEN, _ABOVE])
 """Frictions at which runouts are tabulated, `[n_friction]`."""
 EVEN = slice(N_BELOW, len(MU) - N_ABOVE)
 """Those with one spacing."""

@@ -1,7 +1,6 @@
 """The regularised path cut into cells, with the geometry that the block needs."""
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss, legint, legval, legvander
@@ -16,6 +15,10 @@ MAX_TURN = 0.05
 PLAIN_M, N_PROBES = 200.0, 33
 """Length of the intervals (m) in which turns are looked for, at so many places each."""
 GAUSS_X, GAUSS_W = leggauss(6)
+TO_PARTIAL_LENGTHS = legval(GAUSS_X, legint(np.eye(6), lbnd=-1.0)).T @ np.linalg.inv(
+    legvander(GAUSS_X, 5)
+)
+"""The matrix that makes integrals up to the Gauss points of a function's values there."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,7 +111,7 @@ def terrain_at(profile: SmoothProfile, x: Floats) -> Terrain:
         gauss_x=gauss_x,
         gauss_theta=-np.arctan(gauss_slope),
         gauss_bend=-gauss_f2 / (1.0 + gauss_slope**2),
-        gauss_s=s[:-1, None] + half * (stretch @ _to_partial_lengths().T),
+        gauss_s=s[:-1, None] + half * (stretch @ TO_PARTIAL_LENGTHS.T),
         weight=weight,
     )
 
@@ -119,12 +122,3 @@ def _split(nodes: Floats, pieces: NDArray[np.int_]) -> Floats:
     width = np.repeat(np.diff(nodes) / pieces, pieces)
     first = np.repeat(np.cumsum(pieces) - pieces, pieces)
     return np.append(start + width * (np.arange(len(start)) - first), nodes[-1])
-
-
-@cache
-def _to_partial_lengths() -> Floats:
-    """The matrix that makes integrals up to the Gauss points of a function's values there."""
-    order = len(GAUSS_X)
-    to_coefficients = np.linalg.inv(legvander(GAUSS_X, order - 1))
-    integrals = legval(GAUSS_X, legint(np.eye(order), lbnd=-1.0)).T
-    return np.asarray(integrals @ to_coefficients)
