@@ -23,13 +23,7 @@ from avahazard.inference.likelihood.nodes import (
     record_nodes,
     with_tracks,
 )
-from avahazard.inference.likelihood.predicted import (
-    KeptRuns,
-    Predicted,
-    Values,
-    keep,
-    sight_is_limited,
-)
+from avahazard.inference.likelihood.predicted import KeptRuns, Predicted, Values, keep
 from avahazard.inference.likelihood.star import Star
 from avahazard.inference.likelihood.track_nodes import TrackRows, track_rows
 from avahazard.inference.model.layout import Layout
@@ -165,7 +159,9 @@ class NodeCharts:
         self.in_log = layout.log_scatter
         along_tracks = () if layout.track_scatter is None else (layout.track_scatter,)
         self._axes = layout.tables + along_tracks
-        self._in_sight = not sight_is_limited(observations, effects)
+        # Else frictions count that stop a block far from the record.
+        limited = np.any(np.isfinite(observations.limit)) or of_kind(effects, LimitEffect)
+        self._in_sight = not limited
         of_block = effects, curvature, self._in_sight
         self._runs = KeptRuns(observations, *of_block)
         self._parts = [Part(np.arange(observations.n_events), observations, self._runs)]

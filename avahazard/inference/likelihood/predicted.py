@@ -14,7 +14,6 @@ from avahazard.effects.columns import EventColumns
 from avahazard.effects.effect import (
     Effect,
     FrontEffect,
-    LimitEffect,
     MotionEffect,
     RecordEffect,
     RecordErrorEffect,
@@ -327,11 +326,6 @@ def stops_asked(
         np.maximum.at(highest, release, high)
         asked.append(Asked(lowest, highest, np.full(n, len(MU) // 4)))
     return tuple(asked)
-
-
-def sight_is_limited(observations: Observations, effects: Sequence[Effect]) -> bool:
-    """Whether stops may not be seen: then frictions count that stop a block far from the record."""
-    return bool(np.any(np.isfinite(observations.limit)) or of_kind(effects, LimitEffect))
 
 
 def _at_rest(site: Site) -> RunoutCurve:
