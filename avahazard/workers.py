@@ -84,12 +84,9 @@ def pool() -> ThreadPoolExecutor:
     if _pool is None:
         # A kernel takes some 100 µs; each would wait up to 5 ms for Python's lock.
         sys.setswitchinterval(SWITCH_S)
-        _pool = ThreadPoolExecutor(_chosen or _cores(), "avahazard", _mark)
+        mark = setattr, (_inside, "worker", True)
+        _pool = ThreadPoolExecutor(_chosen or _cores(), "avahazard", *mark)
     return _pool
-
-
-def _mark() -> None:
-    _inside.worker = True
 
 
 def _cores() -> int:

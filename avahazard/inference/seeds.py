@@ -14,10 +14,6 @@ def generator(seed: int, *key: str | int) -> np.random.Generator:
     >>> bool(generator(7, "F", 1).random() == generator(7, "F", 1).random())
     True
     """
-    words = tuple(_word(part) for part in key)
+    hashes = (hashlib.sha256(f"{type(part).__name__}:{part}".encode()).digest() for part in key)
+    words = tuple(int.from_bytes(digest[:8], "little") for digest in hashes)
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=words))
-
-
-def _word(part: str | int) -> int:
-    text = f"{type(part).__name__}:{part}"
-    return int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "little")
