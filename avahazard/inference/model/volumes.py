@@ -123,13 +123,6 @@ class VolumeRecords:
     paths: tuple[str, ...]
     told: Floats | None = None
 
-    def by_path(self) -> list[Floats]:
-        """The recorded log volumes of each of the `paths`, those that are known."""
-        have = np.isfinite(self.log_volume)
-        path = self.path[have]
-        ends = np.cumsum(np.bincount(path, minlength=len(self.paths)))
-        return np.split(self.log_volume[have][np.argsort(path, kind="stable")], ends[:-1])
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Population:
@@ -211,13 +204,14 @@ def _by_moments(records: VolumeRecords, factor: float) -> Population:
     if not np.any(have):
         nowhere = {"": float(np.log(1e4))}
         return Population(records, factor, nowhere, MIN_SPREAD, known=False)
-    overall = float(np.mean(recorded[have]))
-    members = dict(zip(records.paths, records.by_path(), strict=True))
-    total2 = variance_within(list(members.values()))
+    overall, path = float(np.mean(recorded[have])), records.path[have]
+    ends = np.cumsum(np.bincount(path, minlength=len(records.paths)))
+    members = np.split(recorded[have][np.argsort(path, kind="stable")], ends[:-1])
+    total2 = variance_within(members)
     spread2 = max(total2 - float(np.mean(sigma[have] ** 2)), MIN_SPREAD**2)
-    between2 = max(float(np.var([np.mean(v) for v in members.values() if len(v)])), MIN_SPREAD**2)
+    between2 = max(float(np.var([np.mean(v) for v in members if len(v)])), MIN_SPREAD**2)
     centre = {}
-    for name, values in members.items():
+    for name, values in zip(records.paths, members, strict=True):
         trust = between2 / (between2 + max(total2, spread2) / len(values)) if len(values) else 0.0
         centre[name] = overall + trust * (float(np.mean(values)) - overall if trust else 0.0)
     return Population(records, factor, centre, float(np.sqrt(spread2)), known=True)
