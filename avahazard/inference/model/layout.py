@@ -192,8 +192,7 @@ class Layout:
 
     def log_prior(self, u: Floats) -> Floats:
         """Log density of the prior at coordinates u `[..., n_slots]`, up to a constant `[...]`."""
-        mean, sd = self._prior
-        z = (self._normal(u) - mean) / sd
+        z = self._standard(u)
         squares = np.sum(z * z, axis=-1)
         if self._in_log:
             squares = squares + 2.0 * np.sum(np.log(u[..., self._in_log]), axis=-1)
@@ -204,22 +203,21 @@ class Layout:
 
     def prior_slopes(self, u: Floats) -> Floats:
         """Derivatives `[n_slots]` of `log_prior` at u `[n_slots]`."""
-        mean, sd = self._prior
-        z = (self._normal(u) - mean) / sd
+        z = self._standard(u)
         if self._law_precision is not None:
             n = len(self._law_precision)
             z[:n] = self._law_precision @ z[:n]
-        slopes = np.asarray(-z / sd)
+        slopes = np.asarray(-z / self._prior[1])
         slopes[self._in_log] = (slopes[self._in_log] - 1.0) / u[self._in_log]
         return slopes
 
-    def _normal(self, u: Floats) -> Floats:
-        """The coordinates `[..., n_slots]`, or their logs, that have normal priors."""
-        if not self._in_log:
-            return u
-        u = u.copy()
-        u[..., self._in_log] = np.log(u[..., self._in_log])
-        return u
+    def _standard(self, u: Floats) -> Floats:
+        """What has a standard normal prior `[..., n_slots]`: coordinates, or their logs, scaled."""
+        if self._in_log:
+            u = u.copy()
+            u[..., self._in_log] = np.log(u[..., self._in_log])
+        mean, sd = self._prior
+        return np.asarray((u - mean) / sd)
 
     @property
     def logs(self) -> tuple[int, ...]:
