@@ -8,7 +8,6 @@ shaped by the curvature at the mode and then, during warm-up only, by each chain
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -33,13 +32,6 @@ DISPERSION = 2.0
 """Chains start that many posterior standard deviations from the mode."""
 PIECE = 100
 """Steps whose jumps are prepared together."""
-
-
-class Proposal(NamedTuple):
-    """What the proposals of a chain are shaped by: `[n_slots]` and `[n_slots, n_slots]`."""
-
-    centre: Floats
-    covariance: Floats
 
 
 @dataclass(slots=True, eq=False)
@@ -72,7 +64,7 @@ def dispersed_state(
 def walk(
     posterior: Posterior,
     state: State,
-    proposals: Sequence[Proposal],
+    proposals: Sequence[Mode],
     n_draws: int,
     keep_every: int,
     progress: Callable[[float], None] = lambda _share: None,
@@ -80,12 +72,12 @@ def walk(
     """Move the chains on by `n_draws` times `keep_every` steps (an even number), and `state`.
 
     Returns the draws that are kept `[n_chains, n_draws, n_slots]` and the shares of the steps that
-    were accepted `[n_chains]`. There is a proposal for each chain. `progress` receives the share
-    done.
+    were accepted `[n_chains]`. The proposals of each chain are shaped by one of `proposals`.
+    `progress` receives the share done.
     """
     u, value = state.u, state.value
     n_chains, n_slots = u.shape
-    centre = np.array([p.centre for p in proposals])
+    centre = np.array([p.u for p in proposals])
     factor = np.array([np.linalg.cholesky(p.covariance) for p in proposals])
     inverse = np.linalg.inv(factor)
     kept = np.empty((n_chains, n_draws, n_slots))
@@ -187,14 +179,13 @@ def sample(
     exact, spread = posterior.exactly(), _following(found.draws, mode)
     if _holds(fine, exact, found.draws, spread, seed):
         return found
-    about = Mode(spread.centre, np.nan, spread.covariance)
-    found = _rounds(exact, about, n_chains, n_draws, seed, progress)
+    found = _rounds(exact, spread, n_chains, n_draws, seed, progress)
     # Each later evaluation by exact tables would cost runs of all blocks.
     among = star_among(posterior, found.draws)
     return replace(found, friction=among.friction, likelihood=among)
 
 
-def _holds(star: Posterior, exact: Posterior, draws: Floats, spread: Proposal, seed: int) -> bool:
+def _holds(star: Posterior, exact: Posterior, draws: Floats, spread: Mode, seed: int) -> bool:
     """Whether a star holds at its `draws` `[n, n_slots]` and beyond, but for a constant."""
     u = draws[np.linspace(0, len(draws) - 1, N_WALKERS).astype(np.int64)]
     state = State(u, exact.log_densities(u), [generator(seed, "held", k) for k in range(len(u))])
@@ -218,7 +209,7 @@ def _rounds(
     state = dispersed_state(
         posterior, mode, [generator(seed, "marginal", c) for c in range(n_chains)]
     )
-    proposals = [Proposal(mode.u, mode.covariance)] * n_chains
+    proposals = [mode] * n_chains
     for round_ in range(WARM_UP_ROUNDS):
         kept, _ = walk(posterior, state, proposals, warm_up, KEEP_EVERY)
         if round_ > 0:
@@ -250,11 +241,11 @@ def _read(posterior: Posterior, draws: Floats, acceptance: Floats) -> Chains:
     )
 
 
-def _following(draws: Floats, mode: Mode) -> Proposal:
-    """Proposals by draws `[n, n_slots]`, their covariance drawn a little to the mode's."""
+def _following(draws: Floats, mode: Mode) -> Mode:
+    """The normal by draws `[n, n_slots]`, its covariance drawn a little to the mode's."""
     share = len(draws) / (len(draws) + 10.0 * draws.shape[1])
     found = np.cov(draws.T).reshape(mode.covariance.shape)
-    return Proposal(draws.mean(axis=0), share * found + (1.0 - share) * mode.covariance)
+    return Mode(draws.mean(axis=0), np.nan, share * found + (1.0 - share) * mode.covariance)
 
 
 def _offsets(posterior: Posterior, draws: Floats, seed: int) -> dict[str, Floats]:

@@ -71,7 +71,8 @@ FIRST_SPREAD = 0.5
 class Mode:
     """A mode and the normal with its curvature.
 
-    Coordinates `[n_slots]`, the log density there, and the covariance `[n_slots, n_slots]`.
+    Coordinates `[n_slots]`, the log density there, and the covariance `[n_slots, n_slots]`. Or the
+    normal of some draws about their mean, with no density (nan).
     """
 
     u: Floats
