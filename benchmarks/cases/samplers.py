@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from avahazard.hazard.rows import draw_stops
 from avahazard.inference.fitted_model import diagnose_chains
 from avahazard.inference.model.laws import law
-from avahazard.inference.paper.calibration import run_gibbs
-from avahazard.inference.paper.metropolis import (
+from avahazard.inference.paper.calibration import (
     FLAT_ON_SIGMA,
     Prior,
     prior_by,
+    run_gibbs,
     runout_records,
     squared_residuals,
     walk,

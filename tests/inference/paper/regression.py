@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from avahazard.inference.paper.metropolis import FitRecords
+from avahazard.inference.paper.calibration import FitRecords
 
 
 def line_records(x: np.ndarray, y: np.ndarray) -> FitRecords:

@@ -16,13 +16,14 @@ from avahazard.inference.model.observations import LEFT, build_observations
 from avahazard.inference.model.specification import Specification
 from avahazard.inference.paper import calibration
 from avahazard.inference.paper.calibration import (
+    FLAT_ON_SIGMA,
     calibrate_paper,
     check_method,
     gibbs,
+    prior_by,
     recorded_elevation,
     regression,
 )
-from avahazard.inference.paper.metropolis import FLAT_ON_SIGMA, prior_by
 from avahazard.physics.runout_curve import MU
 from avahazard.records.collection import Event, Records
 from avahazard.records.errors import AvahazardError

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from avahazard.inference.model.laws import LAWS, law
-from avahazard.inference.paper import metropolis as sampler
-from avahazard.inference.paper.metropolis import (
+from avahazard.inference.paper import calibration as sampler
+from avahazard.inference.paper.calibration import (
     FLAT_ON_SIGMA,
     metropolis,
     prior_by,

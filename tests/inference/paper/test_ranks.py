@@ -16,9 +16,8 @@ from scipy import stats
 
 from avahazard.inference.likelihood.predicted import predict_records
 from avahazard.inference.model.laws import Law, law
-from avahazard.inference.paper.calibration import WEAK_ON_SIGMA, gibbs
+from avahazard.inference.paper.calibration import WEAK_ON_SIGMA, gibbs, metropolis, runout_records
 from avahazard.inference.paper.least_squares import fit_law
-from avahazard.inference.paper.metropolis import metropolis, runout_records
 from avahazard.inference.seeds import generator
 from avahazard.physics.runout_curve import EVEN, MU, MU_STEP
 from tests.inference.sbc import LEVEL, N_DRAWS, least_p, rank
