@@ -18,7 +18,6 @@ from avahazard.notes import Note
 from avahazard.physics import smooth_profile as smoothing
 from avahazard.physics.block import LEFT_PROFILE, STATUS_NAMES, run
 from avahazard.physics.cells import Resistance, build_cells, no_resistance
-from avahazard.physics.point_error import point_error
 from avahazard.physics.runout_curve import MU
 from avahazard.physics.speed import speeds_along
 from avahazard.physics.terrain import build_terrain
@@ -95,7 +94,7 @@ def describe_path(
 
 
 def _fit(profile: Profile, smooth: smoothing.SmoothProfile) -> results.ProfileFit:
-    estimate = point_error(profile.x_m, profile.y_m)
+    estimate = smoothing.point_error(profile.x_m, profile.y_m)
     posterior = smooth.posterior
     return results.ProfileFit(
         method=smooth.method,

@@ -15,11 +15,11 @@ from avahazard.physics.block import LEFT_PROFILE, STOPPED
 from avahazard.physics.block import run as run_blocks
 from avahazard.physics.cell_step import BATCH_SIZE
 from avahazard.physics.cells import SPEEDS, build_cells, no_resistance
-from avahazard.physics.point_error import point_error
 from avahazard.physics.smooth_profile import (
     SmoothProfile,
     block_length,
     legendre_profile,
+    point_error,
     smooth_profile,
     spline_profile,
 )

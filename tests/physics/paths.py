@@ -12,8 +12,12 @@ from scipy.linalg import solve_banded
 
 from avahazard.physics import smooth_profile
 from avahazard.physics.cells import Cells, Resistance, build_cells, no_resistance
-from avahazard.physics.point_error import point_error
-from avahazard.physics.smooth_profile import SmoothProfile, block_length, legendre_profile
+from avahazard.physics.smooth_profile import (
+    SmoothProfile,
+    block_length,
+    legendre_profile,
+    point_error,
+)
 from avahazard.physics.terrain import Terrain, build_terrain
 
 RELEASE_M = 100.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from avahazard.physics.point_error import (
+from avahazard.physics.smooth_profile import (
     FINEST_M,
     band_forms,
     difference_error,

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from numpy.polynomial import Legendre
 from scipy.interpolate import BSpline, make_smoothing_spline
 
-from avahazard.physics.point_error import FINEST_M
 from avahazard.physics.smooth_profile import (
+    FINEST_M,
     GroundPosterior,
     block_length,
     ground_posterior,
