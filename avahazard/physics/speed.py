@@ -10,9 +10,8 @@ import numpy as np
 
 from avahazard.arrays import Floats
 from avahazard.kernels import kernel
-from avahazard.physics.block import Batch, march, new_batch, release
+from avahazard.physics.block import BATCH_SIZE, Batch, march, new_batch, release
 from avahazard.physics.cell_motion import at_speed, end_accelerations, hermite
-from avahazard.physics.cell_step import BATCH_SIZE
 from avahazard.physics.cells import Cells
 from avahazard.physics.runout_curve import refined
 

@@ -11,9 +11,8 @@ from numba import njit
 from scipy.integrate import solve_ivp
 
 from avahazard.effects.site import SPEED_CELL_M
-from avahazard.physics.block import LEFT_PROFILE, STOPPED
+from avahazard.physics.block import BATCH_SIZE, LEFT_PROFILE, STOPPED
 from avahazard.physics.block import run as run_blocks
-from avahazard.physics.cell_step import BATCH_SIZE
 from avahazard.physics.cells import SPEEDS, build_cells, no_resistance
 from avahazard.physics.smooth_profile import (
     SmoothProfile,

@@ -8,16 +8,16 @@ from numpy.polynomial.polynomial import polyval
 from scipy.interpolate import CubicHermiteSpline
 
 from avahazard.kernels import kernel
-from avahazard.physics.block import first_of_batch
-from avahazard.physics.cell_motion import at_speed
-from avahazard.physics.cell_step import (
+from avahazard.physics.block import (
     BATCH_SIZE,
     LANES,
     bend_inside,
+    first_of_batch,
     step,
     step_by_speed,
     step_with_contact,
 )
+from avahazard.physics.cell_motion import at_speed
 from avahazard.physics.cells import SPEEDS
 from avahazard.physics.terrain import build_terrain
 from tests.physics import naive
