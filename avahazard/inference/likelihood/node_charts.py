@@ -130,14 +130,6 @@ def _spread(values: Floats, used: Bools) -> Floats:
     return whole
 
 
-class Part(NamedTuple):
-    """Events whose nodes are made together, with the runs of their blocks."""
-
-    events: Ints
-    observations: Observations
-    runs: KeptRuns
-
-
 class NodeCharts:
     """What the records say of friction, for every value of the parameters that shape the tables.
 
@@ -164,12 +156,13 @@ class NodeCharts:
         self._in_sight = not limited
         of_block = effects, curvature, self._in_sight
         self._runs = KeptRuns(observations, *of_block)
-        self._parts = [Part(np.arange(observations.n_events), observations, self._runs)]
+        # Events whose nodes are made together, with the runs of their blocks.
+        self._parts = [(np.arange(observations.n_events), self._runs)]
         many = observations.n_events > MANY_EVENTS and len(observations.sites) > 1
         if many and not observations.speeds:
             events = whole_paths(observations, EVENTS_AT_ONCE)
-            parts = [(selected, part_of(observations, selected)) for selected in events]
-            self._parts = [Part(*part, KeptRuns(part[1], *of_block)) for part in parts]
+            parts = (part_of(observations, selected) for selected in events)
+            self._parts = [(e, KeptRuns(p, *of_block)) for e, p in zip(events, parts, strict=True)]
         # Runs of parts are kept where they serve other places too.
         self._keeps = len(self._parts) == 1 or (len(layout.tables) > 0 and not self._runs.near)
         self._kept: dict[tuple[float, ...], tuple[Nodes, list[TrackRows]]] = {}
@@ -184,7 +177,7 @@ class NodeCharts:
 
     def forget_runs(self) -> None:
         """Give back the memory of runs; the chart stays, others are made anew."""
-        for runs in (self._runs, *(part.runs for part in self._parts)):
+        for runs in (self._runs, *(runs for _, runs in self._parts)):
             runs.forget()
         self._kept = {}
 
@@ -270,11 +263,11 @@ class NodeCharts:
             limit = effect.limit(self.observations.columns, values[effect.key])
         panels = np.empty(len(limit), np.int64) if self._panels is None else self._panels
         made = []
-        for events, part, runs in self._parts:
+        for events, runs in self._parts:
             if self._panels is None:
-                panels[events] = self._needed(part, runs)
-            predicted = runs.near_records(values)
-            made.append(record_nodes(part, predicted, panels[events], limit[events], self.in_log))
+                panels[events] = self._needed(runs)
+            predicted, some = runs.near_records(values), (panels[events], limit[events])
+            made.append(record_nodes(runs.observations, predicted, *some, self.in_log))
             if not self._keeps:
                 runs.forget()
         self._panels = panels
@@ -290,8 +283,8 @@ class NodeCharts:
         """Rows of all parts in the order of the events, as wide as the widest."""
         width = [max(sides) for sides in zip(*(c.shape[1:] for c in columns), strict=True)]
         whole = np.zeros((self.observations.n_events, *width), dtype=columns[0].dtype)
-        for part, column in zip(self._parts, columns, strict=True):
-            at: tuple[Any, ...] = (part.events, *map(slice, column.shape[1:]))
+        for (events, _), column in zip(self._parts, columns, strict=True):
+            at: tuple[Any, ...] = (events, *map(slice, column.shape[1:]))
             whole[at] = column
         return whole
 
@@ -302,14 +295,14 @@ class NodeCharts:
         """
         if self._panels is None:
             panels = np.empty(self.observations.n_events, np.int64)
-            for events, part, runs in self._parts:
-                panels[events] = self._needed(part, runs)
+            for events, runs in self._parts:
+                panels[events] = self._needed(runs)
                 if not self._keeps:
                     runs.forget()
             self._panels = panels
         return self._panels
 
-    def _needed(self, part: Observations, runs: KeptRuns) -> Ints:
+    def _needed(self, runs: KeptRuns) -> Ints:
         u = self._neutral()
         moved = self.layout.effect_values(u)
         for effect in of_kind(self.effects, RecordErrorEffect):
@@ -318,7 +311,7 @@ class NodeCharts:
         slot = self.layout.track_scatter
         scatter = 0.0 if slot is None else float(np.exp(self.layout.slots[slot].mean))
         predicted = runs.records(self.layout.effect_values(u), moved)
-        return needed_panels(part, predicted, scatter, self.in_log)
+        return needed_panels(runs.observations, predicted, scatter, self.in_log)
 
     def predicted_at(self, u: Floats) -> Predicted:
         """Tables of expected records at coordinates u; where blocks move by them, run afresh."""

@@ -375,7 +375,7 @@ class KeptRuns:
         curvature: float,
         in_sight: bool,
     ) -> None:
-        self._observations = observations
+        self.observations = observations
         self._effects = effects
         self._curvature = curvature
         self._moving = of_kind(effects, MotionEffect)
@@ -406,25 +406,25 @@ class KeptRuns:
         """Runs of the block, kept: effects on the record alone leave them as they are."""
         key = tuple(values[effect.key].tobytes() for effect in self._moving)
         if key not in self._runs:
-            n_curves = sum(len(site.release_x) for site in self._observations.sites)
-            n_speeds = sum(len(track.x) for track in self._observations.speeds)
+            n_curves = sum(len(site.release_x) for site in self.observations.sites)
+            n_speeds = sum(len(track.x) for track in self.observations.speeds)
             size = n_curves * RUN_BYTES + n_speeds * 8 * len(MU)
-            runs = run_blocks(self._observations, self._effects, values, self._curvature)
+            runs = run_blocks(self.observations, self._effects, values, self._curvature)
             keep(self._runs, key, runs, KEPT_RUNS, size)
         return self._runs[key]
 
     def _predicted(self, values: Values, runs: BlockRuns | None) -> Predicted:
-        return predict_records(self._observations, self._effects, values, self._curvature, runs)
+        return predict_records(self.observations, self._effects, values, self._curvature, runs)
 
     def _near_runs(self, values: Values) -> BlockRuns:
         """Runs of the block near the records; not kept, as nodes are."""
         on_record = of_kind(self._effects, RecordEffect)
         key = tuple(values[e.key].tobytes() for e in on_record)
         if key not in self._asked:
-            found = stops_asked(self._observations, self._effects, values)
+            found = stops_asked(self.observations, self._effects, values)
             keep(self._asked, key, found, KEPT_ASKED)
         runs = run_blocks(
-            self._observations, self._effects, values, self._curvature, self._asked[key]
+            self.observations, self._effects, values, self._curvature, self._asked[key]
         )
         # The next place is near this one, and so are its frictions.
         self._asked[key] = tuple(

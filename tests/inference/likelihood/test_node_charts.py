@@ -255,4 +255,4 @@ def test_runs_that_serve_other_values_are_made_once(
         patch.setattr(predicted, "run_blocks", None)
         grid.exact(near(model, **{grid.layout.slots[grid.layout.tables[0]].name: 0.4}))
     grid.forget_runs()
-    assert not any(part.runs._runs for part in grid._parts)
+    assert not any(runs._runs for _, runs in grid._parts)
