@@ -14,13 +14,8 @@ from avahazard.results import files as results
 from avahazard.workflow.requests import AvaframeRequest, ReportRequest, SynthRequest
 
 
-def _created(found: results.Created) -> Iterator[Shown]:
-    done = "was created" if found.created else "exists"
-    yield Whole(f"The database {found.database} {done}.")
-
-
-@answers("database.init_database", _created)
-def init() -> None:
+@answers("database.init_database")
+def init(found: results.Created) -> Iterator[Shown]:
     """Create the database, or say that it exists.
 
     \b
@@ -28,6 +23,8 @@ def init() -> None:
       avahazard init
       avahazard --db valley.db init
     """
+    done = "was created" if found.created else "exists"
+    yield Whole(f"The database {found.database} {done}.")
 
 
 db = typer.Typer(
@@ -38,7 +35,15 @@ db = typer.Typer(
 )
 
 
-def _upgraded(found: results.Upgraded) -> Iterator[Shown]:
+@db.command()
+@answers("database.upgrade_database")
+def upgrade(found: results.Upgraded) -> Iterator[Shown]:
+    """Bring the tables of the database up to date.
+
+    \b
+    Example:
+      avahazard db upgrade
+    """
     words = f"went from revision {found.from_} to {found.to}"
     if found.from_ == found.to:
         words = "is up to date"
@@ -47,27 +52,8 @@ def _upgraded(found: results.Upgraded) -> Iterator[Shown]:
 
 
 @db.command()
-@answers("database.upgrade_database", _upgraded)
-def upgrade() -> None:
-    """Bring the tables of the database up to date.
-
-    \b
-    Example:
-      avahazard db upgrade
-    """
-
-
-def _status(found: results.DatabaseState) -> Iterator[Shown]:
-    yield Whole(f"Database: {found.database}")
-    own = f"(revision {found.revision or 'none'}, this program's is {found.head})"
-    yield f"Tables: {found.state} {own}"
-    if found.counts:
-        yield table("", ("holds", ">number"), found.counts.items())
-
-
-@db.command()
-@answers("database.database_status", _status)
-def status() -> None:
+@answers("database.database_status")
+def status(found: results.DatabaseState) -> Iterator[Shown]:
     """Show the revision of the database and what it holds.
 
     \b
@@ -75,6 +61,11 @@ def status() -> None:
       avahazard db status
       avahazard --db valley.db db status
     """
+    yield Whole(f"Database: {found.database}")
+    own = f"(revision {found.revision or 'none'}, this program's is {found.head})"
+    yield f"Tables: {found.state} {own}"
+    if found.counts:
+        yield table("", ("holds", ">number"), found.counts.items())
 
 
 def _checked(found: results.Checked) -> Iterator[Shown]:
@@ -106,33 +97,28 @@ def check(
     emit(found, _checked)
 
 
-def _copied(found: results.Copied) -> Iterator[Shown]:
-    yield Whole(f"Copied {found.database} to {found.backup}.")
-
-
 @db.command()
-@answers("database.backup_database", _copied)
-def backup(target: Annotated[str, argument("The new file.", "FILE")]) -> None:
+@answers("database.backup_database")
+def backup(
+    found: results.Copied, target: Annotated[str, argument("The new file.", "FILE")]
+) -> Iterator[Shown]:
     """Copy the database to a new file, also while it is in use.
 
     \b
     Example:
       avahazard db backup copy.db
     """
+    yield Whole(f"Copied {found.database} to {found.backup}.")
 
 
-def _written(found: results.WrittenReport) -> Iterator[Shown]:
-    size = f"paths {found.n_paths}, events {found.n_events}, {found.bytes / 1e3:,.0f} kB"
-    yield Whole(f"{found.file}: {size}. Open it in a browser.")
-
-
-@answers("report.write_report", _written, notes=lambda found: (*found.lacking, *found.notes))
+@answers("report.write_report", notes=lambda found: (*found.lacking, *found.notes))
 def report(
+    found: results.WrittenReport,
     name: StoredModel,
     file: Annotated[Path, output_file("Where to write it: .html. One that is there is replaced.")],
     *,
     request: ReportRequest,
-) -> None:
+) -> Iterator[Shown]:
     """Write a report of a model as one HTML file that needs no network.
 
     \b
@@ -142,6 +128,8 @@ def report(
       avahazard report first -o first-de.html --language de
       avahazard --json report first -o first.html
     """
+    size = f"paths {found.n_paths}, events {found.n_events}, {found.bytes / 1e3:,.0f} kB"
+    yield Whole(f"{found.file}: {size}. Open it in a browser.")
 
 
 def _exported(found: results.Export) -> Iterator[Shown]:
@@ -186,17 +174,13 @@ def export(
     emit(found, _exported)
 
 
-def _synthetic(found: results.SyntheticDataset) -> Iterator[Shown]:
-    size = f"{counted(found.n_events, 'event')} on {counted(found.n_paths, 'path')}"
-    yield Whole(f"{size}, {found.n_left_profile} beyond the profile, {found.n_speeds} speeds.")
-    yield Whole(f"Hidden effects: {', '.join(found.effects) or 'none'}.")
-    yield from map(Whole, found.files)
-
-
-@answers("synth.synthesise", _synthetic)
+@answers("synth.synthesise")
 def synth(
-    folder: Annotated[Path, typer.Argument(help="A new or empty folder.")], *, request: SynthRequest
-) -> None:
+    found: results.SyntheticDataset,
+    folder: Annotated[Path, typer.Argument(help="A new or empty folder.")],
+    *,
+    request: SynthRequest,
+) -> Iterator[Shown]:
     """Make a synthetic dataset with known hidden effects, to try the program on.
 
     \b
@@ -204,3 +188,7 @@ def synth(
       avahazard synth my-records --events 90 --paths 5
       avahazard synth hidden --effect forest-drag --effect snow-type --seed 7
     """
+    size = f"{counted(found.n_events, 'event')} on {counted(found.n_paths, 'path')}"
+    yield Whole(f"{size}, {found.n_left_profile} beyond the profile, {found.n_speeds} speeds.")
+    yield Whole(f"Hidden effects: {', '.join(found.effects) or 'none'}.")
+    yield from map(Whole, found.files)

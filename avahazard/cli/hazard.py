@@ -137,8 +137,10 @@ def show_zones(found: Zones) -> Iterator[Shown]:
         yield "Design runouts, speeds and pressures: avahazard --verbose zones …"
 
 
-@answers("hazard.zones", show_zones, notes=_beside_windows)
-def zones(name: CalibratedModel, *, request: requests.ZonesRequest) -> None:
+@answers("hazard.zones", notes=_beside_windows)
+def zones(
+    found: Zones, name: CalibratedModel, *, request: requests.ZonesRequest
+) -> Iterator[Shown]:
     """Find speed, pressure and hazard zones along the paths, by return period.
 
     A model needs drag (calibrate it with turbulent-drag, or import measured speeds): without,
@@ -151,6 +153,7 @@ def zones(name: CalibratedModel, *, request: requests.ZonesRequest) -> None:
       avahazard zones with-drag --volumes volumes.csv
       avahazard zones with-drag --limits french --path P01 --plot zones.png
     """
+    return show_zones(found)
 
 
 def simulate(
@@ -211,21 +214,14 @@ def show_simulations(found: Simulations) -> Iterator[Shown]:
     yield table("Runs of com1DFA", heads, rows)
 
 
-def show_map(found: ChanceMap) -> Iterator[Shown]:
-    """Show what a map holds."""
-    rows = [(row.path_id, row.engine, row.n_runs, f"{row.chance_max:.3f}") for row in found.paths]
-    title = f"{found.file}: {found.crs}, cells of {found.cell_m:g} m"
-    yield table(title, ("path", "engine", ">runs", ">largest chance a year"), rows)
-    yield f"It holds: {', '.join(found.bands)}."
-
-
-@answers("map.draw_map", show_map)
+@answers("map.draw_map")
 def map(
+    found: ChanceMap,
     name: CalibratedModel,
     file: Annotated[Path, output_file("Ends in .tif (chances) or .gpkg (areas and zones).")],
     *,
     request: requests.MapRequest,
-) -> None:
+) -> Iterator[Shown]:
     """Draw the annual chance of an avalanche, and of pressures, in the cells of the terrain.
 
     Where paths have runs of `simulate`; on others along the line, as wide as the flow. The bands
@@ -237,3 +233,7 @@ def map(
       avahazard map flow -o chances.tif
       avahazard map flow -o zones.gpkg --limits french
     """
+    rows = [(row.path_id, row.engine, row.n_runs, f"{row.chance_max:.3f}") for row in found.paths]
+    title = f"{found.file}: {found.crs}, cells of {found.cell_m:g} m"
+    yield table(title, ("path", "engine", ">runs", ">largest chance a year"), rows)
+    yield f"It holds: {', '.join(found.bands)}."

@@ -60,10 +60,13 @@ def _parts(model: results.Calibration) -> str:
     return ", ".join(parts)
 
 
-@answers("calibrate.calibrate", show_calibration)
+@answers("calibrate.calibrate")
 def calibrate(
-    name: Annotated[str, argument("A new name for the model.")], *, request: CalibrateRequest
-) -> None:
+    found: results.Calibration,
+    name: Annotated[str, argument("A new name for the model.")],
+    *,
+    request: CalibrateRequest,
+) -> Iterator[Shown]:
     """Calibrate a model on the records and store it.
 
     \b
@@ -74,9 +77,17 @@ def calibrate(
       avahazard calibrate here --path P01 --prior-from fit:P02,P03
       avahazard calibrate informed --prior a=0.5,0.05 --prior n=2e-6,1e-6
     """
+    return show_calibration(found)
 
 
-def _models(found: Rows[results.ModelSummary]) -> Iterator[Shown]:
+@answers("listing.show_models")
+def models(found: Rows[results.ModelSummary]) -> Iterator[Shown]:
+    """List the stored models.
+
+    \b
+    Example:
+      avahazard models
+    """
     if not found:
         yield "There are no models yet: make one with `avahazard calibrate NAME`."
         return
@@ -93,16 +104,6 @@ def _models(found: Rows[results.ModelSummary]) -> Iterator[Shown]:
     ]
     columns = ("model", "effects", "law, method", ">events", "converged", "made")
     yield table("", columns, rows)
-
-
-@answers("listing.show_models", _models)
-def models() -> None:
-    """List the stored models.
-
-    \b
-    Example:
-      avahazard models
-    """
 
 
 def _model(found: results.Calibration) -> Iterator[Shown]:
@@ -162,7 +163,16 @@ def _specified(key: str, value: Any) -> str | None:
     return (", ".join(value) or None) if isinstance(value, list | tuple) else str(value)
 
 
-def _rerun(found: results.Rerun) -> Iterator[Shown]:
+@answers("calibrate.rerun")
+def rerun(
+    found: results.Rerun, name: StoredModel, effect_files: EffectFiles = None
+) -> Iterator[Shown]:
+    """Calibrate a stored model again, and say whether the result is identical.
+
+    \b
+    Example:
+      avahazard rerun first
+    """
     if found.identical:
         yield f"{found.model}: identical, every draw of {found.n_parameters} parameters."
         return
@@ -171,31 +181,16 @@ def _rerun(found: results.Rerun) -> Iterator[Shown]:
     yield table(f"{found.model}: not identical", columns, rows)
 
 
-@answers("calibrate.rerun", _rerun)
-def rerun(name: StoredModel, effect_files: EffectFiles = None) -> None:
-    """Calibrate a stored model again, and say whether the result is identical.
-
-    \b
-    Example:
-      avahazard rerun first
-    """
-
-
-def _child(found: results.Calibration) -> Iterator[Shown]:
-    yield from show_calibration(found)
-    assert found.comparison is not None
-    yield sentences.before_and_after_text(found.comparison)
-
-
-@answers("calibrate.add", _child)
+@answers("calibrate.add")
 def add(
+    found: results.Calibration,
     name: StoredModel,
     effects: Annotated[list[str], argument("Effects to add.", "EFFECT…")],
     new_name: Annotated[
         str, typer.Option("--as", metavar="NEW", help="Name of the new model.", show_default=False)
     ],
     effect_files: EffectFiles = None,
-) -> None:
+) -> Iterator[Shown]:
     """Add effects to a model: the child is calibrated, compared and stored.
 
     \b
@@ -203,25 +198,25 @@ def add(
       avahazard add first forest-drag --as forest
       avahazard add first my-effect --as mine --effect-file mine.py
     """
+    yield from show_calibration(found)
+    assert found.comparison is not None
+    yield sentences.before_and_after_text(found.comparison)
 
 
-def _effects(found: Rows[results.EffectEntry]) -> Iterator[Shown]:
-    cells = [
-        (row.key, row.needs, "yes" if row.lacking is None else f"no: {row.lacking}")
-        for row in found
-    ]
-    yield table("Effects", ("effect", "needs", "supported by these data?"), cells)
-    yield "More on one: avahazard effect KEY. Your own: avahazard effect new FILE."
-
-
-@answers("effects.list_effects", _effects)
-def effects() -> None:
+@answers("effects.list_effects")
+def effects(found: Rows[results.EffectEntry]) -> Iterator[Shown]:
     """List the effects that a model can have, and whether the present data can tell them.
 
     \b
     Example:
       avahazard effects
     """
+    cells = [
+        (row.key, row.needs, "yes" if row.lacking is None else f"no: {row.lacking}")
+        for row in found
+    ]
+    yield table("Effects", ("effect", "needs", "supported by these data?"), cells)
+    yield "More on one: avahazard effect KEY. Your own: avahazard effect new FILE."
 
 
 def effect(
@@ -276,8 +271,28 @@ def _range(low: float | None, high: float | None) -> str:
     return f"{least} to {most}"
 
 
-def show_comparison(found: Comparison) -> Iterator[Shown]:
-    """Show scores, the budget of errors, and where the model fails."""
+def _notes(found: Comparison) -> Iterator[str]:
+    yield from found.notes
+    unsure = found.scores.pareto_k_bad - found.scores.pareto_k_refitted
+    if unsure > 0:
+        weigh = "record weighs" if unsure == 1 else "records weigh"
+        yield f"{unsure} {weigh} so much that the left-out density is rough (Pareto k > 0.7)."
+
+
+@answers("compare.compare", notes=_notes)
+def compare(
+    found: Comparison,
+    name: StoredModel,
+    plot: Annotated[Path | None, picture("Draw where it fails")] = None,
+    effect_files: EffectFiles = None,
+) -> Iterator[Shown]:
+    """Set a model against the measurements: its scores, and where it fails.
+
+    \b
+    Examples:
+      avahazard compare first
+      avahazard compare first --plot where.png
+    """
     scores = found.scores
     yield model_tables.scores_table(found.coordinate, model_tables.compared_parts(found))
     yield from sentences.error_text(found)
@@ -293,35 +308,21 @@ def show_comparison(found: Comparison) -> Iterator[Shown]:
     yield sentences.failure_text(found)
 
 
-def _notes(found: Comparison) -> Iterator[str]:
-    yield from found.notes
-    unsure = found.scores.pareto_k_bad - found.scores.pareto_k_refitted
-    if unsure > 0:
-        weigh = "record weighs" if unsure == 1 else "records weigh"
-        yield f"{unsure} {weigh} so much that the left-out density is rough (Pareto k > 0.7)."
-
-
-@answers("compare.compare", show_comparison, notes=_notes)
-def compare(
-    name: StoredModel,
-    plot: Annotated[Path | None, picture("Draw where it fails")] = None,
-    effect_files: EffectFiles = None,
-) -> None:
-    """Set a model against the measurements: its scores, and where it fails.
-
-    \b
-    Examples:
-      avahazard compare first
-      avahazard compare first --plot where.png
-    """
-
-
 ALONE, NEAR = 0.05, 0.1
 CANDIDATES_SHOWN = 8
 
 
-def show_diagnosis(found: Diagnosis) -> Iterator[Shown]:
-    """Show the verdict, the candidates, and what else was found."""
+@answers("diagnose.diagnose_model")
+def diagnose(found: Diagnosis, name: StoredModel, *, request: DiagnoseRequest) -> Iterator[Shown]:
+    """Ask which effect a model lacks, if any; what to measure next.
+
+    \b
+    Examples:
+      avahazard diagnose first
+      avahazard diagnose first --expect snow-type
+      avahazard diagnose first --plot candidates.png
+      avahazard diagnose first --write-effect law.py
+    """
     yield sentences.verdict_text(found, found.model)
     if found.declared is not None:
         words = ", ".join(found.declared.effects)
@@ -381,40 +382,20 @@ def _findings(found: Diagnosis) -> Iterator[Shown]:
         yield f"{effect} {need} (evidence {loss:+.1f} nats)."
 
 
-@answers("diagnose.diagnose_model", show_diagnosis)
-def diagnose(name: StoredModel, *, request: DiagnoseRequest) -> None:
-    """Ask which effect a model lacks, if any; what to measure next.
-
-    \b
-    Examples:
-      avahazard diagnose first
-      avahazard diagnose first --expect snow-type
-      avahazard diagnose first --plot candidates.png
-      avahazard diagnose first --write-effect law.py
-    """
-
-
-def show_ladder(found: Ladder) -> Iterator[Shown]:
-    """Show all models with their errors, and which of these are by other held-out groups."""
-    yield model_tables.ladder_table(found.rows)
-    notes = (note for row in found.rows for note in row.notes)
-    yield from (str(note) for note in notes if note.key == "held_out_by_event")
-
-
 EXTRA = {"noise_floor_m", "noise_floor_crps_m"}
 """Of the steps of the ladder, what the table alone shows."""
 
 
 @answers(
     "compare.ladder",
-    show_ladder,
     document=lambda found: [
         {key: value for key, value in row.items() if key not in EXTRA} for row in plain(found.rows)
     ],
 )
 def ladder(
+    found: Ladder,
     plot: Annotated[Path | None, picture("Draw the held-out error and the error budgets")] = None,
-) -> None:
+) -> Iterator[Shown]:
     """List every model and its error, oldest first.
 
     \b
@@ -422,32 +403,32 @@ def ladder(
       avahazard ladder
       avahazard ladder --plot ladder.png
     """
-
-
-def show_prediction(found: Prediction) -> Iterator[Shown]:
-    """Show the events with their predicted runouts, and the scores where runouts are given."""
-    yield model_tables.predicted_table(found.events)
-    if found.scores is not None:
-        scores = [("these events", found.scores)]
-        yield model_tables.scores_table(found.scores.coordinate, scores)
+    yield model_tables.ladder_table(found.rows)
+    # Errors by other held-out groups than those of the parent.
+    notes = (note for row in found.rows for note in row.notes)
+    yield from (str(note) for note in notes if note.key == "held_out_by_event")
 
 
 @answers(
     "compare.predict",
-    show_prediction,
     # Elevations, unless `coordinate` of a row says otherwise (docs/results.md).
     document=lambda found: (
         found.events if found.scores is None else {"events": found.events, "scores": found.scores}
     ),
 )
 def predict(
+    found: Prediction,
     name: StoredModel,
     file: Annotated[Path, argument("Events.", "EVENTS.csv")],
     effect_files: EffectFiles = None,
-) -> None:
+) -> Iterator[Shown]:
     """Predict the runout of each event of a file; its own runout only serves for scores.
 
     \b
     Example:
       avahazard predict first new-events.csv
     """
+    yield model_tables.predicted_table(found.events)
+    if found.scores is not None:
+        scores = [("these events", found.scores)]
+        yield model_tables.scores_table(found.scores.coordinate, scores)

@@ -2,13 +2,14 @@
 
 import inspect
 from collections.abc import Callable, Iterable, Iterator
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from avahazard.cli.output import Render, ask, emit, warn
+from avahazard.cli.output import Shown, ask, emit, warn
 from avahazard.engine import LOCAL, EngineName, close_engine, set_engine
 from avahazard.records.errors import AvahazardError
 from avahazard.request import Field, Request, option, parts_of
@@ -29,8 +30,7 @@ StoredModel = Annotated[str, argument("A stored model.")]
 CalibratedModel = Annotated[str, argument("A calibrated model.")]
 OnePath = Annotated[str, argument("The path_id of a path.", "PATH")]
 EffectFiles = Annotated[
-    list[Path] | None,
-    typer.Option("--effect-file", metavar=EFFECT_FILES.metavar, help=EFFECT_FILES.help),
+    list[Path] | None, typer.Option("--effect-file", metavar=EFFECT_FILES.metavar, help=EFFECT_FILES.help)
 ]
 
 
@@ -45,18 +45,19 @@ def output_file(words: str) -> Any:
 
 
 def answers(
-    use_case: str, render: Render, **how: Callable[[Any], Any]
-) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Let a use case (`ask`) answer a command, which has nothing but its parameters and its help.
+    use_case: str, **how: Callable[[Any], Any]
+) -> Callable[[Callable[..., Iterable[Shown]]], Callable[..., None]]:
+    """Let a use case (`ask`) answer a command, which gives what people are shown of the result.
 
-    They have the names of the use case. The result is printed by `render`; `how` as for `emit`.
+    The result is its first parameter; the others have the names of the use case. `how` as for
+    `emit`.
     """
 
-    def decorated(command: Callable[..., None]) -> Callable[..., None]:
+    def decorated(command: Callable[..., Iterable[Shown]]) -> Callable[..., None]:
         def answered(**values: Any) -> None:
-            emit(ask(use_case, **values), render, **how)
+            emit(ask(use_case, **values), partial(command, **values), **how)
 
-        return _looking_like(command, answered, _parameters(command))
+        return _looking_like(command, answered, _parameters(command)[1:])
 
     return decorated
 

@@ -18,22 +18,15 @@ from avahazard.results.files import Demo, HiddenEffect, ProjectRun
 from avahazard.workflow.requests import RunRequest
 
 
-def _show_project(found: ProjectRun) -> Iterator[Shown]:
-    rows = [(step.step, step.state, step.found) for step in found.steps]
-    yield table(f"Project {found.project}", ("step", "state", "found"), rows)
-    by = f"The results are those of the model {found.model}, in {found.database}:"
-    yield Whole(by)
-    yield from (Whole(f"  {file}") for file in found.files)
-
-
-@answers("run.run_project", _show_project)
+@answers("run.run_project")
 def run(
+    found: ProjectRun,
     file: Annotated[
         Path, typer.Argument(metavar="[avahazard.toml]", help="The file of the project.")
     ] = Path("avahazard.toml"),
     *,
     request: RunRequest,
-) -> None:
+) -> Iterator[Shown]:
     """Run a whole project: only what is out of date is done.
 
     \b
@@ -42,9 +35,14 @@ def run(
       avahazard run valley/avahazard.toml
       avahazard run --dry-run
     """
+    rows = [(step.step, step.state, step.found) for step in found.steps]
+    yield table(f"Project {found.project}", ("step", "state", "found"), rows)
+    yield Whole(f"The results are those of the model {found.model}, in {found.database}:")
+    yield from (Whole(f"  {file}") for file in found.files)
 
 
-def _show_demo(found: Demo) -> Iterator[Shown]:
+def show_demo(found: Demo) -> Iterator[Shown]:
+    """Show the model of the twin, its bounds, then the loop, and where all files are."""
     yield found.twin
     yield "Do not use them to judge a real place.\n"
     for model in (found.model, found.gibbs):
@@ -76,12 +74,13 @@ def _show_demo(found: Demo) -> Iterator[Shown]:
     )
 
 
-@answers("demo.run_demo", _show_demo, notes=lambda found: (*found.notes, *found.loop.notes))
+@answers("demo.run_demo", notes=lambda found: (*found.notes, *found.loop.notes))
 def demo(
+    found: Demo,
     folder: Annotated[
         Path, typer.Option(help="Where its database and files go; made anew each time.")
     ] = Path("avahazard-demo"),
-) -> None:
+) -> Iterator[Shown]:
     """Do the main job on the bundled data, a twin of the paper's seven paths; find what is hidden.
 
     The second part makes a synthetic dataset with one effect that its model lacks, lets diagnose
@@ -92,6 +91,7 @@ def demo(
       avahazard demo
       avahazard demo --folder try
     """
+    return show_demo(found)
 
 
 def show_loop(found: HiddenEffect) -> Iterator[Shown]:

@@ -17,8 +17,8 @@ from avahazard.report.tables import alpha_beta_table, cell, paths_table, thinned
 from avahazard.report.words import digits
 from avahazard.results.base import Rows
 from avahazard.results.files import GuessedColumns, Import
-from avahazard.results.friction import ApparentEvent, Frictions, PerturbationCheck
-from avahazard.results.terrain import PathCheck, PathSummary, Runout
+from avahazard.results.friction import ApparentEvent, Fits, Frictions, PerturbationCheck
+from avahazard.results.terrain import PathCheck, PathSummary, Runout, TerrainRunout
 from avahazard.workflow import requests
 
 
@@ -88,14 +88,8 @@ def _guessed(found: GuessedColumns) -> Iterator[Shown]:
     )
 
 
-def _paths(found: Rows[PathSummary]) -> Iterator[Shown]:
-    none = "There are no paths: import paths.csv and profiles.csv. Events with H and L (or H/L) "
-    none += "alone need none, but have no design runout."
-    yield paths_table(found) if found else none
-
-
-@answers("listing.list_paths", _paths)
-def paths() -> None:
+@answers("listing.list_paths")
+def paths(found: Rows[PathSummary]) -> Iterator[Shown]:
     """List the paths.
 
     \b
@@ -103,9 +97,22 @@ def paths() -> None:
       avahazard paths
       avahazard --json paths > paths.json
     """
+    none = "There are no paths: import paths.csv and profiles.csv. Events with H and L (or H/L) "
+    none += "alone need none, but have no design runout."
+    yield paths_table(found) if found else none
 
 
-def _path(found: PathCheck) -> Iterator[Shown]:
+@answers("path.view_path")
+def path(
+    found: PathCheck, path_id: OnePath, plot: Annotated[Path | None, picture()] = None
+) -> Iterator[Shown]:
+    """Show how the profile of a path was smoothed, and check it.
+
+    \b
+    Examples:
+      avahazard path P01
+      avahazard path P01 --plot profile.png
+    """
     fit = found.fit
     how = (
         f"Legendre polynomial of degree {fit.degree}"
@@ -131,28 +138,8 @@ def _path(found: PathCheck) -> Iterator[Shown]:
     yield table("", (found.path_id, ">"), rows)
 
 
-@answers("path.view_path", _path)
-def path(path_id: OnePath, plot: Annotated[Path | None, picture()] = None) -> None:
-    """Show how the profile of a path was smoothed, and check it.
-
-    \b
-    Examples:
-      avahazard path P01
-      avahazard path P01 --plot profile.png
-    """
-
-
 SHOWN = 10
 """Places in the table of speeds for people."""
-
-
-def _runout(found: Runout) -> Iterator[Shown]:
-    yield Whole(_how_it_ended(found))
-    if found.status != "not_released":
-        rows = [(f"{p.x_m:.0f}", f"{p.speed_m_s:.1f}") for p in thinned(found.speeds, SHOWN)]
-        yield table("", (">x m", ">speed m/s"), rows)
-        yield f"Largest speed {found.speed_max_m_s:.1f} m/s."
-    yield from show_table(found)
 
 
 def _lift_off(found: Runout) -> Iterator[str]:
@@ -161,8 +148,8 @@ def _lift_off(found: Runout) -> Iterator[str]:
     yield from found.notes or ()
 
 
-@answers("path.run_block", _runout, notes=_lift_off)
-def runout(path_id: OnePath, *, request: requests.RunoutRequest) -> None:
+@answers("path.run_block", notes=_lift_off)
+def runout(found: Runout, path_id: OnePath, *, request: requests.RunoutRequest) -> Iterator[Shown]:
     """Run the block once: its stop and its speeds; or F(μ), where it stops under any friction.
 
     \b
@@ -171,6 +158,12 @@ def runout(path_id: OnePath, *, request: requests.RunoutRequest) -> None:
       avahazard runout P01 --model first --volume 50000
       avahazard runout P01 --mu 0.4 --table --plot curve.png
     """
+    yield Whole(_how_it_ended(found))
+    if found.status != "not_released":
+        rows = [(f"{p.x_m:.0f}", f"{p.speed_m_s:.1f}") for p in thinned(found.speeds, SHOWN)]
+        yield table("", (">x m", ">speed m/s"), rows)
+        yield f"Largest speed {found.speed_max_m_s:.1f} m/s."
+    yield from show_table(found)
 
 
 def _how_it_ended(found: Runout) -> str:
@@ -222,11 +215,13 @@ def show_table(found: Runout) -> Iterator[Shown]:
         yield f"{len(jumps) - MOST_JUMPS} smaller jumps: see --json."
 
 
+@answers("friction.show_frictions")
 def friction(
+    found: Frictions,
     path_id: Annotated[str | None, argument("Only events of this path.", "[PATH]")] = None,
     *,
     request: requests.FrictionRequest,
-) -> None:
+) -> Iterator[Shown]:
     """Show the apparent friction of the events and its density.
 
     \b
@@ -235,8 +230,7 @@ def friction(
       avahazard friction P01 --kappa auto --plot density.png
       avahazard friction --model first --plot law.png
     """
-    found = ask("friction.show_frictions", path_id=path_id, request=request)
-    emit(found, _by_path if path_id is None else _by_event)
+    return _by_path(found) if path_id is None else _by_event(found)
 
 
 def _by_path(found: Frictions) -> Iterator[Shown]:
@@ -305,8 +299,9 @@ def _perturbation(check: PerturbationCheck) -> Iterator[Shown]:
         yield table("", columns, rows)
 
 
-@answers("friction.fit_laws", lambda found: [fits_table(found)])
+@answers("friction.fit_laws")
 def fit(
+    found: Fits,
     path_id: Annotated[
         str | None,
         typer.Option(
@@ -314,7 +309,7 @@ def fit(
         ),
     ] = None,
     plot: Annotated[Path | None, picture("Draw the laws on the points")] = None,
-) -> None:
+) -> Iterator[Shown]:
     """Fit laws of friction against volume by least squares.
 
     \b
@@ -322,14 +317,16 @@ def fit(
       avahazard fit
       avahazard fit --path P01 --plot laws.png
     """
+    yield fits_table(found)
 
 
-@answers("path.alpha_beta_paths", lambda found: [alpha_beta_table(found)])
+@answers("path.alpha_beta_paths")
 def alpha_beta(
+    found: Rows[TerrainRunout],
     path_id: Annotated[
         str | None, argument("The path_id of a path; all where none is given.", "[PATH]")
     ] = None,
-) -> None:
+) -> Iterator[Shown]:
     """Give the alpha-beta runout of the paths: a baseline from the terrain alone.
 
     \b
@@ -337,3 +334,4 @@ def alpha_beta(
       avahazard alpha-beta
       avahazard alpha-beta P01
     """
+    yield alpha_beta_table(found)

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from avahazard.cli.main import app
 from avahazard.cli.output import show
-from avahazard.cli.project import _show_demo, show_loop
+from avahazard.cli.project import show_demo, show_loop
 from avahazard.report.language import TERMINAL, speaking
 from avahazard.results.base import Rows
 from avahazard.results.files import Demo
@@ -67,7 +67,7 @@ def found(run: tuple[Path, Any, str]) -> Demo:
 
 @speaking(TERMINAL)
 def printed(found: Demo, capsys: pytest.CaptureFixture[str]) -> str:
-    show(Console(width=80, markup=False, highlight=False), _show_demo(found))
+    show(Console(width=80, markup=False, highlight=False), show_demo(found))
     return capsys.readouterr().out
 
 
