@@ -31,6 +31,7 @@ class Option:
 
     `flag` and `short` are its names on the command line, where they are not made of the field's.
     Numbers lie `over` a value, or from `least` to `most`; `what` and `unit` name them in messages.
+    The help shows `metavar` for the value, by default its unit, FILE for a path.
     `choices` are the texts that it may be, asked for when they are needed; `parse` reads the
     values of a command line.
     """
@@ -84,6 +85,12 @@ class Field:
             return self.option.flag
         name = self.name.rstrip("_").replace("_", "-")
         return f"--{name.removesuffix('s') if self.many else name}"
+
+    @property
+    def metavar(self) -> str | None:
+        """What stands for a value in the help, if anything."""
+        unit = self.option.unit.upper().replace("/", "_")
+        return self.option.metavar or unit or ("FILE" if self.kind is Path else None)
 
     @property
     def choices(self) -> tuple[str, ...]:

@@ -30,7 +30,7 @@ StoredModel = Annotated[str, argument("A stored model.")]
 CalibratedModel = Annotated[str, argument("A calibrated model.")]
 OnePath = Annotated[str, argument("The path_id of a path.", "PATH")]
 EffectFiles = Annotated[
-    list[Path] | None, typer.Option("--effect-file", metavar=EFFECT_FILES.metavar, help=EFFECT_FILES.help)
+    list[Path] | None, typer.Option("--effect-file", metavar="FILE", help=EFFECT_FILES.help)
 ]
 
 
@@ -102,7 +102,7 @@ def _option(field: Field) -> inspect.Parameter:
         *((option.short,) if option.short else ()),
         field.flag,
         help=option.help,
-        metavar=f"<{'|'.join(choices)}>" if choices else option.metavar,
+        metavar=f"<{'|'.join(choices)}>" if choices else field.metavar,
         parser=_number if field.kind is float and option.parse is None else None,
         autocompletion=(lambda: list(choices)) if choices else None,
         min=option.least if field.kind is int else None,

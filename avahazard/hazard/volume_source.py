@@ -29,7 +29,6 @@ class VolumeSource(Request):
         None,
         "The threshold of gpd. [default: the median of each path's volumes]",
         flag="--threshold",
-        metavar="M3",
         what="threshold",
         unit="m3",
         over=0.0,
@@ -38,7 +37,6 @@ class VolumeSource(Request):
         None,
         "Your own volumes: CSV with path_id, return_period_years, volume_m3.",
         flag="--volumes",
-        metavar="FILE",
     )
     year_starts: int = option(
         WINTER_STARTS,

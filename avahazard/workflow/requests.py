@@ -55,36 +55,31 @@ def _field_days(texts: Sequence[str]) -> dict[str, float]:
 
 
 def _picture(what: str = "Write a picture") -> Option:
-    return Option(f"{what}: .png, .svg or .pdf.", metavar="FILE")
+    return Option(f"{what}: .png, .svg or .pdf.")
 
 
 def _periods(words: str) -> Option:
-    return Option(words, short="-T", metavar="YEARS", unit="years", over=1.0, most=1e6)
+    return Option(words, short="-T", unit="years", over=1.0, most=1e6)
 
 
-def _volume(words: str, **more: str) -> Option:
-    told: dict[str, Any] = {"metavar": "M3", "what": "volume", "unit": "m3", **more}
-    return Option(words, over=0.0, most=1e15, **told)
+def _volume(words: str, **more: Any) -> Option:
+    return Option(words, what="volume", unit="m3", over=0.0, most=1e15, **more)
 
 
 RECORDS = VolumeSource()
 """Volumes as the records have them."""
 LIMITS = Option("swiss, french, austrian, or a TOML file of your own.", metavar="LIMITS")
-RELEASE_AREAS = Option("Polygons of release areas, a layer.", metavar="FILE")
+RELEASE_AREAS = Option("Polygons of release areas, a layer.")
 SEED = Option("Equal seeds, equal draws.", least=0, most=2**62)
 ONLY_PATHS = Option("Only this path; may be given again.", metavar="PATH")
-EFFECT_FILES = Option(
-    "The file of an effect of your own that the model has; may be given again.", metavar="FILE"
-)
+EFFECT_FILES = Option("The file of an effect of your own that the model has; may be given again.")
 
 
 class ImportRequest(Request):
     """How files are read, and what happens to rows that are there already."""
 
-    dem: Path | None = option(
-        None, "The terrain model under the lines: .tif or .asc.", metavar="FILE"
-    )
-    land_cover: Path | None = option(None, "Polygons with an attribute land_cover.", metavar="FILE")
+    dem: Path | None = option(None, "The terrain model under the lines: .tif or .asc.")
+    land_cover: Path | None = option(None, "Polygons with an attribute land_cover.")
     crs: str | None = option(
         None,
         "The system of a terrain model that names none, such as EPSG:31287. [default: "
@@ -107,7 +102,6 @@ class ImportRequest(Request):
         None,
         "What the columns of the tables are, as columns.toml (default: the one beside "
         "them); or avalanche-slf, avalanche-utah, avalanche-colorado, landslides.",
-        flag="--columns",
         metavar="FILE",
     )
 
@@ -186,9 +180,7 @@ class DiagnoseRequest(Request):
     )
     seed: int = option(0, "Seed of the simulated rows.", least=0)
     plot: Path | None = option(None, _picture("Draw the candidates"))
-    write_effect: Path | None = option(
-        None, "Write the law of what was found as an effect file.", metavar="FILE"
-    )
+    write_effect: Path | None = option(None, "Write the law of what was found as an effect file.")
     effect_files: Sequence[Path] = option((), EFFECT_FILES)
 
     def check(self) -> None:
@@ -309,13 +301,10 @@ class ZonesRequest(Request):
     paths: Sequence[str] = option((), ONLY_PATHS)
     source: VolumeSource = RECORDS
     # Dense flow: 300 kg/m3 is the value of the Swiss guideline; measured flows hold 200 to 400.
-    density: float = option(
-        300.0, "Of the flow, its mean.", metavar="KG_M3", unit="kg/m3", over=0.0
-    )
+    density: float = option(300.0, "Of the flow, its mean.", unit="kg/m3", over=0.0)
     density_sd: float = option(
         50.0,
         "Standard deviation of the density.",
-        metavar="KG_M3",
         what="standard deviation of the density",
         unit="kg/m3",
         least=0.0,
