@@ -45,7 +45,7 @@ def require_picture(file: Path | None) -> None:
 
 def _draw_result(file: Path, found: Any) -> None:
     from avahazard.report import figure_pictures as pictures  # noqa: PLC0415 (slow)
-    from avahazard.report.friction_pictures import draw_frictions  # noqa: PLC0415 (slow)
+    from avahazard.report.plots import draw_frictions  # noqa: PLC0415 (slow)
 
     draw: dict[type, Draw] = {
         Comparison: pictures.draw_comparison,

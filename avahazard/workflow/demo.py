@@ -7,7 +7,7 @@ from typing import Any, cast
 from avahazard.records.errors import AvahazardError
 from avahazard.report.hazard_tables import write_hazard
 from avahazard.report.html.content import path_view
-from avahazard.report.path_pictures import draw_paths
+from avahazard.report.plots import draw_paths
 from avahazard.results.base import Report, silent, steps
 from avahazard.results.files import Demo, HiddenEffect
 from avahazard.synth.dataset import Settings

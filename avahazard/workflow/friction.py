@@ -216,7 +216,7 @@ def show_frictions(
         perturbation=perturbation_check(found, observations),
     )
     if plot is not None:
-        from avahazard.report.friction_pictures import draw_frictions, law_figure  # noqa: PLC0415
+        from avahazard.report.plots import draw_frictions, law_figure  # noqa: PLC0415
 
         drawn = None
         if fitted and reference is not None and (view := friction_view(fitted)):
@@ -280,7 +280,7 @@ def fit_laws(database: str, path_id: str | None = None, plot: Path | None = None
         )
     found = results.Fits(Rows(_entry(fit, n_events) for fit in fits), tuple(notes))
     if plot is not None:
-        from avahazard.report.friction_pictures import draw_laws  # noqa: PLC0415 (slow)
+        from avahazard.report.plots import draw_laws  # noqa: PLC0415 (slow)
 
         draw_laws(plot, found, *usable(volume, mu))
     return found
@@ -338,7 +338,7 @@ def plot_residuals(stored: FittedModel, file: Path) -> None:
         )
     x = np.linspace(-REACH, REACH, 401)
     density = x, np.exp(log_density(x, stored.specification.tails == "student"))
-    from avahazard.report.friction_pictures import draw_residuals  # noqa: PLC0415 (slow)
+    from avahazard.report.plots import draw_residuals  # noqa: PLC0415 (slow)
 
     draw_residuals(file, stored.name, off, density, of)
 

@@ -279,7 +279,7 @@ def volumes(database: str, request: VolumesRequest) -> results.Volumes:
     if not entries:
         raise next(iter(refusals), no_profiles())
     if plot is not None:
-        from avahazard.report.friction_pictures import draw_return_levels  # noqa: PLC0415
+        from avahazard.report.plots import draw_return_levels  # noqa: PLC0415
 
         draw_return_levels(plot, entries, curves)
     return results.Volumes(Rows(entries), tuple(notes))
@@ -350,7 +350,7 @@ def zones(
         title = f"Zones by {name}, limits '{work.settings['limits']['name']}'"
         drag = all(note.key != "no_drag" for note in of_all)
         from avahazard.report.html.content import path_view  # noqa: PLC0415 (slow)
-        from avahazard.report.path_pictures import draw_paths  # noqa: PLC0415 (slow)
+        from avahazard.report.plots import draw_paths  # noqa: PLC0415 (slow)
 
         with reading(database) as session:
             records = load_records(session, [entry.path_id for entry in entries])

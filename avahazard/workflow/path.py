@@ -55,7 +55,7 @@ def view_path(database: str, path_id: str, plot: FilePath | None = None) -> resu
     smooth = smoothing.smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
     check = describe_path(path, profile, smooth, events)
     if plot is not None:
-        from avahazard.report.path_pictures import draw_path  # noqa: PLC0415 (matplotlib is slow)
+        from avahazard.report.plots import draw_path  # noqa: PLC0415 (matplotlib is slow)
 
         own = path.release_elevation_m
         starts = [own if e.release_elevation_m is None else e.release_elevation_m for e in events]
@@ -198,7 +198,7 @@ def run_block(database: str, path_id: str, request: RunoutRequest) -> results.Ru
     if request.table:
         found = with_table(found, site, resistance)
     if request.plot is not None:
-        from avahazard.report.path_pictures import draw_curve, draw_run  # noqa: PLC0415 (slow)
+        from avahazard.report.plots import draw_curve, draw_run  # noqa: PLC0415 (slow)
 
         if request.table:
             draw_curve(request.plot, found)

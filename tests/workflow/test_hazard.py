@@ -22,7 +22,7 @@ from avahazard.physics.smooth_profile import SmoothProfile
 from avahazard.records.errors import AvahazardError
 from avahazard.report.hazard_tables import write_hazard
 from avahazard.report.html.content import path_view
-from avahazard.report.path_pictures import draw_paths
+from avahazard.report.plots import draw_paths
 from avahazard.results.base import Rows, plain
 from avahazard.results.hazard import HazardRow, Spread
 from avahazard.store.results import AVERAGE, BOUNDS, latest_documents

@@ -14,7 +14,7 @@ from avahazard.physics.cells import no_resistance
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Event, Path, Profile, Records
 from avahazard.records.errors import AvahazardError
-from avahazard.report.path_pictures import with_gaps
+from avahazard.report.plots import with_gaps
 from avahazard.results.terrain import PathCheck, Runout, SpeedHere, Stretch
 from avahazard.store.records import save_records
 from avahazard.store.session import writing

@@ -15,14 +15,7 @@ from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.laws import law
 from avahazard.notes import Note, grouped, placed
 from avahazard.report import model_tables, sentences, tables, words
-from avahazard.report.html import (
-    brief,
-    figure,
-    model_figures,
-    record_figures,
-    score_figures,
-    vector_pictures,
-)
+from avahazard.report.html import brief, figure, model_figures, record_figures, score_figures
 from avahazard.report.html.content import ReportContent
 from avahazard.report.html.figure import script_json
 from avahazard.report.html.map_figure import map_figure
@@ -143,7 +136,7 @@ def _environment() -> Environment:
         finalize=kept_together,
     )
     environment.install_gettext_callables(say, plural)  # type: ignore[attr-defined]
-    pictures = (figure, model_figures, record_figures, score_figures, vector_pictures)
+    pictures = (figure, model_figures, record_figures, score_figures)
     texts = (brief, model_tables, sentences, tables, words)
     sayings = (design_notes, doubt_of, every_note, fall_text, notes_of)
     functions = (map_figure, path_figure, script_json)
