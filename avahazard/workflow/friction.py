@@ -21,7 +21,7 @@ from avahazard.inference.paper.calibration import recorded_elevation
 from avahazard.inference.paper.least_squares import LawFit, fit_every_law, fit_law
 from avahazard.inference.prediction import look_up
 from avahazard.inference.seeds import generator
-from avahazard.records.collection import Event, Records, find_path, only_paths
+from avahazard.records.collection import only_paths
 from avahazard.records.errors import AvahazardError
 from avahazard.report.html.content import FrictionView
 from avahazard.report.picture import require_picture
@@ -198,15 +198,12 @@ def show_frictions(
     if model is not None:
         fitted, records = load_stored(database, model, request.effect_files)
         if path_id is not None:
-            fitted = on_events(fitted, records, _events_of(records, path_id))
+            fitted = on_events(fitted, records, only_paths(records, (path_id,)).events)
         observations = fitted.observations
         found, _ = apparent_friction(fitted)
         reference = found.mu * np.exp(-from_reference(fitted))
     else:
-        records = records_of(database)
-        if path_id is not None:
-            records = replace(records, events=_events_of(records, path_id))
-        observations = build_observations(records)
+        observations = _observed(database, path_id)
         found = apparent.back_calculate(observations, predict_records(observations, (), {}))
     frictions = results.Frictions(
         model=model,
@@ -225,14 +222,10 @@ def show_frictions(
     return frictions
 
 
-def _events_of(records: Records, path_id: str) -> tuple[Event, ...]:
-    find_path(records, path_id)
-    selected = tuple(event for event in records.events if event.path_id == path_id)
-    if not selected:
-        raise AvahazardError(
-            f"Path {path_id} has no events.", "Import some: avahazard import FOLDER."
-        )
-    return selected
+def _observed(database: str, path_id: str | None) -> Observations:
+    """The events of one path or of all."""
+    records = records_of(database)
+    return build_observations(only_paths(records, () if path_id is None else (path_id,)))
 
 
 def _events(
@@ -261,8 +254,7 @@ def fit_laws(database: str, path_id: str | None = None, plot: Path | None = None
     path is missing, there are too few such events, or `plot` is not the name of a picture.
     """
     require_picture(plot)
-    records = records_of(database)
-    observations = build_observations(only_paths(records, () if path_id is None else (path_id,)))
+    observations = _observed(database, path_id)
     mu = apparent.back_calculate(observations, predict_records(observations, (), {})).mu
     volume = np.exp(observations.columns.log_volume)
     n_events = int(np.sum(np.isfinite(mu) & np.isfinite(volume)))

@@ -144,23 +144,19 @@ def alpha_beta_paths(database: str, path_id: str | None = None) -> Rows[results.
     Raises `AvahazardError` where the database, the path or its profile are missing.
     """
     records = records_of(database)
+    with_profile = {profile.path_id for profile in records.profiles}
+    paths = [path for path in records.paths if path.path_id in with_profile]
+    if path_id is not None:
+        paths = [find_path(records, path_id)]
+    if not paths:
+        raise no_profiles()
     rows = []
-    for path in _paths(records, path_id):
+    for path in paths:
         profile = find_profile(records, path)
         smooth = smoothing.smooth_profile(profile.x_m, profile.y_m, profile.elevation_sigma_m)
         release_x = release_place(smooth, path.release_elevation_m)
         rows += [alpha_beta(path.path_id, smooth, release_x, by) for by in REGRESSIONS]
     return Rows(rows)
-
-
-def _paths(records: Records, path_id: str | None) -> list[Path]:
-    if path_id is not None:
-        return [find_path(records, path_id)]
-    with_profile = {profile.path_id for profile in records.profiles}
-    paths = [path for path in records.paths if path.path_id in with_profile]
-    if not paths:
-        raise no_profiles()
-    return paths
 
 
 SPEED_EVERY_M, MOST_PLACES = 10.0, 100
@@ -263,27 +259,13 @@ def run_site(site: Site, mu: float, resistance: Resistance) -> results.Runout:
 def with_table(found: results.Runout, site: Site, resistance: Resistance) -> results.Runout:
     """The run of a site with F(μ), its derivative and its jumps under the same resistance."""
     curve = site.table(site.cells(resistance))[0]
-    dx, dy = curve.derivative()
+    mu = [round(value, 6) for value in MU.tolist()]
+    x, y, dx, dy = (list(map(finite, of)) for of in (curve.x, curve.y, *curve.derivative()))
+    status = [STATUS_NAMES[k] for k in curve.status]
+    jumps = [
+        results.RunoutJump(mu[j], mu[j + 1], float(curve.x[j]), float(curve.x[j + 1]))
+        for j in np.flatnonzero(curve.jumps)
+    ]
     return replace(
-        found,
-        table=Rows(
-            results.RunoutAt(
-                mu=round(float(MU[j]), 6),
-                runout_x_m=finite(curve.x[j]),
-                runout_elevation_m=finite(curve.y[j]),
-                status=STATUS_NAMES[curve.status[j]],
-                dx_dmu_m=finite(dx[j]),
-                dy_dmu_m=finite(dy[j]),
-            )
-            for j in range(len(MU))
-        ),
-        jumps=Rows(
-            results.RunoutJump(
-                mu_low=round(float(MU[j]), 6),
-                mu_high=round(float(MU[j + 1]), 6),
-                from_x_m=float(curve.x[j]),
-                to_x_m=float(curve.x[j + 1]),
-            )
-            for j in np.flatnonzero(curve.jumps)
-        ),
+        found, table=Rows(map(results.RunoutAt, mu, x, y, status, dx, dy)), jumps=Rows(jumps)
     )

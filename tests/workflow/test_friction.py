@@ -82,7 +82,7 @@ def test_a_terrace_makes_f_jump(database: str) -> None:
 
 def test_a_path_withoutknown_stops(database: str) -> None:
     _stored(database, bowl())
-    with pytest.raises(AvahazardError, match="Path B has no events"):
+    with pytest.raises(AvahazardError, match="no events on B"):
         show_frictions(database, "B")
 
 
