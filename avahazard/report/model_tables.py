@@ -5,28 +5,9 @@ from operator import attrgetter
 from typing import Any
 
 from avahazard.inference.model.laws import LAWS
+from avahazard.report import words
 from avahazard.report.language import say, spoken
 from avahazard.report.tables import NO_NAMES, Column, Names, Table, made
-from avahazard.report.words import (
-    SIGNIFICANT,
-    amount,
-    as_sure_as,
-    axis_text,
-    chance,
-    coordinate_text,
-    digits,
-    events,
-    in_unit,
-    law_state,
-    law_unit,
-    level_text,
-    part_text,
-    shape_text,
-    share,
-    some,
-    unit_of,
-    unit_text,
-)
 from avahazard.results.base import RATIO
 from avahazard.results.calibration import Calibration, ParameterSummary
 from avahazard.results.comparison import (
@@ -65,16 +46,16 @@ def parameters_table(model: Calibration, *, offsets: bool = True) -> Table:
 
     def of(key: str) -> Callable[[Any], str | None]:
         # What is fixed has no spread.
-        return lambda p: as_sure_as(p[1].sd, getattr(p[1], key)) if p[1].sd else None
+        return lambda p: words.as_sure_as(p[1].sd, getattr(p[1], key)) if p[1].sd else None
 
     columns = (
         (say("parameter"), lambda p: p[0]),
-        (">" + say("mean"), lambda p: as_sure_as(p[1].sd, p[1].mean)),
+        (">" + say("mean"), lambda p: words.as_sure_as(p[1].sd, p[1].mean)),
         (">" + say("± sd"), of("sd")),
         (">5 %", of("q05")),
         (">95 %", of("q95")),
         (">" + say("mode"), of("mode")),
-        (say("unit"), lambda p: unit_text(p[1].unit) or None),
+        (say("unit"), lambda p: words.unit_text(p[1].unit) or None),
     )
     from avahazard.effects.covariate import VOLUME_LAW  # noqa: PLC0415 (slow)
     from avahazard.effects.groups import PATH  # noqa: PLC0415 (slow)
@@ -96,9 +77,9 @@ def kinds_table(model: Calibration) -> Table | None:
     rows = sorted(model.kinds.probability.items(), key=lambda row: -row[1])
     columns: tuple[Column, ...] = (
         (say("event"), lambda r: r[0]),
-        (">" + say("probability"), lambda r: share(r[1])),
+        (">" + say("probability"), lambda r: words.share(r[1])),
     )
-    folded, title = events(len(rows)), say("Probability of the second kind")
+    folded, title = words.events(len(rows)), say("Probability of the second kind")
     return made("kinds", title, columns, rows, shown=0, folded=folded)
 
 
@@ -109,16 +90,16 @@ def scores_table(coordinate: str, parts: Sequence[tuple[str, PredictedRecords]])
     """
     rows: list[tuple[str, str, str, str | None, Any]] = []
     for name, scores in parts:
-        unit = unit_of(coordinate)
-        of = coordinate_text(coordinate)
+        unit = words.unit_of(coordinate)
+        of = words.coordinate_text(coordinate)
         rows.append((name, f"{of}, {unit}" if unit == "m" else of, "m", coordinate, scores.runout))
         if coordinate != "x" and scores.runout_x is not None:
-            rows.append((name, f"{coordinate_text('x')}, m", "m", "x", scores.runout_x))
+            rows.append((name, f"{words.coordinate_text('x')}, m", "m", "x", scores.runout_x))
         if scores.speed is not None:
             rows.append((name, say("speed") + ", m/s", "m_s", None, scores.speed))
 
     def of_error(key: str) -> Callable[[Any], str | None]:
-        return lambda r: in_unit(getattr(r[4], f"{key}_{r[2]}"), r[3])
+        return lambda r: words.in_unit(getattr(r[4], f"{key}_{r[2]}"), r[3])
 
     columns = (
         (say("records"), lambda r: r[0]),
@@ -127,8 +108,8 @@ def scores_table(coordinate: str, parts: Sequence[tuple[str, PredictedRecords]])
         (">CRPS", of_error("crps")),
         (">RMSE", of_error("rmse")),
         (">" + say("bias"), of_error("bias")),
-        (">" + say("in 50 %"), lambda r: share(r[4].coverage_50)),
-        (">" + say("in 90 %"), lambda r: share(r[4].coverage_90)),
+        (">" + say("in 50 %"), lambda r: words.share(r[4].coverage_50)),
+        (">" + say("in 90 %"), lambda r: words.share(r[4].coverage_90)),
     )
     of_crps = say(
         "CRPS: mean error that counts the width of the forecast too; for a forecast without "
@@ -148,29 +129,29 @@ def compared_parts(found: Comparison) -> list[tuple[str, Any]]:
 
 def failing(comparison: Comparison) -> list[Failure]:
     """Levels where the model fails beyond chance."""
-    return [row for row in comparison.where_it_fails if row.p_value < SIGNIFICANT]
+    return [row for row in comparison.where_it_fails if row.p_value < words.SIGNIFICANT]
 
 
 def failing_speeds(comparison: Comparison) -> list[SpeedMisfit]:
     """Levels where its speeds fail beyond chance."""
     rows = comparison.speed_misfit or ()
-    return [row for row in rows if row.p_value is not None and row.p_value < SIGNIFICANT]
+    return [row for row in rows if row.p_value is not None and row.p_value < words.SIGNIFICANT]
 
 
 def failures_table(comparison: Comparison, names: Names = NO_NAMES) -> Table:
     """Where the model fails, the least likely by chance first; what may be chance is folded."""
     coordinate = comparison.coordinate
-    rows = sorted(comparison.where_it_fails, key=lambda row: row.p_value >= SIGNIFICANT)
+    rows = sorted(comparison.where_it_fails, key=lambda row: row.p_value >= words.SIGNIFICANT)
 
     columns: tuple[Column, ...] = (
-        (say("by"), lambda r: axis_text(r.axis)),
-        (say("level"), lambda r: names.get(r.level) or level_text(r.level)),
+        (say("by"), lambda r: words.axis_text(r.axis)),
+        (say("level"), lambda r: names.get(r.level) or words.level_text(r.level)),
         (">" + say("events"), attrgetter("n")),
         (
-            ">" + say("bias, {unit}", unit=unit_of(coordinate)),
-            lambda r: f"{'+' if r.bias_m > 0 else ''}{in_unit(r.bias_m, coordinate, 0)}",
+            ">" + say("bias, {unit}", unit=words.unit_of(coordinate)),
+            lambda r: f"{'+' if r.bias_m > 0 else ''}{words.in_unit(r.bias_m, coordinate, 0)}",
         ),
-        (">p", lambda r: chance(r.p_value)),
+        (">p", lambda r: words.chance(r.p_value)),
     )
     legend = say(
         "bias: mean of predicted minus recorded. The p-values are corrected for the number of "
@@ -185,12 +166,12 @@ def failures_table(comparison: Comparison, names: Names = NO_NAMES) -> Table:
 def misfit_table(comparison: Comparison) -> Table | None:
     """Misfit of speeds, friction fitted to each stop; None without measured speeds."""
     columns: tuple[Column, ...] = (
-        (say("by"), lambda r: axis_text(r.axis)),
-        (say("level"), lambda r: level_text(r.level)),
+        (say("by"), lambda r: words.axis_text(r.axis)),
+        (say("level"), lambda r: words.level_text(r.level)),
         (">n", attrgetter("n")),
-        (">" + say("bias, {unit}", unit="m/s"), lambda r: digits(r.bias_m_s, "+.1f")),
-        (">RMSE, m/s", lambda r: digits(r.rmse_m_s, ".1f")),
-        (">p", lambda r: None if r.p_value is None else chance(r.p_value)),
+        (">" + say("bias, {unit}", unit="m/s"), lambda r: words.digits(r.bias_m_s, "+.1f")),
+        (">RMSE, m/s", lambda r: words.digits(r.rmse_m_s, ".1f")),
+        (">p", lambda r: None if r.p_value is None else words.chance(r.p_value)),
     )
     title = say("Speeds, with friction fitted to each stop")
     rows = comparison.speed_misfit
@@ -201,19 +182,19 @@ def budget_table(found: Comparison) -> Table | None:
     """The error budget: root mean squares, and shares of the squared error; None without one."""
     whole = sum(part.rms_m**2 for part in found.budget) or 1.0
     columns = (
-        (say("source of error"), lambda p: part_text(p.source)),
+        (say("source of error"), lambda p: words.part_text(p.source)),
         (
-            ">" + say("rms, {unit}", unit=unit_of(found.coordinate)),
-            lambda p: in_unit(p.rms_m, found.coordinate),
+            ">" + say("rms, {unit}", unit=words.unit_of(found.coordinate)),
+            lambda p: words.in_unit(p.rms_m, found.coordinate),
         ),
-        (">" + say("share of squares"), lambda p: share(p.rms_m**2 / whole)),
+        (">" + say("share of squares"), lambda p: words.share(p.rms_m**2 / whole)),
     )  # fmt: skip
-    legend = some(
+    legend = words.some(
         found.profile_m is not None
         and say(
             "Errors of the profiles' points move the predicted stops by {size} (rms): a part "
             "of the scatter and of what is unexplained, not one beside them.",
-            size=amount(found.profile_m, found.coordinate),
+            size=words.amount(found.profile_m, found.coordinate),
         )
     )
     title = say("Where the error comes from")
@@ -225,10 +206,10 @@ def ladder_table(rows: Sequence[LadderEntry]) -> Table:
     number = {row.model: str(k) for k, row in enumerate(rows, 1)}
     known = {row.coordinate for row in rows if row.coordinate is not None}
     coordinate = known.pop() if len(known) == 1 else None
-    unit = unit_of(coordinate)
+    unit = words.unit_of(coordinate)
 
     def error(key: str, of: str | None = None) -> Callable[[Any], str | None]:
-        return lambda r: in_unit(getattr(r, key), of or r.coordinate)
+        return lambda r: words.in_unit(getattr(r, key), of or r.coordinate)
 
     columns: tuple[Column, ...] = (
         ("#", lambda r: number[r.model]),
@@ -238,9 +219,9 @@ def ladder_table(rows: Sequence[LadderEntry]) -> Table:
         (">" + say("held-out CRPS, {unit}", unit=unit), error("held_out_crps_m")),
         (">" + say("of x, m"), error("held_out_crps_x_m", "x")),
         (">" + say("in-sample CRPS, {unit}", unit=unit), error("crps_m")),
-        (">elpd", lambda r: digits(r.elpd_loo, ".0f")),
+        (">elpd", lambda r: words.digits(r.elpd_loo, ".0f")),
         (">" + say("in 90 %"), lambda r: None if r.coverage_90 is None
-            else share(r.coverage_90)),
+            else words.share(r.coverage_90)),
         (">" + say("speed RMSE"), lambda r: None if r.speed_rmse_m_s is None
             else spoken().number(f"{r.speed_rmse_m_s:.1f} m/s")),
     )  # fmt: skip
@@ -256,7 +237,7 @@ def ladder_table(rows: Sequence[LadderEntry]) -> Table:
     floors = [row.noise_floor_crps_m for row in rows if row.noise_floor_crps_m]
     if floors:
         # What the error of a volume does to a stop is the model's own; gibbs knows none.
-        low, high = (amount(f, coordinate, 1) for f in (min(floors), max(floors)))
+        low, high = (words.amount(f, coordinate, 1) for f in (min(floors), max(floors)))
         legend.append(
             say(
                 "Measurement-error floor (CRPS; errors of runout, volume and release): {floor}.",
@@ -274,17 +255,17 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
     """
     floor = 1.0 / (diagnosis.n_worlds + 1)
     named, coordinate = diagnosis.named, diagnosis.coordinate
-    unit = unit_of(coordinate)
+    unit = words.unit_of(coordinate)
 
     def errors(c: Candidate) -> str:
         both = (c.error_before_m, c.error_after_m)
-        return " → ".join(filter(None, (in_unit(error, coordinate) for error in both)))
+        return " → ".join(filter(None, (words.in_unit(error, coordinate) for error in both)))
 
     columns = (
         (say("effect"), lambda c: spoken().effect(c.effect)),
-        (">" + say("gain, nats"), lambda c: digits(c.screened_gain, ".1f")),
-        (">" + say("evidence, nats"), lambda c: digits(c.evidence_gain, ".1f")),
-        (">p", lambda c: chance(c.p_value, floor)),
+        (">" + say("gain, nats"), lambda c: words.digits(c.screened_gain, ".1f")),
+        (">" + say("evidence, nats"), lambda c: words.digits(c.evidence_gain, ".1f")),
+        (">p", lambda c: words.chance(c.p_value, floor)),
         (">" + say("at-mode CRPS, {unit}", unit=unit), errors),
     )
     legend = say(
@@ -307,14 +288,14 @@ def candidates_table(diagnosis: Diagnosis) -> Table:
             legends.append(
                 say("{effect} is confounded with {others}.", effect=effect, others=names)
             )
-    low = [c.effect for c in diagnosis.candidates if c.p_value < SIGNIFICANT and not named]
+    low = [c.effect for c in diagnosis.candidates if c.p_value < words.SIGNIFICANT and not named]
     if low:
         legends.append(
             say(
                 "No effect is named, though p is low for {effects}: a name needs p up to {level}, "
                 "evidence over 3 nats and a gain on held-out records.",
                 effects=spoken().effects(low),
-                level=digits(LEVEL, ".2f"),
+                level=words.digits(LEVEL, ".2f"),
             )
         )
 
@@ -345,10 +326,10 @@ def shape_table(diagnosis: Diagnosis) -> Table | None:
     if shape.path is not None:
         # It is the same along each of some stretches.
         places = [k for k in range(n) if k == 0 or shape.q50[k] != shape.q50[k - 1]]
-    state, value = shape_text(shape)
+    state, value = words.shape_text(shape)
 
     def of(values: Sequence[float], form: str = "+.3f") -> Any:
-        return lambda k: digits(values[k], form)
+        return lambda k: words.digits(values[k], form)
 
     columns: tuple[Column, ...] = (
         (">" + state, of(shape.x, ".4g")),
@@ -369,11 +350,11 @@ def laws_table(diagnosis: Diagnosis) -> Table | None:
     def of(name: str, p: LawParameter) -> str:
         values = {"low": p.q05, "median": p.q50, "high": p.q95}
         told = {
-            key: digits(value, ".0f" if abs(value) >= 1000.0 else ".3g")
+            key: words.digits(value, ".0f" if abs(value) >= 1000.0 else ".3g")
             for key, value in values.items()
         }
         text = say("{name} {median} ({low} to {high})", name=name, **told)
-        unit = law_unit(name, p, found.shape)
+        unit = words.law_unit(name, p, found.shape)
         return f"{text} {unit}" if unit else text
 
     def values(law: FittedLaw) -> str:
@@ -381,13 +362,13 @@ def laws_table(diagnosis: Diagnosis) -> Table | None:
 
     columns: tuple[Column, ...] = (
         (say("law"), lambda law: law.form),
-        (">" + say("evidence, nats"), lambda law: digits(law.evidence, ".1f")),
+        (">" + say("evidence, nats"), lambda law: words.digits(law.evidence, ".1f")),
         (say("parameters: median (90 % credible interval)"), values),
     )
     legend = say(
         "Laws whose evidence differs by less than 3 nats cannot be distinguished. s: {of}. "
         "{formulas}.",
-        of=law_state(found.shape) if found.shape else "",
+        of=words.law_state(found.shape) if found.shape else "",
         formulas="; ".join(f"{law.form}: {law.formula}" for law in found.laws),
     )
     title = say("Laws of {effect}", effect=spoken().effect(found.effect))
@@ -404,8 +385,8 @@ def measure_table(diagnosis: Diagnosis) -> Table | None:
     columns: tuple[Column, ...] = (
         (say("measurement"), lambda m: spoken().note(m.measurement)),
         (say("to distinguish"), between),
-        (">" + say("expected gain, nats"), lambda m: digits(m.expected_gain, ".1f")),
-        (">" + say("days in the field"), lambda m: digits(m.field_days, "g")),
+        (">" + say("expected gain, nats"), lambda m: words.digits(m.expected_gain, ".1f")),
+        (">" + say("days in the field"), lambda m: words.digits(m.field_days, "g")),
     )
     title = say("What to measure next")
     rows = diagnosis.measure_next
@@ -430,10 +411,10 @@ def fits_table(fits: Fits) -> Table:
 def predicted_table(rows: Sequence[PredictedEvent]) -> Table:
     """Predicted stops of events; the title has what is predicted where it is the same of all."""
     units = {r.coordinate: "H/L" if r.coordinate == RATIO
-        else coordinate_text(r.coordinate) + ", m" for r in rows}  # fmt: skip
+        else words.coordinate_text(r.coordinate) + ", m" for r in rows}  # fmt: skip
 
     def of(key: str) -> Any:
-        return lambda r: in_unit(getattr(r, key), r.coordinate, 0)
+        return lambda r: words.in_unit(getattr(r, key), r.coordinate, 0)
 
     columns: tuple[Column, ...] = (
         ("event", attrgetter("event_id")),
@@ -444,7 +425,7 @@ def predicted_table(rows: Sequence[PredictedEvent]) -> Table:
         (">5 %", of("q05_m")),
         (">median", of("q50_m")),
         (">95 %", of("q95_m")),
-        (">beyond", lambda r: share(r.p_left_profile)
+        (">beyond", lambda r: words.share(r.p_left_profile)
             if r.p_left_profile else None),
     )  # fmt: skip
     title = ", ".join(("Predicted stops", *(units.values() if len(units) == 1 else ())))
