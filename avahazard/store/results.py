@@ -70,21 +70,20 @@ class StoredModel:
 
 def save_model(
     session: Session,
-    name: str,
     specification: dict[str, Any],
     settings: dict[str, Any],
     result: dict[str, Any],
     draws: Mapping[str, Floats],
-    *,
-    parent: str | None = None,
     effect_file: str | None = None,
 ) -> None:
     """Store a new model with its calibration, and draws `[n_chains, n_draws]` of every parameter.
 
-    `result` is the document of the calibration, which holds seed, fingerprint and diagnostics;
+    `result` is the document of the calibration, which holds the names of the model and its parent;
     `settings` are those of the sampler. Raises `AvahazardError` where the name is taken, or the
     parent is not there.
     """
+    document = plain(result)
+    name, parent = document["model"], document["parent"]
     refuse_taken_name(session, name)
     if parent is not None:
         load_model(session, parent)
@@ -92,7 +91,6 @@ def save_model(
     made = plain(specification), parent, effect_file, digest, now()
     session.add(ModelTable(name=name, **dict(zip(MADE, made, strict=True))))
     session.flush()
-    document = plain(result)
     shown = {key: document[key] for key in ("seed", "data_fingerprint", "diagnostics")}
     row = CalibrationTable(model=name, settings=plain(settings), result=document, **shown)
     row.converged, row.created = document["diagnostics"]["converged"], now()
@@ -107,7 +105,6 @@ def save_model(
             stored.n_chains, stored.n_draws = piece.shape
             stored.data = piece.tobytes()
             session.add(stored)
-    session.flush()
 
 
 def refuse_taken_name(session: Session, name: str) -> None:
@@ -265,7 +262,6 @@ def save_paths(session: Session, run: int, results: Sequence[PathResult]) -> Non
             row.result, row.notes = list(found.documents), list(found.notes)
             row.failed = found.failed
             session.add(row)
-    session.flush()
 
 
 def finish_run(session: Session, run: int) -> str | None:
@@ -278,7 +274,6 @@ def finish_run(session: Session, run: int) -> str | None:
         row.finished = now()
     else:
         session.delete(row)
-    session.flush()
     return found
 
 
@@ -321,7 +316,6 @@ def save_result(session: Session, kind: Kind, model: str, document: dict[str, An
     """Store what was found by `model`. Raises `AvahazardError` where there is no such model."""
     load_model(session, model)
     session.add(kind(model=model, result=plain(document), created=now()))
-    session.flush()
 
 
 def latest_result(session: Session, kind: Kind, model: str) -> dict[str, Any] | None:

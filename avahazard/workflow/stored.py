@@ -100,16 +100,8 @@ def save_calibrated(
         "made_with": surroundings().to_dict(),
         "request": request,
     }
-    store.save_model(
-        session,
-        result.model,
-        specification,
-        settings,
-        plain(result, keyed=True),
-        draws,
-        parent=result.parent,
-        effect_file=effect_file,
-    )
+    document = plain(result, keyed=True)
+    store.save_model(session, specification, settings, document, draws, effect_file)
 
 
 def load_stored(

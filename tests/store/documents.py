@@ -30,11 +30,14 @@ def save_bare(
     settings: dict[str, Any] | None = None,
     result: dict[str, Any] | None = None,
     draws: Mapping[str, np.ndarray] | None = None,
-    **more: str | None,
+    *,
+    parent: str | None = None,
+    effect_file: str | None = None,
 ) -> None:
     """Store a model of which little is known."""
-    document = plain(CALIBRATION, keyed=True) | {"model": name} if result is None else result
-    save_model(session, name, specification, settings or {}, document, draws or {}, **more)
+    document = plain(CALIBRATION, keyed=True) if result is None else result
+    document = {**document, "model": name, "parent": parent}
+    save_model(session, specification, settings or {}, document, draws or {}, effect_file)
 
 
 def save_documents(

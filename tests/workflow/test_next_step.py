@@ -73,7 +73,7 @@ def put(
     )
     with writing(database) as session:
         kept = {"specification": {"effects": effects}, "paths": ()}
-        save_model(session, name, kept, {}, plain(found, keyed=True), {}, parent=parent)
+        save_model(session, kept, {}, plain(found, keyed=True), {})
         if error is not None:
             runout = replace(COMPARED.held_out.runout, crps_m=error)
             groups = Rows(GroupError(f"P{k}", 10, crps) for k, crps in enumerate(by_path))
