@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path as FilePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Concatenate, ParamSpec
 
 import numpy as np
 
@@ -29,6 +28,7 @@ from avahazard.workflow.stored import notes_of
 if TYPE_CHECKING:
     from avahazard.gis.hazard_map import MapLayer, MappedPath
 
+Holds = ParamSpec("Holds")
 ENDINGS = (".gpkg", ".geojson", ".csv", ".xlsx")
 
 
@@ -62,15 +62,13 @@ def export(database: str, name: str, file: FilePath) -> Export:
     zoned = [ZonedPath.from_dict(z) for z in zones]
     lacking = [f"no zones are stored by {name}."] if not zones else []
     if ending == ".csv":
-        write = partial(hazard_tables.write_hazard, rows=bounds)
-        replace_file(file, hazard_tables.is_own_csv, write)
+        replace_file(file, hazard_tables.is_own_csv, hazard_tables.write_hazard, bounds)
         alone = ["a .csv has no zones: an .xlsx, a .gpkg or a .geojson has them."] if zoned else []
         return Export(name, str(file), Rows([Layer("hazard", len(rows), None)]), (*known, *alone))
     if ending == ".xlsx":
         sheets = {"hazard": hazard_tables.hazard_sheet(bounds)}
         sheets |= {"zones": hazard_tables.zones_sheet(zoned)} if zoned else {}
-        write = partial(hazard_tables.write_workbook, sheets=sheets)
-        replace_file(file, hazard_tables.is_own_workbook, write)
+        replace_file(file, hazard_tables.is_own_workbook, hazard_tables.write_workbook, sheets)
         layers = Rows(Layer(title, len(flat), None) for title, (_, flat) in sheets.items())
         return Export(name, str(file), layers, (*known, *lacking))
     made, notes = map_layers(records, bounds, zoned)
@@ -78,10 +76,9 @@ def export(database: str, name: str, file: FilePath) -> Export:
 
     if ending == ".gpkg":
         day = np.datetime64(store.now(), "ms")
-        write = partial(map_files.write_geopackage, layers=made, day=day)
-        replace_file(file, map_files.is_own_geopackage, write)
+        replace_file(file, map_files.is_own_geopackage, map_files.write_geopackage, made, day)
     else:
-        replace_file(file, map_files.is_own_geojson, partial(map_files.write_geojson, layers=made))
+        replace_file(file, map_files.is_own_geojson, map_files.write_geojson, made)
     layers = Rows(Layer(m.name, len(m.features), m.code) for m in made)
     return Export(name, str(file), layers, (*known, *notes, *lacking))
 
@@ -97,7 +94,11 @@ def ending_of(file: FilePath) -> str:
 
 
 def replace_file(
-    file: FilePath, is_own: Callable[[FilePath], bool], write: Callable[[FilePath], None]
+    file: FilePath,
+    is_own: Callable[[FilePath], bool],
+    write: Callable[Concatenate[FilePath, Holds], None],
+    *what: Holds.args,
+    **how: Holds.kwargs,
 ) -> None:
     """Write beside `file` and put it in its place when it is whole.
 
@@ -111,7 +112,7 @@ def replace_file(
             "Name another file, or remove that one first.",
         )
     with written_whole(file) as part:
-        write(part)
+        write(part, *what, **how)
 
 
 def map_layers(

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING
 
@@ -213,8 +212,7 @@ def _write_chances(file: FilePath, grid: MapGrid, parts: Sequence[MapPart]) -> t
             if name == "chance":
                 by = np.where(np.isfinite(selected), BY_FLOW if part.runs else BY_BLOCK, np.nan)
                 bands["engine"] = np.fmax(bands["engine"], by.astype(np.float32))
-    write = partial(map_files.write_raster, grid=grid, bands=bands)
-    replace_file(file, map_files.is_own_raster, write)
+    replace_file(file, map_files.is_own_raster, map_files.write_raster, grid, bands)
     return tuple(bands)
 
 
@@ -257,6 +255,5 @@ def _write_areas(file: FilePath, parts: Sequence[MapPart], limits: ZoneSystem) -
         *hazard_layers([part.one for part in parts], (), ()),
     ]
     day = np.datetime64(now(), "ms")
-    write = partial(map_files.write_geopackage, layers=layers, day=day)
-    replace_file(file, map_files.is_own_geopackage, write)
+    replace_file(file, map_files.is_own_geopackage, map_files.write_geopackage, layers, day)
     return tuple(layer.name for layer in layers)
