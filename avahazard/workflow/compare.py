@@ -211,7 +211,7 @@ def ladder_rows(
     effects = {model.name: model.effects for model in models}
     rows = []
     for model in models:
-        found = comparisons[model.name]
+        found = comparisons.get(model.name)
         before = effects.get(model.parent or "", ())
         scores = {} if found is None else standing(found).to_dict()
         rows.append(

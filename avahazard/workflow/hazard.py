@@ -385,7 +385,10 @@ def zones_work(
         )
     periods = tuple(sorted({*request.return_periods, *wanted.return_periods}))
     no_drag = () if limits_speed(model) else (Note("no_drag", model=name, effects=_remedies()),)
-    fails = _speeds_that_fail(database, name)
+    with reading(database) as session:
+        compared = latest_comparison(session, name)
+    off = [row.bias_m_s for row in failing_speeds(compared)] if compared else []
+    fails = [Note("speeds_fail", model=name, bias=max(off, key=abs))] if off else []
     notes = (*map(Note.ready, wanted.notes), *no_drag, *fails, *notes_of_fit(model))
     frequencies = volume_frequencies(survey.volumes, request.seed, request.source)
     answer = partial(zones_of_path, model, frequencies, wanted, periods, request, notes)
@@ -399,14 +402,6 @@ def zones_work(
     }
     work = PathWork(ZONES, "Zones", answer, model.calibration, survey, path_ids, settings)
     return work, notes
-
-
-def _speeds_that_fail(database: str, name: str) -> list[Note]:
-    """A note where the last comparison found speeds that fail the measured ones; or none."""
-    with reading(database) as session:
-        compared = latest_comparison(session, name)
-    off = [row.bias_m_s for row in failing_speeds(compared)] if compared else []
-    return [Note("speeds_fail", model=name, bias=max(off, key=abs))] if off else []
 
 
 def zones_of_path(

@@ -122,9 +122,10 @@ def gather(
     stored, records = load_stored(database, name, request.effect_files)
     with reading(database) as session:
         models = store.list_models(session)
-        comparisons = {model.name: latest_comparison(session, model.name) for model in models}
-        told = {model.name: latest_diagnosis(session, model.name) for model in models}
-        averages = averaged_rows(session, list(comparisons), name)
+        names = [model.name for model in models]
+        comparisons = {n: found for n in names if (found := latest_comparison(session, n))}
+        diagnoses = {n: told for n in names if (told := latest_diagnosis(session, n))}
+        averages = averaged_rows(session, names, name)
         bounds = store.latest_by_path(session, store.BOUNDS, name)
         rows = list(map(HazardRow.from_dict, bounds)) or averages
         zones = list(map(ZonedPath.from_dict, store.latest_by_path(session, store.ZONES, name)))
@@ -133,11 +134,10 @@ def gather(
             for profile in records.profiles
             if (ground := load_terrain(session, profile.path_id)) is not None
         }
-    diagnoses = {model: diagnosis for model, diagnosis in told.items() if diagnosis}
     report("Writing the report", 0.07)
-    found, _ = frictions.apparent_friction(stored)
+    apparent, _ = frictions.apparent_friction(stored)
     report("Writing the report", 0.1)
-    events = event_views(only_paths(records, stored.paths).events, stored, found.mu)
+    events = event_views(only_paths(records, stored.paths).events, stored, apparent.mu)
     report("Writing the report", 0.14)
     baseline = alpha_beta_paths(database) if records.profiles else ()
     flows = flow_views(database, stored, records)
@@ -149,7 +149,7 @@ def gather(
     model = next(model for model in models if model.name == name)
     there = {
         "profiles": records.profiles,
-        "comparison": comparisons[name],
+        "comparison": comparisons.get(name),
         "diagnosis": diagnoses.get(name),
         "rows": rows or flows,
         "zones": zones,
@@ -162,10 +162,10 @@ def gather(
         n_speeds=sum(len(track.x) for track in stored.observations.speeds),
         covariates=unknown_columns(stored.columns),
         friction=frictions.friction_view(stored),
-        densities=frictions.friction_densities(found.mu, stored.observations),
+        densities=frictions.friction_densities(apparent.mu, stored.observations),
         summaries=[row for row in list_paths(database) if row.path_id in shown],
         ladder=ladder_rows(models, comparisons, {}),
-        comparison=comparisons[name],
+        comparison=comparisons.get(name),
         diagnosis=diagnoses.get(name),
         rows=rows,
         averages=averages,
@@ -276,7 +276,7 @@ def _speeds(
             if row.p_not_released <= 0.5:
                 found = run_site(future.site, float(mu), resistance).speeds
                 places = np.array([[s.x_m, s.speed_m_s] for s in found])
-                lines.append(page.SpeedLine(row, *places.T))
+                lines.append((row, *places.T))
         yield path_id, lines
 
 

@@ -34,21 +34,20 @@ def loop_view(
     database: str,
     stored: FittedModel,
     models: Sequence[StoredModel],
-    comparisons: Mapping[str, Comparison | None],
+    comparisons: Mapping[str, Comparison],
     diagnoses: Mapping[str, Diagnosis],
 ) -> LoopView:
     """The model `stored` among those of the ladder that were calibrated on the same records."""
-    known = {name: found for name, found in comparisons.items() if found is not None}
     lineage = _lineage(stored.name, models)
     shown: list[StateView] = []
     left_out: dict[str, Note] = {}
     suspect = None
     if stored.sigma_m is None:
-        for fit in _others(database, stored, lineage, models, known, left_out):
-            shown.append(state_view(fit, known.get(fit.name)))
+        for fit in _others(database, stored, lineage, models, comparisons, left_out):
+            shown.append(state_view(fit, comparisons.get(fit.name)))
             if fit.name in lineage[-2:-1]:
-                suspect = suspect_view(stored, fit, known.get(stored.name))
-    return LoopView(tuple(shown), lineage, known, diagnoses, left_out, suspect)
+                suspect = suspect_view(stored, fit, comparisons.get(stored.name))
+    return LoopView(tuple(shown), lineage, comparisons, diagnoses, left_out, suspect)
 
 
 def suspect_view(

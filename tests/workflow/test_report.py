@@ -121,12 +121,10 @@ def test_speeds_are_those_of_the_command_runout(
     report_database: str, content: ReportContent
 ) -> None:
     (scey,) = (view for view in content.paths if view.path.path_id == "scey")
-    for line in scey.speeds:
-        run = run_block(
-            report_database, "scey", RunoutRequest(model="m", volume_m3=line.row.volume_m3)
-        )
-        assert line.x[-1] == pytest.approx(run.runout_x_m)
-        assert line.speed.max() == pytest.approx(run.speed_max_m_s, rel=0.01)
+    for row, x, speed in scey.speeds:
+        run = run_block(report_database, "scey", RunoutRequest(model="m", volume_m3=row.volume_m3))
+        assert x[-1] == pytest.approx(run.runout_x_m)
+        assert speed.max() == pytest.approx(run.speed_max_m_s, rel=0.01)
 
 
 @pytest.mark.parametrize(

@@ -87,13 +87,8 @@ class PlanView:
         return np.interp(x, self.x, self.east), np.interp(x, self.x, self.north)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SpeedLine:
-    """Speed (m/s) of the block at places `x` `[n]`, for one row of bounds."""
-
-    row: HazardRow
-    x: Floats
-    speed: Floats
+SpeedLine = tuple[HazardRow, Floats, Floats]
+"""A row of bounds, and for it places x (m) with the speed (m/s) of the block there, `[n]`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,6 +11,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from avahazard.criticism.scoring.change import before_and_after
 from avahazard.inference.model.choices import METHODS
 from avahazard.inference.model.laws import law
 from avahazard.notes import Note, grouped, placed
@@ -21,7 +22,7 @@ from avahazard.report.html.figure import script_json
 from avahazard.report.html.map_figure import map_figure
 from avahazard.report.html.path_figure import path_figure
 from avahazard.report.language import plural, say, spoken
-from avahazard.results.comparison import BeforeAndAfter, Comparison
+from avahazard.results.comparison import Comparison
 
 UNIT = re.compile(
     r"(?<=\d) (?=(?:m[²³]?|m/s|kPa|nats)(?!\w))|(?<=\d) ?(?=%)| (?=[:;?!»×])|(?<=×) |(?<=«) "
@@ -67,20 +68,14 @@ def render(content: ReportContent) -> str:
 
 def fall_text(before: Comparison, after: Comparison) -> str:
     """How the held-out error changes from a model to its child."""
-    return sentences.change_text(_change(before, after))
+    return sentences.change_text(before_and_after(before, after))
 
 
 def doubt_of(content: ReportContent) -> str:
     """That the model errs less than its parent is not certain; empty where it is, or has none."""
     *_, parent, name = ("", *content.loop.lineage)
     before, after = map(content.loop.comparisons.get, (parent, name))
-    return sentences.doubt_text(_change(before, after), parent) if before and after else ""
-
-
-def _change(before: Comparison, after: Comparison) -> BeforeAndAfter:
-    from avahazard.criticism.scoring.change import before_and_after  # noqa: PLC0415 (slow)
-
-    return before_and_after(before, after)
+    return sentences.doubt_text(before_and_after(before, after), parent) if before and after else ""
 
 
 SAID = ("stale", "unconverged")

@@ -175,11 +175,11 @@ def speed_traces(view: PathView) -> list[Trace]:
         return _quantiles(view.zones.places, view.rows)
     cases = [case(row) for row in view.rows]
     traces = []
-    for found in view.speeds:
-        of = case(found.row)
+    for row, x, speed in view.speeds:
+        of = case(row)
         hover = say("{case}: {speed} m/s at x {x} m", case=of, speed="%{y:.1f}", x="%{x:.0f}")
         color = fig.ROW_COLORS[cases.index(of) % len(fig.ROW_COLORS)]
-        traces.append(fig.line(found.x, found.speed, color, 2.0, hover, **_speed_of(of)))
+        traces.append(fig.line(x, speed, color, 2.0, hover, **_speed_of(of)))
     return traces
 
 
