@@ -178,9 +178,9 @@ def simulate(
     """
     asked = replace(request, paths=tuple(paths or ()))
     if dry_run:
-        emit(ask("simulate.plan_simulations", request=asked), _plan)
+        emit(ask("flow.plan_simulations", request=asked), _plan)
     else:
-        emit(ask("simulate.simulate_paths", request=asked), show_simulations)
+        emit(ask("flow.simulate_paths", request=asked), show_simulations)
 
 
 def _plan(plan: SimulationPlan) -> Iterator[Shown]:
@@ -214,7 +214,7 @@ def show_simulations(found: Simulations) -> Iterator[Shown]:
     yield table("Runs of com1DFA", heads, rows)
 
 
-@answers("map.draw_map")
+@answers("flow.draw_map")
 def map(
     found: ChanceMap,
     name: CalibratedModel,

@@ -25,8 +25,8 @@ from avahazard.results.files import Export, Layer
 from avahazard.store.records import load_simulations
 from avahazard.store.session import reading
 from avahazard.workflow.by_path import survey
+from avahazard.workflow.flow import RunPath, ready_paths
 from avahazard.workflow.requests import AvaframeRequest, SimulateRequest
-from avahazard.workflow.simulate import RunPath, ready_paths
 from avahazard.workflow.stored import load_stored, notes_of_fit, require_friction_scatter
 
 LEAST_FRICTION = 0.001

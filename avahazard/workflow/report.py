@@ -43,9 +43,9 @@ from avahazard.whole_file import written_whole
 from avahazard.workflow import friction as frictions
 from avahazard.workflow.calibrate import show_model
 from avahazard.workflow.compare import COORDINATES, RECORD_DRAWS, ladder_rows
+from avahazard.workflow.flow import map_parts
 from avahazard.workflow.hazard import knows_speeds, load_limits
 from avahazard.workflow.listing import list_paths
-from avahazard.workflow.map import map_parts
 from avahazard.workflow.next_step import latest_comparison, latest_diagnosis, next_step
 from avahazard.workflow.path import alpha_beta_paths, describe_path, run_site
 from avahazard.workflow.report_loop import QUANTILES, loop_view

@@ -15,8 +15,8 @@ from avahazard.hazard.path_hazard import path_hazard
 from avahazard.records.collection import Simulation
 from avahazard.store.session import reading
 from avahazard.workflow.by_path import survey
+from avahazard.workflow.flow import map_parts
 from avahazard.workflow.hazard import load_limits
-from avahazard.workflow.map import map_parts
 from avahazard.workflow.requests import MapRequest
 from avahazard.workflow.stored import load_stored
 from tests.conftest import command_line

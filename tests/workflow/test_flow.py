@@ -25,7 +25,7 @@ from typer.testing import Result
 from avahazard.engines.com1dfa import PLACE
 from avahazard.store.records import load_simulations
 from avahazard.store.session import reading
-from avahazard.workflow import simulate
+from avahazard.workflow import flow
 from avahazard.workflow.report import gather
 from avahazard.workflow.requests import ReportRequest
 from tests.conftest import command_line
@@ -50,8 +50,8 @@ def test_between_far_stops_more_frictions_are_run(
     flow_slope: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Three frictions, whose stops are more than 100 m apart."""
-    monkeypatch.setattr(simulate, "N_FRICTIONS", 3)
-    monkeypatch.setattr(simulate, "LOWEST", 0.5)
+    monkeypatch.setattr(flow, "N_FRICTIONS", 3)
+    monkeypatch.setattr(flow, "LOWEST", 0.5)
     run = command_line(flow_slope / "avahazard.db")
     found = run("--json", "simulate", "-V", "12000")
     assert found.exit_code == 0, found.output
