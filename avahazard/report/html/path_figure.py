@@ -19,14 +19,14 @@ HUMP = 0.05
 """Height of the distribution where it is densest, as a share of the drop."""
 
 
-def runout_traces(
-    smooth: SmoothProfile, row: HazardRow, color: str, above: float, *, first: bool
-) -> list[Trace]:
+def runout_traces(smooth: SmoothProfile, row: HazardRow, level: int, drop: float) -> list[Trace]:
     """The design runout of a row, and thinner that of avalanches of its volume.
 
-    The legend names the latter in the `first` row only: it stands for all.
+    They lie `level` steps above the ground, on a path with this `drop` (m). The legend names the
+    latter in the first row only: it stands for all.
     """
     of, traces = case(row), list[Trace]()
+    color, above = fig.ROW_COLORS[level - 1], level * STEP * drop
     own = {"color": color, "legendgroup": f"row {of}", "opacity": 0.8}
 
     def bar(found: Spread | PlaceQuantiles, name: str, width: float, **more: Any) -> list[Trace]:
@@ -40,13 +40,13 @@ def runout_traces(
         traces += bar(row.design.runout_x_m, say("design runout, {case}", case=of), 6.0)
     if row.runout_x_m.q05 is not None:
         name = say("avalanches of {volume}", volume=volume_text(row))
-        traces += bar(row.runout_x_m, name, 1.2, showlegend=first or not row.design)
-        traces += _spread(smooth, row, color, above, f"row {of}")
+        traces += bar(row.runout_x_m, name, 1.2, showlegend=level == 1 or not row.design)
+        traces += _spread(smooth, row, color, above, drop, f"row {of}")
     return traces
 
 
 def _spread(
-    smooth: SmoothProfile, row: HazardRow, color: str, above: float, group: str
+    smooth: SmoothProfile, row: HazardRow, color: str, above: float, drop: float, group: str
 ) -> list[Trace]:
     """The distribution of the runout upon its bar: equal areas hold equal shares."""
     steps = [float(x) for x in row.runout_x_steps_m if x is not None]
@@ -55,15 +55,10 @@ def _spread(
         return []
     middle = 0.5 * (x[1:] + x[:-1])
     density = np.interp(x, middle, 1.0 / width)
-    upper = density / density.max() * HUMP * float(np.ptp(smooth.height(ground_places(smooth))))
+    upper = density / density.max() * HUMP * drop
     base = smooth.height(x) + above
     own = {"legendgroup": group, "showlegend": False, "opacity": 0.3}
     return [fig.area(x, base, base + upper, color, **own)]
-
-
-def ground_places(smooth: SmoothProfile) -> Floats:
-    """Where the ground is drawn, x (m)."""
-    return np.linspace(smooth.x_min, smooth.x_max, PLACES)
 
 
 STEP = 0.055
@@ -73,29 +68,26 @@ FOOT, TOP = 0.13, 0.08
 MOST_ROWS = len(fig.ROW_COLORS)
 
 
-def profile_range(smooth: SmoothProfile, n_rows: int) -> list[float]:
-    """Lowest and highest elevation of the panel, with room for the bars of `n_rows`."""
-    y = smooth.height(ground_places(smooth))
-    drop = float(np.ptp(y))
-    top = max(TOP, STEP * min(n_rows, MOST_ROWS) + HUMP) if n_rows else TOP
-    return [float(y.min()) - FOOT * drop, float(y.max()) + top * drop]
+def profile_traces(
+    view: PathView, smooth: SmoothProfile, release: float
+) -> tuple[list[Trace], list[float]]:
+    """Ground, release, recorded stops, and for every row its runout above the ground.
 
-
-def profile_traces(view: PathView, smooth: SmoothProfile, release: float) -> list[Trace]:
-    """Ground, release, recorded stops, and for every row its runout above the ground."""
-    x = ground_places(smooth)
+    Also the lowest and the highest elevation to show.
+    """
+    x, rows = np.linspace(smooth.x_min, smooth.x_max, PLACES), view.rows[:MOST_ROWS]
     y = smooth.height(x)
     drop = float(np.ptp(y))
     foot = float(y.min()) - FOOT * drop
+    top = float(y.max()) + (max(TOP, STEP * len(rows) + HUMP) if rows else TOP) * drop
     hover = say("x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}")
     traces = [
         fig.area(x, np.full(len(x), foot), y, fig.GROUND, name=say("ground"), showlegend=False),
         fig.line(x, y, fig.INK, 1.4, hover, name=say("profile, smoothed"), showlegend=False),
     ]
     traces += _zones(view.drawn_zones, foot, drop)
-    for level, row in enumerate(view.rows[:MOST_ROWS], start=1):
-        above = level * STEP * drop
-        traces += runout_traces(smooth, row, fig.ROW_COLORS[level - 1], above, first=level == 1)
+    for level, row in enumerate(rows, start=1):
+        traces += runout_traces(smooth, row, level, drop)
     traces += _alpha_beta(view, smooth, 0.5 * STEP * drop)
     look: dict[str, Any] = {"symbol": "triangle-down", "size": 11, "color": fig.BLACK}
     hover = say("release: x {x} m, {y} m", x="%{x:.0f}", y="%{y:.0f}")
@@ -109,7 +101,7 @@ def profile_traces(view: PathView, smooth: SmoothProfile, release: float) -> lis
         own = {"name": say("recorded stops"), "cliponaxis": False}
         y = smooth.height(np.clip(places, smooth.x_min, smooth.x_max))
         traces.append(fig.event_marks(places, y, _tick(13, 1.3), stops, names, hover, **own))
-    return traces
+    return traces, [foot, top]
 
 
 def _tick(size: float, width: float, color: str = fig.INK) -> dict[str, Any]:
@@ -306,8 +298,8 @@ def path_figure(
     models = () if loop is None else loop.models
     bands = [float(np.max(state.x[shown, 2])) for state in models if shown]
     end = shown_end(view, view.smooth, bands)
-    ground = profile_traces(view, view.smooth, view.release_x)
-    heights = fig.axis(say("elevation (m)"), range=profile_range(view.smooth, len(view.rows)))
+    ground, shown_y = profile_traces(view, view.smooth, view.release_x)
+    heights = fig.axis(say("elevation (m)"), range=shown_y)
     panels: list[tuple[list[Trace], dict[str, Any], int]] = [(ground, heights, PROFILE_PX)]
     states: States = {}
     if loop is not None and shown:
