@@ -72,13 +72,10 @@ def path_cards(content: ReportContent) -> tuple[list[PathCard], list[str]]:
     for number, view in enumerate(content.paths, start=1):
         if view.smooth is None:
             continue
-        designs = [(row, row.design) for row in view.rows if row.design is not None]
-        shown = next((d for r, d in designs if r.return_period_years == period), None)
-        lines = [_line(row, design) for row, design in designs]
-        lines += _average_lines(content, view)
-        lines += _flow_lines(view, view.smooth)
-        lines += _zone_lines(view, view.smooth)
-        cards.append(PathCard(number, view, shown, lines, list(_mind(content, view, shown))))
+        of_period = (row.design for row in view.rows if row.return_period_years == period)
+        shown = next(filter(None, of_period), None)
+        lines, mind = _lines(content, view, view.smooth), _mind(content, view, shown)
+        cards.append(PathCard(number, view, shown, list(lines), list(mind)))
     if len(cards) < 2:
         return cards, []
     return cards, [words for words in cards[0].mind if all(words in card.mind for card in cards)]
@@ -90,8 +87,9 @@ def _line(row: HazardRow, design: Design) -> Line:
     return period, place(x.q50), span(x), place(z.q50)
 
 
-def _average_lines(content: ReportContent, view: PathView) -> Iterable[Line]:
-    """The design runout averaged over models, and by each of them with its weight."""
+def _lines(content: ReportContent, view: PathView, smooth: SmoothProfile) -> Iterable[Line]:
+    """The design runouts, also averaged over models; how far flow comes; where zones end."""
+    yield from (_line(row, row.design) for row in view.rows if row.design is not None)
     for row in content.averages:
         if row.path_id != view.path.path_id or row.design is None:
             continue
@@ -102,17 +100,9 @@ def _average_lines(content: ReportContent, view: PathView) -> Iterable[Line]:
             name = f"{one.model} ({spoken().number(f'{one.weight:.2f}')})"
             own = one.runout_x_m
             yield name, place(own.q50), span(own), ""
-
-
-def _flow_lines(view: PathView, smooth: SmoothProfile) -> Iterable[Line]:
-    """How far the flow comes along the line once in each period."""
-    for period, x in sorted(view.flow.runouts.items()) if view.flow else ():
-        height = None if x.q50 is None else float(smooth.height(x.q50))
-        yield spoken().number(f"{period:g}"), place(x.q50), span(x), place(height)
-
-
-def _zone_lines(view: PathView, smooth: SmoothProfile) -> Iterable[Line]:
-    """Where each zone ends."""
+    for years, come in sorted(view.flow.runouts.items()) if view.flow else ():
+        height = None if come.q50 is None else float(smooth.height(come.q50))
+        yield spoken().number(f"{years:g}"), place(come.q50), span(come), place(height)
     for zone in view.drawn_zones:
         end = None if zone.beyond else zone.to_x_m
         name = say(zone.zone) + ("*" if zone.extrapolated else "")
