@@ -22,7 +22,6 @@ from avahazard.report.html.figure import script_json
 from avahazard.report.html.map_figure import map_figure
 from avahazard.report.html.path_figure import path_figure
 from avahazard.report.language import plural, say, spoken
-from avahazard.results.comparison import Comparison
 
 UNIT = re.compile(
     r"(?<=\d) (?=(?:m[²³]?|m/s|kPa|nats)(?!\w))|(?<=\d) ?(?=%)| (?=[:;?!»×])|(?<=×) |(?<=«) "
@@ -58,17 +57,15 @@ def render(content: ReportContent) -> str:
     }
     script = ""
     if not content.brief:
-        script = _plotly() + "\n" + (folder / "report.js").read_text(encoding="utf-8")
+        from plotly.offline import get_plotlyjs  # noqa: PLC0415 (slow)
+
+        script = f"{get_plotlyjs()}\n{(folder / 'report.js').read_text(encoding='utf-8')}"
+        assert "</script" not in script.lower()  # it would end the element
     code = Markup(script)  # noqa: S704 (our own)
     template = _environment().get_template("report.html.j2")
     # The page's content security policy lets this script run, and no other.
     digest = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
     return template.render(values, script=code, script_hash=f"sha256-{digest}")
-
-
-def fall_text(before: Comparison, after: Comparison) -> str:
-    """How the held-out error changes from a model to its child."""
-    return sentences.change_text(before_and_after(before, after))
 
 
 def doubt_of(content: ReportContent) -> str:
@@ -133,8 +130,8 @@ def _environment() -> Environment:
     environment.install_gettext_callables(say, plural)  # type: ignore[attr-defined]
     pictures = (figure, model_figures, record_figures, score_figures)
     texts = (brief, model_tables, sentences, tables, words)
-    sayings = (design_notes, doubt_of, every_note, fall_text, notes_of)
-    functions = (map_figure, path_figure, script_json)
+    sayings = (design_notes, doubt_of, every_note, notes_of)
+    functions = (before_and_after, map_figure, path_figure, script_json)
     for used in (*pictures, *texts, *sayings, *functions):
         environment.globals[used.__name__.rpartition(".")[2]] = used
     environment.filters["integer"] = words.integer
@@ -146,12 +143,3 @@ def kept_together(value: Any) -> Any:
     if not isinstance(value, str) or isinstance(value, Markup):
         return value
     return DATE.sub("\\1\u2011\\2\u2011\\3", UNIT.sub("\u00a0", value))
-
-
-def _plotly() -> str:
-    """Plotly's own script; it holds nothing that would end the element that it stands in."""
-    from plotly.offline import get_plotlyjs  # noqa: PLC0415 (slow)
-
-    script = str(get_plotlyjs())
-    assert "</script" not in script.lower()
-    return script
