@@ -1,6 +1,6 @@
 """Tables of paths, design runouts and zones, each described once: terminal and report show it."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from operator import itemgetter
@@ -98,15 +98,6 @@ def _some(value: float) -> str | None:
     return share(value) if value else None
 
 
-def _answers(rows: HazardRows | Sequence[ZonedPath]) -> Iterator[tuple[Any, Any]]:
-    """A row of `hazard` or `zones`, and what has a design runout of it for a return period."""
-    for row in rows:
-        if isinstance(row, ZonedPath):
-            yield from ((row, found) for found in row.designs)
-        elif row.return_period_years is not None:
-            yield row, row
-
-
 def farthest_text(design: Design, written: Callable[[float | None], str] = place) -> str | None:
     """Where the farthest record stopped, as `written`, and its date."""
     found = design.farthest_record
@@ -126,7 +117,11 @@ def past_text(design: Design) -> str | None:
 
 def design_table(rows: HazardRows | Sequence[ZonedPath], names: Names = NO_NAMES) -> Table:
     """The answer for each return period, and what the records say of it."""
-    found = list(_answers(rows))
+    found: list[tuple[Any, Any]] = []
+    for row in rows:
+        # What has a design runout for a return period: a part of a zoned path, or the row itself.
+        of_row = row.designs if isinstance(row, ZonedPath) else (row,)
+        found += [(row, one) for one in of_row if one.return_period_years is not None]
     designs = [one.design for _, one in found if one.design is not None]
 
     def of(show: Callable[[Design], object]) -> Callable[[Any], object]:

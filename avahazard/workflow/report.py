@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path as FilePath
-from typing import TypeVar
 
 import numpy as np
 
@@ -22,7 +21,6 @@ from avahazard.notes import Note
 from avahazard.records.collection import (
     DEGREES,
     Event,
-    Path,
     Profile,
     Records,
     TerrainCrop,
@@ -59,7 +57,6 @@ from avahazard.workflow.stored import (
 )
 
 ENDINGS = (".html", ".htm")
-R = TypeVar("R", HazardRow, TerrainRunout, ZonedPath)
 
 
 def write_report(
@@ -238,10 +235,10 @@ def path_views(
             records,
             path_id,
             known.get(path_id),
-            rows=_of(path, rows),
+            rows=[row for row in rows if row.path_id == path_id],
             speeds=speeds.get(path_id, []),
-            alpha_beta=_of(path, alpha_beta),
-            zones=next(iter(_of(path, zones)), None),
+            alpha_beta=[row for row in alpha_beta if row.path_id == path_id],
+            zones=next((zoned for zoned in zones if zoned.path_id == path_id), None),
         )
         if selected := tuple(e for e in events if e.path_id == path_id):
             view = replace(view, events=selected)
@@ -253,10 +250,6 @@ def path_views(
             view = replace(view, notes=notes, plan=plan)
         views.append(view)
     return tuple(views)
-
-
-def _of(path: Path, rows: Sequence[R]) -> list[R]:
-    return [row for row in rows if row.path_id == path.path_id]
 
 
 def _speeds(

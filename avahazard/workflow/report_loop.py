@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from avahazard.arrays import Bools, Floats
+from avahazard.arrays import Floats
 from avahazard.criticism.scoring.scores import crps, expected_records
 from avahazard.criticism.scoring.where_it_fails import event_axes
 from avahazard.effects.covariate import number_column
@@ -215,6 +215,12 @@ MOST_SPEED = 60.0
 def state_view(model: FittedModel, comparison: Comparison | None) -> StateView:
     """What `model` predicts for its records, with the very draws that `compare` scores."""
     expected = expected_records(model, RECORD_DRAWS, generator(0, "compare"))
+    failed = np.zeros(model.observations.n_events, dtype=np.bool_)
+    if comparison is not None and (levels := failing(comparison)):
+        axes = event_axes(model.observations, np.median(expected.x, axis=1))
+        for row in levels:
+            if row.axis in axes:
+                failed |= axes[row.axis] == row.level
     return StateView(
         key=model.name,
         predicted=np.quantile(expected.draws, QUANTILES, axis=1).T,
@@ -223,16 +229,5 @@ def state_view(model: FittedModel, comparison: Comparison | None) -> StateView:
         rmse_m=float(np.sqrt(np.mean(expected.error**2))),
         crps_m=float(np.mean(crps(expected.draws, expected.observed))),
         held_out_m=None if comparison is None else comparison.held_out.runout.crps_m,
-        failed=_failed(model, expected.x, comparison),
+        failed=failed,
     )
-
-
-def _failed(model: FittedModel, x: Floats, comparison: Comparison | None) -> Bools:
-    """The events of levels where the model fails; `x` `[n_events, n_draws]` are its stops."""
-    failed = np.zeros(model.observations.n_events, dtype=np.bool_)
-    if comparison is not None and (levels := failing(comparison)):
-        axes = event_axes(model.observations, np.median(x, axis=1))
-        for row in levels:
-            if row.axis in axes:
-                failed |= axes[row.axis] == row.level
-    return failed
