@@ -110,7 +110,12 @@ class Field:
                 f"{did_you_mean(str(value), known)}It is one of: {', '.join(known)} ({self.flag}).",
             )
         if self.kind in (int, float) and value is not None:
-            value = self._number(value, what)
+            if not isinstance(value, Real) or isinstance(value, bool) or value != self.kind(value):
+                raise AvahazardError(
+                    f"The {what} is {value!r}.",
+                    f"It must be a {'whole ' * (self.kind is int)}number {option.within(0.0)[1]}.",
+                )
+            value = self.kind(value)
         if isinstance(value, int | float) and not isinstance(value, bool):
             good, bounds = option.within(value)
             if not (good and math.isfinite(value)):
@@ -119,14 +124,6 @@ class Field:
                     f"The {what} is {value:g}.", f"It must be a number{of} {bounds}."
                 )
         return Path(value) if self.kind is Path and isinstance(value, str) else value
-
-    def _number(self, value: Any, what: str) -> float:
-        if isinstance(value, Real) and not isinstance(value, bool) and value == self.kind(value):
-            return cast(float, self.kind(value))
-        raise AvahazardError(
-            f"The {what} is {value!r}.",
-            f"It must be a {'whole ' * (self.kind is int)}number {self.option.within(0.0)[1]}.",
-        )
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)

@@ -393,17 +393,13 @@ def rerun(
         for key, old in kept.items()
         if (new := again.get(key)) is not None and not np.array_equal(old, new)
     }
-    return Rerun(name, not differences, len(kept), differences, _notes(database, name))
-
-
-def _notes(database: str, name: str) -> tuple[str, ...]:
-    """What may make a difference: other versions than at the time."""
-    found = show_provenance(database, name)
-    if found.made_with is None:
-        return ("the versions that the model was made with were not kept.",)
-    before = found.made_with.versions
-    return tuple(
-        f"{package} was {before.get(package, 'not there')}, and is {now} now."
-        for package, now in found.now.versions.items()
-        if before.get(package) != now
-    )
+    notes = ["the versions that the model was made with were not kept."]
+    provenance = show_provenance(database, name)
+    if provenance.made_with is not None:
+        before = provenance.made_with.versions
+        notes = [
+            f"{package} was {before.get(package, 'not there')}, and is {now} now."
+            for package, now in provenance.now.versions.items()
+            if before.get(package) != now
+        ]
+    return Rerun(name, not differences, len(kept), differences, tuple(notes))

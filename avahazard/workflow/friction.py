@@ -13,7 +13,7 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.inference.fitted_model import FittedModel
 from avahazard.inference.likelihood.predicted import Predicted, predict_records
-from avahazard.inference.model.friction_model import FrictionModel, log_density
+from avahazard.inference.model.friction_model import log_density
 from avahazard.inference.model.laws import law, usable
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.paper import apparent
@@ -122,7 +122,10 @@ def friction_view(model: FittedModel) -> FrictionView | None:
     law, scatter = model.layout.law, None
     middle = law.log_friction(u[:, : len(law.coordinates)], volume)
     if model.sigma_m is None:
-        drawn = _draws(model.friction, u, volume)
+        shape, rng = (DRAWS_EACH, len(u), len(volume)), generator(0, "report", "friction")
+        about = model.friction.location_and_scatter(u, volume[None])
+        location, spread = (np.broadcast_to(v[:, 0], shape) for v in about)
+        drawn = model.friction.draw(u[:, None], location, spread, rng).reshape(-1, len(volume))
         scatter = np.quantile(drawn, [0.05, 0.25, 0.75, 0.95], axis=0)
     return FrictionView(volume, np.exp(np.quantile(middle, [0.05, 0.5, 0.95], axis=0)), scatter)
 
@@ -167,15 +170,6 @@ def _located(model: FittedModel) -> tuple[Floats, Floats, Floats]:
     middle = middle + np.array([*by_path, 0.0])[columns.path_index]
     law = layout.law
     return middle, law.log_friction(u[: len(law.coordinates)], known), scatter[:, 0]
-
-
-def _draws(friction: FrictionModel, u: Floats, volume: Floats) -> Floats:
-    """Draws of friction `[n_draws, n_volumes]` about the law alone."""
-    location, scatter = friction.location_and_scatter(u, volume[None])
-    shape = (DRAWS_EACH, len(u), len(volume))
-    location, scatter = (np.broadcast_to(v[:, 0], shape) for v in (location, scatter))
-    rng = generator(0, "report", "friction")
-    return friction.draw(u[:, None], location, scatter, rng).reshape(-1, len(volume))
 
 
 BY_ITSELF = FrictionRequest()

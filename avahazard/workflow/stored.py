@@ -256,7 +256,13 @@ def calibration_result(
     """Sum up what was found of a model on `records`: its parameters, convergence, with notes."""
     specification, chains, observations = found.specification, found.chains, found.observations
     checks = chains.diagnostics
-    notes = [*_of_other_models(found, name), *found.notes]
+    notes: list[Note] = []
+    differ, gain = nuisances.paths_differ(found, name), nuisances.heavier_tails(found)
+    if differ is not None and differ.values["nats"] >= nuisances.WORTH_A_NOTE:
+        notes.append(differ)
+    if gain is not None and gain > nuisances.HEAVY_TAILS:
+        notes.append(Note("heavier_tails", model=name, nats=gain))
+    notes += found.notes
     if not checks.converged:
         notes.append(Note("not_converged", rhat=checks.rhat_max, ess=checks.ess_min))
     notes += prior_notes(found, name)
@@ -278,15 +284,6 @@ def calibration_result(
         notes=tuple(notes),
         kinds=kinds_of(found),
     )
-
-
-def _of_other_models(model: FittedModel, name: str) -> Iterator[Note]:
-    """That a path effect, or Student's tails, would say more of the records."""
-    differ, gain = nuisances.paths_differ(model, name), nuisances.heavier_tails(model)
-    if differ is not None and differ.values["nats"] >= nuisances.WORTH_A_NOTE:
-        yield differ
-    if gain is not None and gain > nuisances.HEAVY_TAILS:
-        yield Note("heavier_tails", model=name, nats=gain)
 
 
 def prior_notes(model: FittedModel, name: str) -> Iterator[Note]:
