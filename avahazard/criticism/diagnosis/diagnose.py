@@ -421,23 +421,17 @@ def best_pair(question: Question, missing: Sequence[str]) -> tuple[Pair, Refit] 
 
     None where any of these is simpler than a pair of columns.
     """
-    fits = question.fits
+    fits, test = question.fits, question.screening.pair
     if any(key not in fits or question.base.definition(key).beyond < 2 for key in missing):
         return None
     if missing and (apart := columns_apart(question, missing[0])):
         return apart
-    pair = masked_pair(question)
+    if test is None or test.p_value > PAIR_LEVEL:
+        return None
+    pair = _needed_pair(question.base, test.keys, test.p_value)
     if pair and missing and fits[missing[0]].evidence - pair[1].evidence > MARGIN:
         return None
     return pair
-
-
-def masked_pair(question: Question) -> tuple[Pair, Refit] | None:
-    """Two effects that count together where neither does alone, if any, and the fit of both."""
-    test = question.screening.pair
-    if test is None or test.p_value > PAIR_LEVEL:
-        return None
-    return _needed_pair(question.base, test.keys, test.p_value)
 
 
 def columns_apart(question: Question, leader: str) -> tuple[Pair, Refit] | None:

@@ -193,18 +193,6 @@ class Course(NamedTuple):
         return np.maximum(2.0 * (energy - GRAVITY * self.height), 0.0)
 
 
-class Forces(NamedTuple):
-    """Forces per mass (m/s2) `[n]` along a course: for μ = 1, of other effects, of the effect."""
-
-    load: Floats
-    other: Floats
-    effect: Floats
-
-    def sum(self, mu: float, share: float) -> Floats:
-        """All that resists, with friction μ and a share of the effect."""
-        return np.asarray(mu * self.load + self.other + share * self.effect)
-
-
 class Linear(NamedTuple):
     """Derivatives of the energy along a course `[n]` by E₀, μ and the effect's share; the rest."""
 
@@ -234,8 +222,10 @@ def linear_about(track: ForceTrack, share: float) -> Linear:
     course = track.course
     square = course.square(track.energy)
     step = np.maximum(0.01 * square, 0.1)
-    forces, faster = _forces(track, square), _forces(track, square + step)
-    grows = (faster.sum(track.mu, share) - forces.sum(track.mu, share)) / step
+    load, other, effect = forces = _forces(track, square)
+    both = forces, _forces(track, square + step)
+    slow, fast = (track.mu * mu + rest + share * own for mu, rest, own in both)
+    grows = (fast - slow) / step
     # Any c has the same end. One far below 0 (friction that falls with speed) would not find it.
     length = cumulative_trapezoid(course.stretch, course.x)[-1]
     pull = np.maximum(2.0 * grows, -1.0 / length)
@@ -247,19 +237,19 @@ def linear_about(track: ForceTrack, share: float) -> Linear:
         grown = np.exp(decay) * force * course.stretch
         return np.asarray(-np.exp(-decay) * cumulative_trapezoid(grown, course.x, initial=0))
 
-    fixed = taken(forces.other - pull * track.energy)
-    return Linear(np.exp(-decay), taken(forces.load), taken(forces.effect), fixed)
+    fixed = taken(other - pull * track.energy)
+    return Linear(np.exp(-decay), taken(load), taken(effect), fixed)
 
 
-def _forces(track: ForceTrack, square: Floats) -> Forces:
-    """The forces at squared speeds along a track."""
+def _forces(track: ForceTrack, square: Floats) -> tuple[Floats, Floats, Floats]:
+    """Forces per mass (m/s2) `[n]` at squared speeds: for μ = 1, of other effects, of this one."""
     course = track.course
     centrifugal = track.rest.curvature * course.curvature * square
     load = np.maximum(GRAVITY / course.stretch + centrifugal, 0.0)
     _, with_it = _force(track, track.whole, square, load)
     factor, without = _force(track, track.rest, square, load)
     plain = factor * load
-    return Forces(plain, without - track.mu * plain, with_it - without)
+    return plain, without - track.mu * plain, with_it - without
 
 
 def _force(

@@ -276,7 +276,10 @@ def group_tests(base: Refit) -> tuple[TriedGroup, ...]:
 
 
 def plainly_different(groups: Sequence[TriedGroup], granted: Sequence[str]) -> list[TriedGroup]:
-    """The granted groups with enough evidence to name; the plainest first."""
+    """The granted groups with enough evidence to name; the plainest first.
+
+    By p-values alone one of several kinds of groups would be named too often.
+    """
     plain = [
         test
         for test in groups

@@ -4,14 +4,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 from operator import itemgetter
 from types import MappingProxyType
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 from scipy.special import logsumexp
 
-from avahazard.arrays import Floats
+from avahazard.arrays import Floats, Ints
 from avahazard.criticism.diagnosis.naming import MARGIN
 from avahazard.criticism.diagnosis.refits import Refit
 from avahazard.criticism.scoring.speed_misfit import friction_given_record
@@ -266,10 +266,6 @@ class Speeds(NamedTuple):
     speeds: Floats
     chance: Floats
 
-    def at(self, places: NDArray[np.int64]) -> Self:
-        """The speeds at some of the places."""
-        return self._replace(speeds=self.speeds[:, places])
-
 
 def tracks_of(observations: Observations) -> list[PassedTrack]:
     """A track of each path on which an event stopped; the longer half of its events pass it."""
@@ -367,13 +363,13 @@ def speed_gains(
             drawn = rng.choice(len(true.chance), N_SIMULATIONS, p=true.chance)
             noise = rng.standard_normal((N_SIMULATIONS, len(some))) @ factor.T
             square = true.speeds[np.ix_(drawn, some)] ** 2 + noise
-            apart = [_log_density(square, fit.at(some), factor) for fit in (true, other)]
+            apart = [_log_density(square, fit, some, factor) for fit in (true, other)]
             gains[k] += 0.5 * float(np.mean(apart[0] - apart[1]))
     return gains
 
 
-def _log_density(square: Floats, expected: Speeds, factor: Floats) -> Floats:
+def _log_density(square: Floats, expected: Speeds, places: Ints, factor: Floats) -> Floats:
     """Log density of squares of speed `[n_simulations, n_places]`, up to a constant."""
-    misfit = square[:, None, :] - expected.speeds**2
+    misfit = square[:, None, :] - expected.speeds[:, places] ** 2
     z = np.linalg.solve(factor, misfit.reshape(-1, len(factor)).T).T.reshape(misfit.shape)
     return np.asarray(logsumexp(np.log(expected.chance) - 0.5 * np.sum(z**2, axis=2), axis=1))

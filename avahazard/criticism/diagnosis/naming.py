@@ -6,7 +6,6 @@ measured force as its witness where there is one.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from types import MappingProxyType
 
 import numpy as np
@@ -81,7 +80,23 @@ def _undeclared(
     where no other candidate has `MARGIN` of evidence beside it, and not on a model with effects
     that were added, as these leave something over.
     """
-    explains = partial(_explains, question, evidence, of_laws)
+
+    def price(of: str) -> float:
+        """What a candidate pays for its choice among others."""
+        return max(question.fits[of].evidence - question.base.evidence - evidence[of], 0.0)
+
+    def explains(simpler: str, key: str) -> bool:
+        """Whether `key` has too little evidence beside a simpler candidate, or the law of that.
+
+        Less what it pays beyond what the simpler one pays. Of two forces along the way, the smooth
+        one has the other among its shapes.
+        """
+        fit = question.fits[simpler]
+        if acts_on_motion(fit, simpler) and acts_on_motion(question.fits[key], key):
+            return True
+        more, fit = max(price(key) - price(simpler), 0.0), of_laws.get(simpler, fit)
+        return refit_with(fit, key).evidence - fit.evidence - more <= MARGIN
+
     found = leaders(ranked, evidence, question.fits, explains=explains)
     if not found or not found[0].definition.says_what_is_seen:
         return found
@@ -147,29 +162,6 @@ def leaders(
     return [c for c in simpler or close if c.definition.beyond == nearest]
 
 
-def _explains(
-    question: Question,
-    evidence: Mapping[str, float],
-    of_laws: Mapping[str, Refit],
-    simpler: str,
-    key: str,
-) -> bool:
-    """Whether candidate `key` has too little evidence beside a simpler one, or the law of that.
-
-    Less what it pays for its choice among others, as in its `evidence` by itself, beyond what the
-    simpler one pays. Of two forces along the way, the smooth one has the other among its shapes.
-    """
-
-    def price(of: str) -> float:
-        return max(question.fits[of].evidence - question.base.evidence - evidence[of], 0.0)
-
-    fit = question.fits[simpler]
-    if acts_on_motion(fit, simpler) and acts_on_motion(question.fits[key], key):
-        return True
-    more, fit = max(price(key) - price(simpler), 0.0), of_laws.get(simpler, fit)
-    return refit_with(fit, key).evidence - fit.evidence - more <= MARGIN
-
-
 def acts_on_motion(fit: Refit, key: str) -> bool:
     """Whether an effect of the fit is a force along the way."""
     return any(effect.key == key for effect in of_kind(fit.posterior.effects, MotionEffect))
@@ -201,14 +193,6 @@ def group_comes_first(base: Refit, rival: Refit, key: str) -> bool:
     """
     by_group = rival.log_likelihood - refit_without(rival, key).log_likelihood
     return by_group > rival.log_likelihood - base.log_likelihood
-
-
-def groups_earn_their_name(fit: Refit, key: str) -> bool:
-    """Whether groups that differ (`key`, which `fit` has) have `MARGIN` of evidence.
-
-    By p-values alone one of several kinds of groups would be named too often.
-    """
-    return fit.evidence - refit_without(fit, key).evidence > MARGIN
 
 
 def evidence_beside_places(fit: Refit, key: str) -> float:

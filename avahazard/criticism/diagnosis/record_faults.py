@@ -8,8 +8,14 @@ from scipy.special import logsumexp
 from scipy.stats import pearsonr
 
 from avahazard.arrays import Floats
-from avahazard.criticism.diagnosis.naming import MARGIN, acts_on_motion, groups_earn_their_name
-from avahazard.criticism.diagnosis.refits import Question, Refit, effect_on, refit_with
+from avahazard.criticism.diagnosis.naming import MARGIN, acts_on_motion
+from avahazard.criticism.diagnosis.refits import (
+    Question,
+    Refit,
+    effect_on,
+    refit_with,
+    refit_without,
+)
 from avahazard.effects.columns import EventColumns
 from avahazard.effects.covariate import VOLUME, number_column
 from avahazard.effects.effect import Definition, VolumeErrorEffect
@@ -114,7 +120,7 @@ def groups_by_misstated_volumes(question: Question, groups: str) -> str | None:
     if key is None:
         return None
     wider = refit_with(question.base, key)
-    return None if groups_earn_their_name(wider, groups) else key
+    return None if wider.evidence - refit_without(wider, groups).evidence > MARGIN else key
 
 
 def _errors_of_volumes(question: Question) -> str | None:

@@ -11,12 +11,8 @@ import pytest
 
 from avahazard.criticism.diagnosis import naming
 from avahazard.criticism.diagnosis.force_witness import ForceWitness
-from avahazard.criticism.diagnosis.naming import (
-    groups_earn_their_name,
-    leaders,
-    name_effects,
-    verdict_of,
-)
+from avahazard.criticism.diagnosis.full_fits import group_tests
+from avahazard.criticism.diagnosis.naming import MARGIN, leaders, name_effects, verdict_of
 from avahazard.criticism.diagnosis.record_faults import impossible_stops
 from avahazard.criticism.diagnosis.refits import Question, Refit, refit
 from avahazard.criticism.screening.screen import Screened, Screening
@@ -234,5 +230,6 @@ def test_winters_need_evidence_for_a_name() -> None:
         events = tuple(replace(e, date=d) for e, d in zip(moved.events, dates, strict=True))
         observations = build_observations(replace(moved, events=events))
         base = refit(observations, Specification(law="power"), {}, ("winter-effect",))
-        named.append(groups_earn_their_name(base, "winter-effect"))
+        (test,) = group_tests(base)
+        named.append(test.evidence > MARGIN)
     assert named == [False, True]
