@@ -51,48 +51,29 @@ STEPS = tuple(k / 20 for k in range(1, 20))
 """Probabilities 5, 10, … 95 %, at which the distribution of the runout is reported."""
 
 
-def draw_stops(
-    curves: Pieces,
-    of: Ints,
-    location: Floats,
-    scatter: Floats,
-    n_draws: int,
-    rng: np.random.Generator,
-    *,
-    in_log: bool,
-) -> tuple[Floats, Floats, Ints]:
-    """Draw frictions over the posterior and run each down the path (Ancey 2005, § 3).
+@kernel
+def draw_stops(rng, rows, status, of, location, sd, in_log):  # type: ignore[no-untyped-def]
+    """Draw a friction for each of the draws and run it down the path (Ancey 2005, § 3).
 
-    `location`, `scatter` `[n_posterior]` are of log μ (`in_log`) or μ at the volume in question,
-    `of` `[n_posterior]` is the curve of each. Every posterior draw has its equal part of the
-    `n_draws` frictions, so the spread holds the natural variability and the uncertainty of the
-    parameters.
+    `location`, `sd` `[n_draws]` are of log μ (`in_log`) or μ at the volume in question, by draws of
+    the posterior, so that the spread holds the natural variability and the uncertainty of the
+    parameters; `of` `[n_draws]` is the curve of each among the `Pieces`.
 
     Returns stops x and elevation (m) of the draws with μ > 0 `[n_positive]`, (+inf, -inf) where a
     run went beyond the profile, and their number by status `[3]`.
     """
-    ends = np.arange(1, len(location) + 1) * n_draws // len(location)
-    x, y, counts = _stops(rng, *curves, of, location, scatter, ends, n_draws, in_log)
-    return x, y, counts
-
-
-@kernel
-def _stops(rng, rows, status, of, location, sd, ends, n_draws, in_log):  # type: ignore[no-untyped-def]
-    x, y, counts = np.empty(n_draws), np.empty(n_draws), np.zeros(3, np.int64)
-    i, n = 0, 0
-    for p in range(len(location)):
-        row, kind = rows[of[p]], status[of[p]]
-        while i < ends[p]:
-            mu = location[p] + sd[p] * rng.standard_normal()
-            i += 1
-            if in_log:
-                mu = np.exp(mu)
-            if mu > 0.0:
-                k, t = piece_at(row, mu)
-                x[n] = row[k, 0] + row[k, 1] * t
-                y[n] = row[k, 2] + row[k, 3] * t
-                counts[kind[k]] += 1
-                n += 1
+    x, y, counts = np.empty(len(of)), np.empty(len(of)), np.zeros(3, np.int64)
+    n = 0
+    for i in range(len(of)):
+        mu = location[i] + sd[i] * rng.standard_normal()
+        if in_log:
+            mu = np.exp(mu)
+        if mu > 0.0:
+            k, t = piece_at(rows[of[i]], mu)
+            x[n] = rows[of[i], k, 0] + rows[of[i], k, 1] * t
+            y[n] = rows[of[i], k, 2] + rows[of[i], k, 3] * t
+            counts[status[of[i], k]] += 1
+            n += 1
     return x[:n], y[:n], counts
 
 
@@ -269,8 +250,8 @@ def volume_stops(
     of = kind[draws.group[parameter], event]
     # Draws by one curve together: its pieces are then in the cache.
     order = np.argsort(of.astype(np.uint16), kind="stable")
-    given = curves, of[order], location[order], scatter[order]
-    x, y, counts = draw_stops(*given, n_draws, rng, in_log=avalanches.in_log)
+    given = of[order], location[order], scatter[order], avalanches.in_log
+    x, y, counts = draw_stops(rng, *curves, *given)
     held = int(counts[NOT_RELEASED])
     if draws.sigma_m is not None:
         site = avalanches.site

@@ -23,11 +23,13 @@ Distribution = Literal["lognormal", "normal"]
 
 
 def draw_runouts(curve, friction, scatter, distribution, n_draws, rng):  # type: ignore[no-untyped-def]
-    """Stops along one curve."""
+    """Stops along one curve; every friction has its equal part of the draws."""
     in_log = distribution == "lognormal"
     location = np.log(friction) if in_log else friction
-    of = np.zeros(len(friction), np.int64)
-    return draw_stops(pieces(curve[None]), of, location, scatter, n_draws, rng, in_log=in_log)
+    ends = np.arange(len(friction) + 1) * n_draws // len(friction)
+    owner = np.repeat(np.arange(len(friction)), np.diff(ends))
+    given = np.zeros(n_draws, np.int64), location[owner], scatter[owner], in_log
+    return draw_stops(rng, *pieces(curve[None]), *given)
 
 
 @pytest.mark.parametrize("distribution", ["lognormal", "normal"])
