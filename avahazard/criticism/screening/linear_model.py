@@ -39,6 +39,8 @@ from avahazard.physics.runout_curve import MU
 from avahazard.physics.speed import speeds_along
 from avahazard.physics.terrain import node_of
 
+Normal = tuple[float, float]
+"""Mean and variance of log friction."""
 LOG_MU, NOTHING = np.log(MU), np.empty(0)
 LEAST_VARIANCE, LEAST_BEND, LEAST_SHARE = 1e-8, 1e-6, 1e-6
 MOST_VARIANCE = 1.0
@@ -360,15 +362,11 @@ def linear_model(posterior: Posterior, u: Floats) -> LinearModel:
         for track, block in zip(observations.speeds, table.speeds, strict=True):
             i = track.event
             places, chance = friction_given_record(posterior, nodes, i, of_friction)
-            at = float(chance @ np.log(np.maximum(places, MU[0])))
-            log_friction[i] = at
-            away, error = 0.0, MOST_VARIANCE
-            if not gone[i]:
-                away, error = float(stops[0][i] - log_mean[i]), float(stops[1][i])
-            natural = float(variances.scatter[i] + variances.volume[i])
-            of_event = at, log_mean[i], natural, away, error
-            roots[i], *both = _track(track, block.speed**2, sigma, *of_event)
-            rows[i] = both[0], both[1]
+            log_friction[i] = at = float(chance @ np.log(np.maximum(places, MU[0])))
+            by_model = log_mean[i], variances.scatter[i] + variances.volume[i]
+            stop = (0.0, MOST_VARIANCE) if gone[i] else (stops[0][i] - log_mean[i], stops[1][i])
+            roots[i], left, slope = _track(track, block.speed**2, sigma, at, by_model, stop)
+            rows[i] = left, slope
     first = np.concatenate([[0], np.cumsum([len(r) for r, _ in rows])])
     residual = winsorised(np.concatenate([r for r, _ in rows]), first)
     return LinearModel(
@@ -414,20 +412,14 @@ def _moments(nodes: Nodes, in_log: bool) -> tuple[Floats, Floats]:
 
 
 def _track(
-    track: SpeedRecord,
-    squares: Floats,
-    sigma: float,
-    at: float,
-    mean: float,
-    natural: float,
-    away: float,
-    error: float,
+    track: SpeedRecord, squares: Floats, sigma: float, at: float, by_model: Normal, stop: Normal
 ) -> tuple[Floats, Floats, Floats]:
     """What whitens a stop with speeds, their rows, and derivatives by a shift of log friction.
 
     `squares` `[n_friction, n_speeds]` are expected, about log friction `at`; the model expects
-    `mean`, with variance `natural`; the stop is `away` from it, with variance `error`.
+    `by_model`, and the `stop` is away from that mean.
     """
+    (mean, natural), (away, error) = by_model, stop
     square, of_speed = squared(track.speed, track.sigma)
     # From the side on which the block comes to all places.
     behind, here = np.array([np.interp([at - NEAR, at], LOG_MU, column) for column in squares.T]).T
