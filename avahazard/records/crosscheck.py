@@ -15,7 +15,7 @@ from avahazard.notes import ENGLISH, Note
 from avahazard.physics.smooth_profile import smooth_profile
 from avahazard.records.collection import Event, Path, Profile, Speed
 from avahazard.records.intake import KEYS, Intake, Key, speed_key
-from avahazard.records.meanings import ELEVATION, one_spelling
+from avahazard.records.meanings import MEANINGS, one_spelling
 
 Fault = tuple[str, float, str]  # column, value, what would be accepted
 Rises = tuple[tuple[float, float], ...]
@@ -260,7 +260,7 @@ def check_places(intake: Intake) -> None:
     events = {e.event_id: e for e in (*known.events, *new.events)}
     speeds = {speed_key(s): s for s in (*known.speeds, *new.speeds)}
     # Of points that do not lie on the Earth, which are refused already, nothing fits.
-    low, high = ELEVATION.possible
+    low, high = MEANINGS["y_m"].possible
     profiles = {
         p.path_id: p
         for p in (*known.profiles, *new.profiles)

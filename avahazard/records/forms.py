@@ -17,7 +17,7 @@ from avahazard.records.collection import Covariate, Event, Path
 from avahazard.records.conventions import Conventions
 from avahazard.records.errors import Problems, RowProblem
 from avahazard.records.intake import Intake, UnderstoodColumn
-from avahazard.records.meanings import ABOVE_SEA, MEANINGS, known_name, near_name, squash
+from avahazard.records.meanings import ABOVE_SEA, EVERY, MEANINGS, known_name, near_name, squash
 from avahazard.records.rows import EventRow, PathRow, ProfileRow, Row, StraightRow, VelocityRow
 from avahazard.records.table import FileTable
 
@@ -236,9 +236,9 @@ Beyond = tuple[set[str], set[str], str, str]
 def _numbers_beyond(column: str, texts: Collection[str]) -> Beyond:
     """The numbers of a column beyond its limits, few or none."""
     meaning = MEANINGS.get(column)
-    if meaning is None or meaning.limits is None:
+    if meaning is None or meaning.possible == EVERY:
         return set(), set(), "", ""
-    (first, last), (low, high) = meaning.limits
+    (first, last), (low, high) = meaning.possible, meaning.usual
     unit = "m" if meaning.unit == ABOVE_SEA else meaning.unit
     numbers = {text: x for text in texts if (x := _number(text)) is not None}
     refused = {

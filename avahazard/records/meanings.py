@@ -5,7 +5,7 @@ import re
 import tomllib
 import unicodedata
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cache
 from importlib.resources import files
 from typing import Any, Literal, NamedTuple
@@ -15,38 +15,30 @@ from rapidfuzz.distance import OSA
 Content = Literal["name", "text", "number", "date", "flag"]
 
 
-class Limits(NamedTuple):
-    """Outside `possible` a value is refused, outside `usual` it is noted; both ends count."""
-
-    possible: tuple[float, float]
-    usual: tuple[float, float]
+EVERY = (-math.inf, math.inf)
 
 
 class Meaning(NamedTuple):
-    """A column in words, its `unit` if any; forms `further` keep it among what is one's own."""
+    """A column in words, its `unit` if any; forms `further` keep it among what is one's own.
+
+    Outside `possible` a value is refused, outside `usual` it is noted; both ends count.
+    """
 
     words: str
     unit: str = ""
-    limits: Limits | None = None
+    possible: tuple[float, float] = EVERY
+    usual: tuple[float, float] = EVERY
     content: Content = "number"
-    further: tuple[str, ...] = ()
+    further: Sequence[str] = ()
 
 
 ABOVE_SEA = "m a.s.l."
 _COLUMNS = tomllib.loads((files("avahazard.records") / "columns.toml").read_text("utf-8"))
 MEANINGS: dict[str, Meaning] = {
-    name: Meaning(
-        told["words"],
-        told.get("unit", ""),
-        Limits(tuple(told["possible"]), tuple(told["usual"])) if "possible" in told else None,
-        told.get("content", "number"),
-        tuple(told.get("further", ())),
-    )
+    name: Meaning(**{field: told[field] for field in Meaning._fields if field in told})
     for name, told in _COLUMNS.items()
     if "words" in told
 }
-_LIMITS = {name: meaning.limits for name, meaning in MEANINGS.items() if meaning.limits}
-ELEVATION, RATIO = _LIMITS["y_m"], _LIMITS["h_over_l"]
 NAMES: dict[str, list[str]] = {n: told["names"] for n, told in _COLUMNS.items() if "names" in told}
 """Words for columns in several languages, by which a guess knows them."""
 UNITS = re.compile(r"_(?:m_s|m3|m2|m|ha)$")

@@ -95,19 +95,15 @@ def _in_folder(folder: FilePath) -> list[FilePath]:
 
 
 def read_records(
-    sources: Sequence[str | FilePath],
-    known: Records | None = None,
-    *,
-    need_runout: bool = True,
-    given: Conventions = UNKNOWN,
+    sources: Sequence[str | FilePath], known: Records | None = None, *, need_runout: bool = True
 ) -> Records:
     """Return the records in `sources`, files or folders of them (docs/data_forms.md).
 
     Rows may refer to `known` records, stored before. With `need_runout` false an event may lack its
-    runout. `given` says what files may leave open. Raises `AvahazardError` where a source is
-    missing; `RejectedRows`, with all of them, for rows that cannot be taken.
+    runout. Raises `AvahazardError` where a source is missing; `RejectedRows`, with all of them, for
+    rows that cannot be taken.
     """
-    intake = read_files(sources, known or Records(), need_runout=need_runout, given=given)
+    intake = read_files(sources, known or Records(), need_runout=need_runout)
     if intake.problems:
         raise RejectedRows(intake.problems)
     return intake.records

@@ -18,7 +18,7 @@ from pydantic_core import PydanticCustomError
 
 from avahazard.records.conventions import ACCEPTED, ISO, NO_SUCH_DAY
 from avahazard.records.errors import Problems, RowProblem
-from avahazard.records.meanings import RATIO
+from avahazard.records.meanings import MEANINGS
 
 
 def _plain_number(text: str) -> str:
@@ -275,7 +275,7 @@ class StraightRow(DepositRow):
             raise wrong("fall_height_m", f"about {drop:g}, the release less the stop")
         if self.h_over_l is not None and abs(self.h_over_l * reach - height) > ROUNDING * height:
             raise wrong("h_over_l", f"about {height / reach:.4g}, H over L of the row")
-        low, high = RATIO.possible
+        low, high = MEANINGS["h_over_l"].possible
         if self.h_over_l is None and not low <= height / reach <= high:
             raise wrong("runout_length_m", f"a reach by which H over L is from {low:g} to {high:g}")
         return self

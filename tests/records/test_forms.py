@@ -9,7 +9,7 @@ import pytest
 from avahazard.records.collection import Covariate, Event, Path
 from avahazard.records.errors import RowProblem
 from avahazard.records.forms import Kind, check_ranges, column_kinds, read_covariates, recognise
-from avahazard.records.meanings import MEANINGS, Limits, Meaning
+from avahazard.records.meanings import MEANINGS, Meaning
 from avahazard.records.table import table_of
 
 
@@ -188,7 +188,7 @@ def test_the_rest_passes_or_is_for_the_form(column: str, text: str) -> None:
 def test_a_further_column_has_its_limits_from_its_meaning_alone(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    depth = Meaning("depth", "m", Limits((0.0, 100.0), (0.0, 20.0)), further=("events",))
+    depth = Meaning("depth", "m", (0.0, 100.0), (0.0, 20.0), further=("events",))
     monkeypatch.setitem(MEANINGS, "deposit_depth_m", depth)
     (problem,), _ = check("deposit_depth_m", "-1")
     assert problem.accepted == "a number from 0 to 100 m"
