@@ -154,7 +154,8 @@ def return_volume(frequency: VolumeFrequency, return_period_years: float) -> Ret
             )
     log_volume = frequency.draws.log_volume(1.0 / period)
     low, middle, high = np.exp(np.quantile(log_volume, [0.05, 0.5, 0.95]))
-    extrapolated = _extrapolated(period, frequency.known_years)
+    shortest, longest = frequency.known_years
+    extrapolated = not shortest <= period <= longest
     return ReturnLevel(period, float(middle), float(low), float(high), extrapolated)
 
 
@@ -295,10 +296,6 @@ def table_frequency(path_id: str, rows: Sequence[tuple[float, float]]) -> Volume
     return VolumeFrequency(path_id, draws, method, pooled=False, known_years=known)
 
 
-def _extrapolated(period: float, known_years: tuple[float, float]) -> bool:
-    return not known_years[0] <= period <= known_years[1]
-
-
 def known_volumes(records: Records) -> list[DatedVolumes]:
     """What whole records tell of the volumes of their paths."""
     return [dated_volumes(path, of_path(records, path.path_id).events) for path in records.paths]
@@ -367,9 +364,8 @@ class Frequencies:
     def extrapolated(self, path_id: str, return_period: float) -> bool:
         """Whether a return period (years) is too long for what is known of a path."""
         rows = (self.table or {}).get(path_id)
-        if rows is not None:
-            return _extrapolated(return_period, (rows[0][0], rows[-1][0]))
-        return _extrapolated(return_period, self.region.records[path_id].known_years)
+        known = (rows[0][0], rows[-1][0]) if rows else self.region.records[path_id].known_years
+        return not known[0] <= return_period <= known[1]
 
 
 def volume_frequencies(
