@@ -15,7 +15,7 @@ from scipy.stats import multivariate_t
 from avahazard.arrays import Bools, Floats, Ints
 from avahazard.criticism.scoring.scores import ExpectedRecords, crps, error_sign, expected_records
 from avahazard.criticism.scoring.speed_misfit import MatchedSpeeds, matched_speeds, track_places
-from avahazard.effects.effect import Effect, GroupEffect
+from avahazard.effects.effect import Effect, GroupEffect, of_kind
 from avahazard.engine import spread_map
 from avahazard.inference.fitted_model import FittedModel, fitted_model
 from avahazard.inference.fitting.mode import Mode, find_mode, units
@@ -248,24 +248,17 @@ def choose_groups(observations: Observations, effects: Sequence[Effect] = ()) ->
     """
     columns = observations.columns
     path, winter = columns.path_index, np.unique(columns.winter, return_inverse=True)[1]
-    grouped = [e.groups(columns) for e in effects if isinstance(e, GroupEffect)]
+    grouped = [e.groups(columns) for e in of_kind(effects, GroupEffect)]
     if any(groups.alone for groups in grouped) and winter.max() >= N_FOLDS:
         folds = gathered(winter, N_FOLDS)
         return HeldOut("fold", folds, folds)
-    by_path = len(np.unique(path[path >= 0])) >= MIN_PATHS
-    if by_path and not any(_acts_on_single_paths(effect, observations) for effect in effects):
+    on_single_paths = any(e.paths for e in effects) or not all(groups.alone for groups in grouped)
+    if len(np.unique(path[path >= 0])) >= MIN_PATHS and not on_single_paths:
         return HeldOut("path", path, gathered(path))
     order = generator(0, "folds").permutation(observations.n_events)
     groups = np.empty(observations.n_events, dtype=np.int64)
     groups[order] = np.arange(observations.n_events) % min(N_FOLDS, observations.n_events)
     return HeldOut("fold", groups, groups)
-
-
-def _acts_on_single_paths(effect: Effect, observations: Observations) -> bool:
-    """Whether each parameter acts on one path, or each path has a persistent offset of its own."""
-    if isinstance(effect, GroupEffect):
-        return not effect.groups(observations.columns).alone
-    return bool(effect.paths)
 
 
 def gathered(groups: Ints, n_parts: int = MAX_FITS) -> Ints:
