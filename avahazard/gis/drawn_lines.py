@@ -1,7 +1,7 @@
 """Files of lines, one line a path, made into rows of paths and profiles on a terrain model."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path as FilePath
 
 import numpy as np
@@ -20,7 +20,7 @@ from avahazard.gis.systems import (
 )
 from avahazard.gis.terrain_model import TerrainModel, open_terrain
 from avahazard.gis.vector_layer import VectorLayer, cover_at, read_layer
-from avahazard.records.collection import TerrainCrop
+from avahazard.records.collection import Profile, TerrainCrop
 from avahazard.records.errors import AvahazardError, RowProblem
 from avahazard.records.intake import Drawn
 from avahazard.records.meanings import known_name
@@ -39,26 +39,14 @@ class LineFault(Exception):  # noqa: N818
     """What is wrong with a line, and what would be accepted in its place: its two arguments."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LineProfile:
-    """Points from the top: places `x`, elevations `y` (m) `[n]`, `xy` `[n, 2]` in `crs`, cover."""
-
-    x: Floats
-    y: Floats
-    xy: Floats
-    crs: str
-    cover: tuple[str, ...] | None
-    terrain: TerrainCrop
-
-
 def line_profile(
     path_id: str,
     geometry: shapely.Geometry | None,
     crs: CRS,
     terrain: TerrainModel,
     land_cover: FilePath | None = None,
-) -> LineProfile:
-    """Sample `terrain` along a line drawn from the top of a path in `crs`.
+) -> tuple[Profile, TerrainCrop]:
+    """Sample `terrain` along a line drawn from the top of a path in `crs`, and around it.
 
     Steps are as long as a cell of the terrain model, but 50 to 400 along the line; its corners
     are points too, unless they are over 400. x is the horizontal distance along the points.
@@ -83,7 +71,9 @@ def line_profile(
     name = system_code(system)
     assert name is not None
     cover = None if land_cover is None else cover_at(land_cover, xy, system)
-    return LineProfile(x, y, xy, name, cover, terrain.around(path_id, xy, system, name))
+    east, north = xy.T
+    profile = Profile(path_id, x, y, cover, east, north, name)
+    return profile, terrain.around(path_id, xy, system, name)
 
 
 def _corners(geometry: shapely.Geometry | None) -> Floats:
@@ -196,7 +186,8 @@ def _shown(point: Floats) -> str:
 SHAPEFILE_NAME = 10
 NAMING = ("name", "id")
 PATH_COLUMNS = frozenset({*PathRow.model_fields, "not_observed", "width_m"})
-POINT_COLUMNS = ("path_id", "x_m", "y_m", "easting_m", "northing_m", "crs", "land_cover")
+PLACE_COLUMNS = ("x_m", "y_m", "easting_m", "northing_m")
+POINT_COLUMNS = ("path_id", *PLACE_COLUMNS, "crs", "land_cover")
 
 
 def read_drawn(
@@ -268,17 +259,18 @@ def avaframe_files(folder: FilePath) -> tuple[FilePath, FilePath, list[FilePath]
     return path[0], models[0], sorted((inputs / "REL").glob("*.shp"))
 
 
-def _release_elevation(profile: LineProfile, releases: Sequence[FilePath]) -> float | None:
+def _release_elevation(profile: Profile, releases: Sequence[FilePath]) -> float | None:
     """Elevation (m) in the middle of the part of a path that lies in a release area."""
     crs = CRS.from_user_input(profile.crs)
     layers = [read_layer(file, "polygon") for file in releases]
     areas = [moved_geometry(area, of.crs, crs) for of in layers for area in of.geometry if area]
     whole = shapely.union_all([shapely.make_valid(area) for area in areas])
-    within = np.flatnonzero(shapely.contains_properly(whole, shapely.points(profile.xy)))
+    points = shapely.points(profile.easting_m, profile.northing_m)
+    within = np.flatnonzero(shapely.contains_properly(whole, points))
     if not len(within):
         return None
-    middle = 0.5 * (profile.x[within[0]] + profile.x[within[-1]])
-    return float(np.interp(middle, profile.x, profile.y))
+    middle = 0.5 * (profile.x_m[within[0]] + profile.x_m[within[-1]])
+    return float(np.interp(middle, profile.x_m, profile.y_m))
 
 
 def _drawn(
@@ -310,7 +302,7 @@ def _drawn(
             continue
         seen[path_id] = number
         try:
-            profile = line_profile(path_id, geometry, layer.crs, terrain, land_cover)
+            profile, crop = line_profile(path_id, geometry, layer.crs, terrain, land_cover)
         except LineFault as fault:
             problems.append(RowProblem(layer.file, number, "geometry", *fault.args))
             rows.append((number, row))
@@ -321,8 +313,8 @@ def _drawn(
         if len(row) > 1:
             # Else it says nothing of its path, which may have its row in a paths.csv.
             rows.append((number, row))
-        points += [(number, point) for point in _point_rows(path_id, profile)]
-        crops.append(profile.terrain)
+        points += [(number, point) for point in _point_rows(profile)]
+        crops.append(crop)
         if profile.crs != system_code(terrain.crs):
             notes.append(
                 f"{path_id}: its profile is in {profile.crs}: lengths in {terrain.crs.name} are "
@@ -359,13 +351,15 @@ def _path_columns(layer: VectorLayer) -> tuple[tuple[str, ...], list[dict[str, s
     return tuple(places), [{c: row[of] for c, of in places.items() if of in row} for row in rows]
 
 
-def _point_rows(path_id: str, profile: LineProfile) -> list[dict[str, str]]:
+def _point_rows(profile: Profile) -> list[dict[str, str]]:
     """Rows of `profiles.csv`, in millimetres: what is below is the noise of the computation."""
-    cover = profile.cover or ("",) * len(profile.x)
-    columns = (profile.x, profile.y, *profile.xy.T)
+    cover = profile.land_cover or ("",) * len(profile.x_m)
+    columns = (getattr(profile, name) for name in PLACE_COLUMNS)
     places = [[f"{value:.3f}" for value in place] for place in zip(*columns, strict=True)]
+    about = {"path_id": profile.path_id, "crs": str(profile.crs)}
     return [
-        dict(zip(POINT_COLUMNS, (path_id, *place, profile.crs), strict=False))
+        about
+        | dict(zip(PLACE_COLUMNS, place, strict=True))
         | ({"land_cover": word} if word else {})
         for place, word in zip(places, cover, strict=True)
     ]

@@ -155,29 +155,29 @@ def terrain(dem_of_line_profile: Path) -> Iterator[TerrainModel]:
 
 
 def test_the_profile_is_that_of_the_surface(terrain: TerrainModel) -> None:
-    profile = line_profile("P", LINE_LINE_PROFILE, SYSTEM, terrain)
-    assert np.abs(profile.y - surface(*profile.xy.T)).max() < 0.1
+    profile, crop = line_profile("P", LINE_LINE_PROFILE, SYSTEM, terrain)
+    assert np.abs(profile.y_m - surface(profile.easting_m, profile.northing_m)).max() < 0.1
     # The surface along the line by itself: distances from the top, corner included.
     first = np.hypot(*np.subtract(CORNER, TOP))
     whole = first + np.hypot(*np.subtract(BOTTOM, CORNER))
-    assert profile.x[0] == 0.0
-    assert profile.x[-1] == pytest.approx(whole, abs=1e-6)
-    part = np.clip(profile.x / first, 0.0, 1.0)[:, None]
-    rest = np.clip((profile.x - first) / (whole - first), 0.0, 1.0)[:, None]
+    assert profile.x_m[0] == 0.0
+    assert profile.x_m[-1] == pytest.approx(whole, abs=1e-6)
+    part = np.clip(profile.x_m / first, 0.0, 1.0)[:, None]
+    rest = np.clip((profile.x_m - first) / (whole - first), 0.0, 1.0)[:, None]
     xy = np.array(TOP) + part * np.subtract(CORNER, TOP) + rest * np.subtract(BOTTOM, CORNER)
-    np.testing.assert_allclose(profile.y, surface(xy[:, 0], xy[:, 1]), atol=0.1)
-    assert (profile.crs, profile.cover, profile.terrain.path_id) == (CODE, None, "P")
-    assert np.diff(profile.x).max() <= 10.0
+    np.testing.assert_allclose(profile.y_m, surface(xy[:, 0], xy[:, 1]), atol=0.1)
+    assert (profile.crs, profile.land_cover, crop.path_id) == (CODE, None, "P")
+    assert np.diff(profile.x_m).max() <= 10.0
 
 
 @pytest.mark.parametrize("code", ["EPSG:4326", "EPSG:32632", "EPSG:3857"])
 def test_a_line_in_another_system_gives_the_same_profile(terrain: TerrainModel, code: str) -> None:
     corners = moved(shapely.get_coordinates(LINE_LINE_PROFILE), SYSTEM, CRS(code))
-    expected = line_profile("P", LINE_LINE_PROFILE, SYSTEM, terrain)
-    found = line_profile("P", shapely.LineString(corners), CRS(code), terrain)
+    expected, _ = line_profile("P", LINE_LINE_PROFILE, SYSTEM, terrain)
+    found, _ = line_profile("P", shapely.LineString(corners), CRS(code), terrain)
     assert found.crs == CODE
-    np.testing.assert_allclose(found.x, expected.x, atol=0.01)
-    np.testing.assert_allclose(found.y, expected.y, atol=0.01)
+    np.testing.assert_allclose(found.x_m, expected.x_m, atol=0.01)
+    np.testing.assert_allclose(found.y_m, expected.y_m, atol=0.01)
 
 
 @pytest.mark.parametrize("code", ["EPSG:4326", "EPSG:3857"])
@@ -191,31 +191,33 @@ def test_a_model_in_degrees_or_stretched_is_measured_on_the_ground(
     lonlat = moved(np.array([[west, north]]) + step * np.array([[20, -20], [70, -120]]),
                    CRS(code), WGS84)  # fmt: skip
     with open_terrain(file) as terrain:
-        found = line_profile("P", shapely.LineString(lonlat), WGS84, terrain)
+        found, _ = line_profile("P", shapely.LineString(lonlat), WGS84, terrain)
     assert found.crs == "EPSG:32632"
     ground = Geod(ellps="WGS84").inv(*lonlat[0], *lonlat[1])[2]
-    assert found.x[-1] == pytest.approx(ground, rel=1e-3)
+    assert found.x_m[-1] == pytest.approx(ground, rel=1e-3)
 
 
 def test_points_are_50_to_400_and_corners_are_kept_while_they_are_few(
     terrain: TerrainModel, tmp_path: Path
 ) -> None:
-    short = line_profile("P", shapely.LineString([TOP, np.add(TOP, (0, -100))]), SYSTEM, terrain)
-    assert len(short.x) == 51
+    short, _ = line_profile("P", shapely.LineString([TOP, np.add(TOP, (0, -100))]), SYSTEM, terrain)
+    assert len(short.x_m) == 51
     with open_terrain(write_dem(tmp_path / "fine.tif", 1.5, 1000, 1000)) as fine:
-        long = line_profile("P", LINE_LINE_PROFILE, SYSTEM, fine)
-    assert 401 <= len(long.x) <= 403
-    assert np.linalg.norm(long.xy - CORNER[:2], axis=1).min() < 1e-6
+        long, _ = line_profile("P", LINE_LINE_PROFILE, SYSTEM, fine)
+    assert 401 <= len(long.x_m) <= 403
+    away = np.subtract(long.easting_m, CORNER[0]), np.subtract(long.northing_m, CORNER[1])
+    assert np.hypot(*away).min() < 1e-6
     walked = shapely.LineString(np.linspace(TOP, BOTTOM, 3000))
-    many = line_profile("P", walked, SYSTEM, terrain)
-    assert len(many.x) == 136
-    assert many.x[-1] == pytest.approx(walked.length)
+    many, _ = line_profile("P", walked, SYSTEM, terrain)
+    assert len(many.x_m) == 136
+    assert many.x_m[-1] == pytest.approx(walked.length)
 
 
 def test_one_part_is_a_line_and_a_point_twice_is_one(terrain: TerrainModel) -> None:
     twice = shapely.MultiLineString([[TOP, TOP, CORNER, BOTTOM, BOTTOM]])
-    found = line_profile("P", twice, SYSTEM, terrain)
-    np.testing.assert_array_equal(found.y, line_profile("P", LINE_LINE_PROFILE, SYSTEM, terrain).y)
+    found, _ = line_profile("P", twice, SYSTEM, terrain)
+    expected, _ = line_profile("P", LINE_LINE_PROFILE, SYSTEM, terrain)
+    np.testing.assert_array_equal(found.y_m, expected.y_m)
 
 
 @pytest.mark.parametrize(
@@ -259,10 +261,10 @@ def test_a_mirrored_valley_has_the_same_profile(dem_of_line_profile: Path, tmp_p
         LINE_LINE_PROFILE, lambda xy: np.column_stack([2 * middle - xy[:, 0], xy[:, 1]])
     )
     with open_terrain(dem_of_line_profile) as here, open_terrain(mirrored) as there:
-        first = line_profile("P", LINE_LINE_PROFILE, SYSTEM, here)
-        second = line_profile("P", other_side, SYSTEM, there)
-    np.testing.assert_allclose(second.x, first.x, atol=1e-6)
-    np.testing.assert_allclose(second.y, first.y, atol=1e-3)
+        first, _ = line_profile("P", LINE_LINE_PROFILE, SYSTEM, here)
+        second, _ = line_profile("P", other_side, SYSTEM, there)
+    np.testing.assert_allclose(second.x_m, first.x_m, atol=1e-6)
+    np.testing.assert_allclose(second.y_m, first.y_m, atol=1e-3)
 
 
 @pytest.mark.parametrize("cell", [np.nan, np.inf, 0.0])
