@@ -35,7 +35,7 @@ Floats = NDArray[np.float64]
 N_WALKERS, N_STEPS, N_BURN = 32, 3000, 500
 N_DRAWS = 25_000
 N_EVENTS = 173
-N_GIBBS, N_RUNOUTS, N_POSTERIOR = 1_000_000, 10_000_000, 4000
+N_GIBBS, N_RUNOUTS = 1_000_000, 10_000_000
 MEAN, SD = 0.5, 0.08
 
 
@@ -166,13 +166,13 @@ def draws_limit() -> Row:
     terrain = build_terrain(longest(legendre_profile))
     curve = tabulate(build_cells(terrain, no_resistance(terrain)), np.array([0]))[0]
     filled, rng = np.where(curve.left, terrain.x[-1], curve.x), np.random.default_rng(1)
-    curves, of = pieces(curve[None]), np.zeros(N_POSTERIOR, np.int64)
+    curves, of = pieces(curve[None]), np.zeros(N_RUNOUTS, np.int64)
 
     def rounds(in_log, sd, transform):
-        location = np.full(N_POSTERIOR, np.log(MEAN) if in_log else MEAN)
-        given = curves, of, location, np.full(N_POSTERIOR, sd), N_RUNOUTS, rng
+        location = np.full(N_RUNOUTS, np.log(MEAN) if in_log else MEAN)
+        given = of, location, np.full(N_RUNOUTS, sd), in_log
         return alternate(
-            lambda: seconds(lambda: draw_stops(*given, in_log=in_log)),
+            lambda: seconds(lambda: draw_stops(rng, *curves, *given)),
             lambda: seconds(
                 lambda: np.interp(transform(rng.standard_normal(N_RUNOUTS)), MU, filled)
             ),
