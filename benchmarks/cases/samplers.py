@@ -184,6 +184,6 @@ def draws_limit() -> Row:
     return (
         *normal,
         "normal friction. Ours gives x and elevation of every stop, counts statuses, never "
-        "interpolates across a jump of F, and draws over 4000 posterior draws; theirs gives x "
-        f"alone. With lognormal friction on both sides the ratio is {lognormal[0]:.2f}.",
+        "interpolates across a jump of F, and draws by a location and scatter for each; theirs "
+        f"gives x alone. With lognormal friction on both sides the ratio is {lognormal[0]:.2f}.",
     )

@@ -313,7 +313,7 @@ def _fitted(shared: Shared, asked: tuple[str, Match]) -> FoundLaw:
     form, inside, text = found.form, _inside(found), _text(found, base.definition(key).meaning)
     entry = definition_from(text, f"{form.key}.py")
     fixed = form.curve.form == "friction"
-    begin = {form.key: [inside[:1] if fixed else inside]}
+    begin = inside[:1] if fixed else inside
     given, own = (base.observations, base.specification, base.facts), (*base.own, entry)
     fit = refit(*given, (form.key,), own, start=fits[key], begin=begin)
     drawn = fit.drawn(form.key)

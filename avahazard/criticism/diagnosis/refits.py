@@ -14,7 +14,7 @@ from avahazard.criticism.scoring.held_out import (
     held_out_together,
     offsets_by_group,
 )
-from avahazard.criticism.screening.linear_model import by_name
+from avahazard.criticism.screening.linear_model import by_name, put
 from avahazard.criticism.screening.screen import Screened, Screening
 from avahazard.effects.effect import Definition, Effect, Facts, shapes_tables
 from avahazard.engine import spread_map
@@ -112,7 +112,7 @@ def refit(
     own: Sequence[Definition] = (),
     start: Refit | None = None,
     likely: Likely | None = None,
-    begin: Likely | None = None,
+    begin: Floats | None = None,
     least: float = -np.inf,
     known: Floats | None = None,
 ) -> Refit:
@@ -121,7 +121,7 @@ def refit(
     Without that from coordinates `known` `[n_slots]`, or from all that is plausible.
 
     `likely` are values of their parameters by key that are tried in place of plausible ones
-    (`search_mode`); with `begin` the mode is sought from such values alone.
+    (`search_mode`); with `begin`, those of the only one, the mode is sought from these alone.
     What they need of the data is not asked for: candidates have been asked already. A fit that does
     not reach the log likelihood `least` has no evidence (-inf).
     """
@@ -139,7 +139,8 @@ def refit(
             tried = {key: (likely or {}).get(key) or None for key in effects}
             posterior, mode = star.search_mode(posterior, begun, tried, least)
     else:
-        began = put(_carried(start, posterior), posterior, begin)
+        (key,) = effects
+        began = put(_carried(start, posterior), posterior.layout, key, begin)
         posterior, mode = star.mode_from(posterior, began)
     log_likelihood = posterior.exact_log_likelihood(mode.u)
     if log_likelihood < least:
@@ -186,21 +187,12 @@ def _held_out(groups: HeldOut, fit: Refit) -> Floats:
     return found
 
 
-def put(u: Floats, posterior: Posterior, begin: Likely) -> Floats:
-    """Coordinates u `[n_slots]` with the values of effects by key in their places."""
-    u = u.copy()
-    for key, (values,) in begin.items():
-        place = posterior.layout.places[key]
-        u[place] = values / np.array([slot.scale for slot in posterior.layout.slots[place]])
-    return u
-
-
 def peak_with(base: Refit, entry: Definition, start: Refit, values: Floats) -> tuple[float, Floats]:
     """The log density, and the effect's values, at the mode of `base` with it, roughly."""
     own = (*base.own, entry)
     *_, posterior = _wider(base.observations, base.specification, base.facts, (entry.key,), own)
-    begin = {entry.key: [values]}
-    peak = star.gauss_newton(posterior, put(_carried(start, posterior), posterior, begin), ROUGHLY)
+    began = put(_carried(start, posterior), posterior.layout, entry.key, values)
+    peak = star.gauss_newton(posterior, began, ROUGHLY)
     posterior.nodes.forget_runs()
     return peak.log_density, posterior.layout.effect_values(peak.u)[entry.key]
 

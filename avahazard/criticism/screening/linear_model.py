@@ -204,8 +204,7 @@ class LinearModel:
         """The model `beside` with an effect at these values, all else as it is."""
         u = by_name(self.posterior.layout, self.u, beside.layout)
         if effect is not None:
-            place = beside.layout.places[effect.key]
-            u[place] = values / np.array([slot.scale for slot in beside.layout.slots[place]])
+            u = put(u, beside.layout, effect.key, values)
         table = beside.nodes.near_records(u) if self.roots else None
         pinned = beside.pinned(u)
         stops = pinned.nodes_at(u) if table is None else stop_nodes(beside, table)
@@ -323,6 +322,13 @@ def by_name(before: Layout, u: Floats, layout: Layout) -> Floats:
     known = dict(zip((slot.name for slot in before.slots), u, strict=True))
     rest = [s.mean if np.isnan(s.neutral) else s.neutral for s in layout.slots]
     return np.array([known.get(s.name, at) for s, at in zip(layout.slots, rest, strict=True)])
+
+
+def put(u: Floats, layout: Layout, key: str, values: Floats) -> Floats:
+    """Coordinates u `[n_slots]` with these values of the parameters of one effect."""
+    u, place = u.copy(), layout.places[key]
+    u[place] = values / np.array([slot.scale for slot in layout.slots[place]])
+    return u
 
 
 def linear_model(posterior: Posterior, u: Floats) -> LinearModel:
