@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from rapidfuzz import fuzz, process
 
+from avahazard.notes import ENGLISH, counted
 from avahazard.records.cells import LIKELY_MARKS, RANGE, usual_of_range
 from avahazard.records.conventions import ISO, is_number, read_dates
 from avahazard.records.errors import Problems
@@ -25,18 +26,34 @@ FROM_UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]|[,;]\s*(\S+)$|_(m3|m2|m|km3|
 PLAIN = re.compile(r"[0-9]+(?:\.[0-9]*)?")
 OF_PROFILES = {"path_id", "x_m", "y_m", "land_cover", "easting_m", "northing_m", "lon", "lat"}
 OF_TERRAIN = OF_PROFILES | PathRow.model_fields.keys()
+REMARKS = frozenset(
+    ("remarks", "remark", "comments", "comment", "notes", "note", "source", "observer",
+     "bemerkungen", "bemerkung", "kommentar", "kommentare", "notizen", "quelle", "beobachter",
+     "remarques", "remarque", "commentaire", "commentaires", "observations", "observateur",
+     "osservazioni", "commenti", "commento", "fonte", "osservatore", "merknad", "merknader",
+     "kilde")
+)  # fmt: skip
+"""Names of columns that say nothing of an avalanche which a model could use."""
+MOST_TOTALS = 0.05
+"""Share of the rows without a path, at most, that are taken for totals and other remarks."""
 SURE, LIKELY, NEAR = 0.95, 0.8, 87.0
 """Confidence in a name of the list, least one that is written, and least likeness (of 100)."""
 
 
 class GuessedTable(NamedTuple):
-    """A table's guesses, what they leave open, and where its header and units stand."""
+    """A table's guesses, what they leave open, and where its header and units stand.
+
+    `keep` are the columns that stay as one's own, where not all others do; rows without `need` are
+    left out, as those of totals are.
+    """
 
     table: FileTable
     layout: SheetLayout
     guesses: tuple[Guess, ...]
     open: tuple[str, ...]
     unknown: tuple[str, ...]
+    keep: list[str] | None
+    need: list[str]
 
 
 def guess_tables(file: FilePath) -> tuple[list[GuessedTable], Problems]:
@@ -68,6 +85,40 @@ def _guessed(table: FileTable, layout: SheetLayout) -> GuessedTable:
     others = likely - OF_PROFILES if profile else {"x_m", "y_m", "land_cover"}
     candidates = [guess for guess in candidates if guess.column not in others]
     candidates.sort(key=lambda guess: -guess.confidence)
+    taken, open_ = _chosen(candidates)
+    for guess in taken.values():
+        unit = MEANINGS[guess.column].unit if guess.column in MEANINGS else ""
+        if guess.ranges:
+            which = usual_of_range(guess.column)
+            open_.append(f'{guess.source!r} holds ranges: range = "{which}" is taken')
+        open_ += _other_words(table, guess)
+        if unit in ("m", "m3", "m a.s.l.") and not guess.unit:
+            open_.append(f"the unit of {guess.source!r} is not said: {unit} is assumed")
+    unused = [n for n in table.header if n not in {g.source for g in taken.values()}]
+    remarks = [name for name in unused if squash(name) in REMARKS]
+    own = [name for name in unused if name not in remarks]
+    if own:
+        open_.append(f"kept as columns of your own: {', '.join(map(repr, own))}")
+    if remarks:
+        open_.append(f"left out (not in keep): {', '.join(map(repr, remarks))}")
+    drop, reach = taken.get("fall_height_m"), taken.get("runout_length_m")
+    if drop and reach and drop.unit == reach.unit and _middle(table, reach) < _middle(table, drop):
+        open_.append(f"{reach.source!r} is mostly below {drop.source!r}: is it in km?")
+    every = (text for name in table.header for text in table.counts(name))
+    unknown = dict.fromkeys(text for text in every if text.casefold() in LIKELY_MARKS)
+    open_ += _lacking(taken, profile)
+    need: list[str] = []
+    if path := taken.get("path_id"):
+        without = sum(not text for text in table.columns[path.source].texts)
+        if 0 < without <= MOST_TOTALS * len(table.lines):
+            need = [path.source]
+            open_.append(f"{counted(without, 'row')} without {path.source!r} left out (need)")
+    guesses, keep = tuple(taken.values()), own if remarks else None
+    return GuessedTable(table, layout, guesses, tuple(open_), tuple(unknown), keep, need)
+
+
+def _chosen(candidates: Sequence[Guess]) -> tuple[dict[str, Guess], list[str]]:
+    """Of guesses, the surest first, those that are taken, by column, and what stays open."""
     taken: dict[str, Guess] = {}
     open_: list[str] = []
     for guess in candidates:
@@ -84,23 +135,16 @@ def _guessed(table: FileTable, layout: SheetLayout) -> GuessedTable:
         elif not rival:
             sure = f"{guess.confidence:.0%}: {guess.reason}"
             open_.append(f"{guess.source!r} may be {guess.column} ({sure})")
-    for guess in taken.values():
-        unit = MEANINGS[guess.column].unit if guess.column in MEANINGS else ""
-        if guess.ranges:
-            which = usual_of_range(guess.column)
-            open_.append(f'{guess.source!r} holds ranges: range = "{which}" is taken')
-        if unit in ("m", "m3", "m a.s.l.") and not guess.unit:
-            open_.append(f"the unit of {guess.source!r} is not said: {unit} is assumed")
-    unused = [n for n in table.header if n not in {g.source for g in taken.values()}]
-    if unused:
-        open_.append(f"kept as columns of your own: {', '.join(map(repr, unused))}")
-    drop, reach = taken.get("fall_height_m"), taken.get("runout_length_m")
-    if drop and reach and drop.unit == reach.unit and _middle(table, reach) < _middle(table, drop):
-        open_.append(f"{reach.source!r} is mostly below {drop.source!r}: is it in km?")
-    every = (text for name in table.header for text in table.counts(name))
-    unknown = dict.fromkeys(text for text in every if text.casefold() in LIKELY_MARKS)
-    open_ += _lacking(taken, profile)
-    return GuessedTable(table, layout, tuple(taken.values()), tuple(open_), tuple(unknown))
+    return taken, open_
+
+
+def _other_words(table: FileTable, guess: Guess) -> Iterator[str]:
+    """The words of a column with known values that are none of them."""
+    known = MEANINGS[guess.column].values if guess.column in MEANINGS else {}
+    others = set(_words(table, guess.source)) - guess.classes.keys() - known.keys()
+    if known and others:
+        few = ENGLISH.few(sorted(map(repr, others)))
+        yield f"{guess.source!r} has {few}, which is not {' or '.join(known)}"
 
 
 def _lacking(taken: Mapping[str, Guess], profile: bool) -> Iterator[str]:
@@ -130,7 +174,7 @@ def _candidates(table: FileTable, name: str) -> Iterator[Guess]:
     unit = next((g for g in given.groups() if g), "") if given else table.columns[name].unit
     bare = FROM_UNIT.sub("", name).strip() if given and _any_unit(unit) else name
     unit = unit if _any_unit(unit) else ""
-    texts = [text for text in table.counts(name) if text.casefold() not in LIKELY_MARKS]
+    texts = _words(table, name)
     for column, (word, likeness) in _like(bare).items():
         confidence = SURE if likeness == 100.0 else LIKELY * likeness / 100.0 + 0.04
         reason = f"{bare!r} is {word!r}" if likeness == 100.0 else f"{bare!r} is near {word!r}"
@@ -149,7 +193,21 @@ def _candidates(table: FileTable, name: str) -> Iterator[Guess]:
             reason += f", {share:.0%} of its values fit"
         ranges = bool(of_unit) and any(map(RANGE.fullmatch, texts))
         unit = unit if of_unit else ""
-        yield Guess(table.file, column, name, unit, reason, round(confidence, 2), ranges)
+        known = _values(column)
+        classes = {text: known[squash(text)] for text in texts if squash(text) in known}
+        yield Guess(table.file, column, name, unit, reason, round(confidence, 2), ranges, classes)
+
+
+def _words(table: FileTable, name: str) -> list[str]:
+    """The values of a column, each once, without marks of unknown."""
+    return [text for text in table.counts(name) if text.casefold() not in LIKELY_MARKS]
+
+
+@cache
+def _values(column: str) -> dict[str, str]:
+    """Words for values of a column, as letters and digits, and the value of each."""
+    values = MEANINGS[column].values if column in MEANINGS else {}
+    return {squash(word): value for value, words in values.items() for word in words}
 
 
 def _share(column: str, texts: Sequence[str]) -> float:
@@ -157,6 +215,10 @@ def _share(column: str, texts: Sequence[str]) -> float:
     content = MEANINGS[column].content if column in MEANINGS else "number"
     if not texts or content in ("name", "text"):
         return 1.0
+    if content in ("flag", "choice"):
+        return sum(squash(t) in {*_values(column), *MEANINGS[column].values} for t in texts) / len(
+            texts
+        )
     if content == "date":
         dates, faults, _ = read_dates(texts, "dmy")
         good = sum(bool(ISO.fullmatch(date)) for date in dates)
@@ -201,6 +263,10 @@ def as_toml(tables: Sequence[tuple[str, GuessedTable]]) -> str:
         lines += ["merged = true"] if found.layout.merged else []
         if found.unknown:
             lines.append(f"unknown = [{', '.join(map(_quoted, found.unknown))}]")
+        if found.need:
+            lines.append(f"need = [{', '.join(map(_quoted, found.need))}]")
+        if found.keep is not None:
+            lines.append(f"keep = [{', '.join(map(_quoted, found.keep))}]")
         lines += [f"# open: {text}" for text in found.open]
         lines.append("[table.columns]")
         by_column = {guess.column: guess for guess in found.guesses}
@@ -211,6 +277,8 @@ def as_toml(tables: Sequence[tuple[str, GuessedTable]]) -> str:
             source = _quoted(guess.source)
             more = f", unit = {_quoted(guess.unit)}" if guess.unit else ""
             more += f', range = "{usual_of_range(guess.column)}"' if guess.ranges else ""
+            classes = ", ".join(f"{_quoted(k)} = {_quoted(v)}" for k, v in guess.classes.items())
+            more += f", classes = {{{classes}}}" if classes else ""
             value = f"{{from = {source}{more}}}" if more else source
             said = f"  # {guess.confidence:.0%}: {guess.reason}"
             if guess.column not in DATE_PARTS:

@@ -28,7 +28,10 @@ class UnderstoodColumn:
 
 @dataclass(frozen=True, slots=True)
 class Guess:
-    """What a column of a file seems to be, why, and how sure that is (0 to 1)."""
+    """What a column of a file seems to be, why, and how sure that is (0 to 1).
+
+    `classes` are words of the file for values that are known.
+    """
 
     table: str
     column: str
@@ -37,6 +40,7 @@ class Guess:
     reason: str
     confidence: float
     ranges: bool
+    classes: dict[str, str]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,7 @@ from typing import Annotated, NamedTuple
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from avahazard.notes import ENGLISH
+from avahazard.notes import ENGLISH, counted
 from avahazard.records.conventions import Conventions, Decimal, Order
 from avahazard.records.errors import AvahazardError, Problems, RowProblem, did_you_mean
 from avahazard.records.meanings import MEANINGS, known_unit, squash
@@ -267,7 +267,7 @@ def mapped(table: FileTable, mapping: TableMapping, unknown: Sequence[str] = ())
     absent.add("")
     kept = [k for k in range(len(lines)) if absent.isdisjoint(c.texts[k] for c in needed)]
     if len(kept) < len(lines):
-        words.append(f"{len(lines) - len(kept)} rows left out")
+        words.append(f"{counted(len(lines) - len(kept), 'row')} left out")
         lines = array("q", [lines[k] for k in kept])
         columns = {n: c._replace(texts=c.texts[kept]) for n, c in columns.items()}
     return replace(table, lines=lines, columns=columns, words=(*table.words, *words), given=given)

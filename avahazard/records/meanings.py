@@ -5,14 +5,15 @@ import re
 import tomllib
 import unicodedata
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from importlib.resources import files
+from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
 from rapidfuzz.distance import OSA
 
-Content = Literal["name", "text", "number", "date", "flag"]
+Content = Literal["name", "text", "number", "date", "flag", "choice"]
 
 
 EVERY = (-math.inf, math.inf)
@@ -21,7 +22,8 @@ EVERY = (-math.inf, math.inf)
 class Meaning(NamedTuple):
     """A column in words, its `unit` if any; forms `further` keep it among what is one's own.
 
-    Outside `possible` a value is refused, outside `usual` it is noted; both ends count.
+    Outside `possible` a value is refused, outside `usual` it is noted; both ends count. `values`
+    are those of a choice, or known among others, each with words for it in several languages.
     """
 
     words: str
@@ -30,6 +32,7 @@ class Meaning(NamedTuple):
     usual: tuple[float, float] = EVERY
     content: Content = "number"
     further: Sequence[str] = ()
+    values: Mapping[str, Sequence[str]] = MappingProxyType({})
 
 
 ABOVE_SEA = "m a.s.l."

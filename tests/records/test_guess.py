@@ -42,6 +42,34 @@ def test_each_guess_has_its_reason_and_the_rest_is_open(tmp_path: Path) -> None:
     assert next(iter(mapping.needed())) == "Nr"
 
 
+def test_words_of_an_office_for_known_values_are_translated(tmp_path: Path) -> None:
+    """A forest called Wald was an effect that could not be found, without a word."""
+    ground = tmp_path / "Profile.csv"
+    ground.write_text(
+        "Zug,Distanz (m),Höhe (m),Bodenbedeckung\n"
+        "A,0,2000,offen\nA,500,1500,Wald\nA,900,1300,Fels\n",
+        encoding="utf-8",
+    )
+    rows = "".join(f"{k},A,1950,1350,{'ja' if k < 3 else 'nein'},steil\n" for k in range(1, 30))
+    events = tmp_path / "events.csv"
+    events.write_text(
+        f"Nr,Zug,Jahr,Auslaufhöhe (m),Über Profilende,Bemerkungen\n{rows}29 Lawinen,,,,,\n",
+        encoding="utf-8",
+    )
+    written = guess_columns([events, ground])
+    classes = {guess.column: guess.classes for guess in written.guesses}
+    assert classes["land_cover"] == {"offen": "open", "Wald": "forest"}
+    assert classes["left_profile"] == {"ja": "1", "nein": "0"}
+    said = "\n".join(written.open)
+    assert "'Bodenbedeckung' has 'Fels', which is not forest or open" in said
+    assert "left out (not in keep): 'Bemerkungen'" in said
+    assert "1 row without 'Zug' left out (need)" in said
+    of_events, of_ground = read_mappings(Path(written.written)).values()
+    assert of_events.need == ["Zug"]
+    assert of_events.keep == []
+    assert of_ground.columns["land_cover"].classes == classes["land_cover"]
+
+
 def test_a_mapping_is_never_overwritten(tmp_path: Path) -> None:
     file = tmp_path / "slides.csv"
     file.write_text("Name,H (m),L (m)\na,500,1200\n", encoding="utf-8")
@@ -104,10 +132,9 @@ def test_a_folder_has_one_mapping_with_ranges_and_words_and_a_table_of_paths(
     assert 'range = "geometric"' in text
     assert "observed_from" in text
     assert "catchment_ha" in text
-    named = '{from = "Bodenbedeckung", classes = {Wald = "forest"}}'
-    written.write_text(text.replace('"Bodenbedeckung"', named, 1), encoding="utf-8")
+    assert 'classes = {"offen" = "open", "Wald" = "forest"}' in text
     records = read_records([tmp_path])
-    assert records.profiles[0].land_cover == ("offen", "forest", "forest", "offen", "offen")
+    assert records.profiles[0].land_cover == ("open", "forest", "forest", "open", "open")
     assert records.events[0].volume_m3 == 2000.0
 
 
