@@ -132,10 +132,12 @@ def fitted_in_full(
     tested = sorted(strong, key=lambda c: -c.surprise)
     worth, more = _worth_a_fit(tested, curves, lambda c: c.surprise > WORTH_A_FIT)
     by_path = [c.key for c in tested if _by_path(c.definition, observations)][:BY_PATH]
-    # To first order larger errors of the volumes may gain a fifth of what they do, or nothing.
-    errors = [VOLUME_ERROR.key] if VOLUME_ERROR.key in curves else []
+    # To first order larger errors of the volumes may gain a fifth of what they do, or nothing, and
+    # so may what was left out of the base model.
+    left_out = [d.key for d in entries if d.changes and d.changes.without is not None]
+    far = [*left_out, *({VOLUME_ERROR.key} & curves.keys())]
     by_themselves = [*expected, *(d.key for d in alone)]
-    asked = [*by_themselves, *worth, *by_path, *errors]
+    asked = [*by_themselves, *worth, *by_path, *far]
     significant = {c.key: c.gain_at(screening.critical_surprise) for c in strong}
     # Those have levels of their own.
     rough = {k: gain - ROUGHER for k, gain in significant.items() if k not in by_themselves}
