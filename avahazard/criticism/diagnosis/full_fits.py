@@ -152,7 +152,9 @@ def fitted_in_full(
 
         fits |= refit_each(base, new, tell, likely, enough)
         gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in fits.items()}
-        tested = [_judged(c, gains[c.key]) if c.key in gains else c for c in tested]
+        tested = [_fitted(c, gains[c.key]) if c.key in gains else c for c in tested]
+        # Too little for evidence surprises nobody, however rare it is.
+        tested = [c if c.gain >= WORTH_A_STAR else replace(c, surprise=0.0) for c in tested]
         tested.sort(key=lambda c: -c.surprise)
         # Beside one that promised much and gained little others may stand.
         asked, more = _worth_a_fit(
@@ -237,12 +239,6 @@ def _by_path(entry: Definition, observations: Observations) -> bool:
 def _fitted(candidate: Screened, gain: float) -> Screened:
     """The candidate with what it gains once it is fitted."""
     return replace(candidate, gain=gain, surprise=candidate.surprise_of(gain))
-
-
-def _judged(candidate: Screened, gain: float) -> Screened:
-    """The same by its full fit: too little for evidence surprises nobody, however rare it is."""
-    fitted = _fitted(candidate, gain)
-    return fitted if gain >= WORTH_A_STAR else replace(fitted, surprise=0.0)
 
 
 def _alone(entry: Definition, fit: Refit, gain: float) -> Screened:
