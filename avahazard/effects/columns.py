@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_left, bisect_right
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -19,6 +20,13 @@ from avahazard.records.conventions import WINDS
 from avahazard.records.meanings import one_spelling
 
 ORIENTATION = "orientation"
+DIRECTION = re.compile(
+    r"(?:^|_| )(?:dir|aspect|azimuth?|bearing|heading|retning|esposizione|eksposisjon)(?:$|_| )"
+    r"|direction|direzione|richtung|exposition",
+    re.IGNORECASE,
+)
+"""Names of columns that hold directions, in degrees from north or as NE."""
+NORTH, EAST = "_north", "_east"
 RELEASE_SIGMA = "release_sigma_m"
 """A column of events or paths: the error of the release elevation, and so no driver of friction."""
 
@@ -202,15 +210,27 @@ def _covariates(
             written = ["" if v is None else str(v) for v in values]
             spelled = one_spelling(written)
             texts[column] = np.array([spelled.get(text, "") for text in written])
+    for column in filter(DIRECTION.search, [*numbers, *texts]):
+        facing = numbers.get(column)
+        if facing is None:
+            facing = np.array([facing_of(text) for text in texts[column]])
+        if column != ORIENTATION and np.any(np.isfinite(facing)):
+            angle = np.radians(facing)
+            numbers[column + NORTH], numbers[column + EAST] = np.cos(angle), np.sin(angle)
     return numbers, texts
+
+
+def facing_of(text: str) -> float:
+    """A direction such as NE in degrees from north; nan for what is none."""
+    wind = text.strip().upper()
+    return 360.0 * WINDS.index(wind) / len(WINDS) if wind in WINDS else np.nan
 
 
 def _of_path(path: Path) -> dict[str, float | str | None]:
     """What is known of a path that may drive friction; how far it faces north and east, -1 to 1."""
     own = {ORIENTATION: path.orientation, "catchment_ha": path.catchment_ha}
-    wind = (path.orientation or "").strip().upper()
-    if wind in WINDS:
-        facing = 2.0 * np.pi * WINDS.index(wind) / len(WINDS)
+    facing = np.radians(facing_of(path.orientation or ""))
+    if np.isfinite(facing):
         own["northness"], own["eastness"] = round(np.cos(facing), 3), round(np.sin(facing), 3)
     return {**{name: value for name, value in own.items() if value is not None}, **path.covariates}
 

@@ -149,7 +149,8 @@ def _in_forest(site: Site, resistance: Resistance, values: Floats) -> Resistance
 
 def _no_forest(columns: EventColumns, sites: Sites) -> str | None:
     covers = {str(cover) for s in sites for cover in s.profile.land_cover or ()}
-    there = f" (there is {', '.join(sorted(covers))})" if covers else ""
+    translate = "a columns.toml can translate such words by classes"
+    there = f" (there is {', '.join(sorted(covers))}; {translate})" if covers else ""
     return needs_profile(columns, sites) or (
         None if FOREST in covers else f"no profile has land_cover `forest` anywhere{there}"
     )

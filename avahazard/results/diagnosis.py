@@ -153,7 +153,7 @@ class Diagnosis(Result):
     `still_needed` is the evidence (nats) that the model would lose without each of its effects;
     `suspect_events` are records hard to believe, `impossible_stops` those on ground too steep for
     any block to stop. `law_text` is the leading law as an effect file, `effect_file` where it was
-    written.
+    written; `given_files` are those of the user's own effects, by key.
     """
 
     model: str
@@ -178,6 +178,7 @@ class Diagnosis(Result):
     detectable_share: float | None = None
     law_text: str | None = field(default=None, metadata=ABSENT)
     effect_file: str | None = field(default=None, metadata=ABSENT)
+    given_files: dict[str, str] | None = field(default=None, metadata=ABSENT)
     next: Note | None = field(default=None, metadata=ABSENT)
 
     @property
@@ -196,6 +197,12 @@ class Diagnosis(Result):
         """The first of them."""
         found = self.lawful
         return found.laws[0] if found and found.laws else None
+
+    @property
+    def effect_files(self) -> dict[str, str]:
+        """The effect files that it knows of, by the key of their effect."""
+        law = {self.leading_law.effect: self.effect_file} if self.leading_law else {}
+        return {**(self.given_files or {}), **{key: file for key, file in law.items() if file}}
 
     @property
     def cannot_tell(self) -> bool:

@@ -65,6 +65,10 @@ def diagnose_model(
     asked = replace(request, plot=None, write_effect=None)
     told = _known(database, name, asked) if file is not None else None
     told = told or _diagnosed(database, stored, own, asked, report)
+    if own:
+        keys = (entry.key for entry in own)
+        files = dict(zip(keys, map(str, request.effect_files), strict=True))
+        told = replace(told, given_files=files)
     if file is not None and told.law_text is not None:
         write_effect_file(file, told.law_text)
         told = replace(told, effect_file=str(file))

@@ -158,7 +158,7 @@ class StoredModels:
         elif found.verdict == "missing-effect":
             effects = found.missing
         elif found.verdict == "unexplained":
-            effects = tuple(key for key in missing if _is_effect(key))
+            effects = tuple(key for key in missing if _is_effect(found, key))
             if not effects:
                 return _without_effect(found, missing)
         law, written = found.leading_law, found.effect_file
@@ -178,13 +178,13 @@ class StoredModels:
                 why = Note("why_write_laws", laws=alike, **lead)
             return self._with_files(("diagnose", name, "--write-effect", f"{name}-law.py"), why)
         child = store.free_name(f"{name}+{'+'.join(effects)}", self.models)
-        words = ("add", name, *effects, "--as", child, *self._own_files(name))
-        if written is None:
-            return _step(words, Note("why_missing", model=name, effects=list(effects)))
-        why = Note("why_law", model=name, effects=missing, file=written)
-        if found.verdict == "ambiguous":
-            why = Note("why_each", model=name, effects=missing)
-        return _step((*words, "--effect-file", written), why)
+        why = Note("why_missing", model=name, effects=list(effects))
+        if written is not None:
+            why = Note("why_law", model=name, effects=missing, file=written)
+            if found.verdict == "ambiguous":
+                why = Note("why_each", model=name, effects=missing)
+        files = self._own_files(name, effects)
+        return _step(("add", name, *effects, "--as", child, *files), why)
 
     def _unclear(self, found: Calibration) -> Diagnosis | None:
         """The diagnosis that cannot tell what is missing: of a model, or of the one it stems from.
@@ -195,7 +195,8 @@ class StoredModels:
             told = latest_diagnosis(self.session, name or "")
             if told is None or told.verdict != "ambiguous" or told.pairs:
                 continue
-            children = [self._child(told.model, (key,)) for key in told.missing if _is_effect(key)]
+            keys = [key for key in told.missing if _is_effect(told, key)]
+            children = [self._child(told.model, (key,)) for key in keys]
             if found.model in (told.model, *children):
                 return told
         return None
@@ -206,7 +207,7 @@ class StoredModels:
         What to measure stands in the diagnosis; it is the step where there is nothing to average.
         """
         base, told = found.model, list(found.missing)
-        children = {key: self._child(base, (key,)) for key in told if _is_effect(key)}
+        children = {key: self._child(base, (key,)) for key in told if _is_effect(found, key)}
         if len(children) < 2:
             if not found.measure_next:
                 return self._answer(name)
@@ -217,7 +218,8 @@ class StoredModels:
             if child is None:
                 new = store.free_name(f"{base}+{key}", self.models)
                 why = Note("why_each", model=base, effects=told)
-                return self._with_files(("add", base, key, "--as", new), why)
+                words = ("add", base, key, "--as", new, *self._own_files(base, (key,)))
+                return _step(words, why)
         names = [child for child in children.values() if child is not None]
         averaged = store.latest_run(self.session, store.AVERAGE, names[0]) is not None
         if averaged or "hazard" in self.done or not self.survey.with_profile:
@@ -262,14 +264,16 @@ class StoredModels:
         paths = self.models[found.model].paths
         return (*words, *(word for path in paths for word in ("--path", path)))
 
-    def _own_files(self, name: str) -> tuple[str, ...]:
-        """Options that name the effect files of a model, of those that a diagnosis has written."""
-        effects, words = self.models[name].effects, list[str]()
-        for other in self.models if self.models[name].effect_sha256 else ():
-            found = latest_diagnosis(self.session, other)
-            if found and found.effect_file and (law := found.leading_law) and law.effect in effects:
-                words += ["--effect-file", found.effect_file]
-        return tuple(words)
+    def _own_files(self, name: str, more: Sequence[str] = ()) -> tuple[str, ...]:
+        """Options that name the effect files of a model with `more` effects.
+
+        Of those that diagnoses were given, or have written.
+        """
+        effects, files = {*self.models[name].effects, *more}, dict[str, str]()
+        for other in self.models if more or self.models[name].effect_sha256 else ():
+            if found := latest_diagnosis(self.session, other):
+                files |= {key: file for key, file in found.effect_files.items() if key in effects}
+        return tuple(word for file in files.values() for word in ("--effect-file", file))
 
     def _with_files(self, words: Sequence[str], why: Note) -> Note:
         """A command on the model `words[1]`, with its effect files."""
@@ -289,7 +293,10 @@ def _step(words: Sequence[str], why: Note) -> Note:
     return Note("next", command=shlex.join(("avahazard", *words)), why=why)
 
 
-def _is_effect(key: str) -> bool:
+def _is_effect(found: Diagnosis, key: str) -> bool:
+    """Whether what a diagnosis names can be added, as one of the user's own or of the catalogue."""
+    if key in found.effect_files:
+        return True
     try:
         definition(key)
     except AvahazardError:

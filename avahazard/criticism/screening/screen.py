@@ -21,7 +21,7 @@ from avahazard.arrays import Floats, Ints
 from avahazard.criticism.screening.linear_model import NOTHING, LinearModel, linear_model
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.change import ALL, SEVERAL, change
-from avahazard.effects.columns import FALL_HEIGHT, ORIENTATION
+from avahazard.effects.columns import FALL_HEIGHT, NORTH, ORIENTATION
 from avahazard.effects.covariate import PATH_ID, RELEASE, VOLUME, covariate, line_of, scatter_by
 from avahazard.effects.effect import Definition, Effect, FrictionEffect
 from avahazard.effects.pairs import interaction
@@ -253,10 +253,12 @@ def candidate_definitions(
     # A smooth of a column that has an effect of its own would only repeat it.
     taken = {entry.column for entry in known}
     smooths = [covariate(c) for c in dict.fromkeys([*of_events, *COMMON_COLUMNS]) if c not in taken]
-    pairs = [f"{one}*{other}" for one, other in combinations([*of_events, *PAIRED], 2)]
+    # A direction in degrees begins anew at north: beside another column it is two parts.
+    paired = [name for name in of_events if name + NORTH not in columns.numbers]
+    pairs = [f"{one}*{other}" for one, other in combinations([*paired, *PAIRED], 2)]
     made = [
         *map(interaction, pairs),
-        *map(scatter_by, [*of_events, *WHEN_AND_WHERE]),
+        *map(scatter_by, [*of_events, *WHEN_AND_WHERE, "year"]),
         *map(change, [*columns.paths, SEVERAL, ALL]),
     ]
     data = columns, observations.sites
@@ -276,10 +278,12 @@ def not_asked(
     """Effects whose column the records have, though not enough of it, and what it lacks."""
     data = observations.columns, observations.sites
     columns = {*observations.columns.numbers, *observations.columns.texts}
+    if any(site.profile.land_cover for site in observations.sites):
+        columns.add("land_cover")
     lacks = {
         entry.key: entry.lacking(*data)
         for entry in (*own, *catalogue().values())
-        if entry.column in columns and not specification.has(entry)
+        if columns & {entry.column, entry.needs} and not specification.has(entry)
     }
     return {key: lack for key, lack in lacks.items() if lack is not None}
 
