@@ -114,7 +114,7 @@ def show_bounds(
             tables.points_table(rows),
         )
     elif periods:
-        yield "Volumes, their runouts and places on the map: avahazard --verbose hazard …"
+        yield "Volumes, their runouts and places on the map: the same with avahazard --verbose."
     if failed:
         yield table("Left out", ("path", "why"), list(failed.items()))
 
@@ -134,7 +134,7 @@ def show_zones(found: Zones) -> Iterator[Shown]:
     if whole:
         yield tables.speeds_table(entries)
     else:
-        yield "Design runouts, speeds and pressures: avahazard --verbose zones …"
+        yield "Design runouts, speeds and pressures: the same with avahazard --verbose."
 
 
 @answers("hazard.zones", notes=_beside_windows)

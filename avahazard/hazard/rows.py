@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import poisson
 
 from avahazard.arrays import Floats, Ints
 from avahazard.hazard.exceedance import (
@@ -143,6 +144,8 @@ def row_notes(path: PathHazard, row: HazardRow) -> tuple[Note, ...]:
         x = found.runout_x_m
         if x.q95 is not None and x.q50 == x.q95:
             notes.append(Note("on_floor", period=period))
+    if (past := _many_beyond(row)) is not None:
+        notes.append(past)
     if row.extrapolated:
         notes.append(Note("extrapolated", period=period))
     if row.n_nonpositive_friction:
@@ -395,6 +398,24 @@ def hazard_row(
 
 HELD_TOO_MANY = 0.5
 """Share of draws that do not start from which no bounds are given."""
+
+
+TOO_MANY = 0.01
+"""Chance of as many records past a design runout below which that is worth a note."""
+
+
+def _many_beyond(row: HazardRow) -> Note | None:
+    """That more records lie past the median than its return period lets expect, if so."""
+    period, found = row.return_period_years, row.design
+    first, last = row.first_year, row.last_year
+    if period is None or found is None or not found.records_beyond or first is None or last is None:
+        return None
+    years = last - first + 1 - (row.years_not_observed or 0)
+    n, expected = found.records_beyond, years / period
+    if poisson.sf(n - 1, expected) > TOO_MANY:
+        return None
+    told = {"n": n, "total": found.n_records, "expected": expected, "years": years}
+    return Note("many_beyond", period=period, **told)
 
 
 def path_rows(

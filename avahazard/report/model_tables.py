@@ -116,8 +116,9 @@ def scores_table(coordinate: str, parts: Sequence[tuple[str, PredictedRecords]])
         "scatter it is the mean absolute error, and smaller is better."
     )
     of_bias = say(
-        "bias: mean of predicted minus recorded. in 50 %, in 90 %: share of the records that "
-        "lie in the 50 and 90 % intervals."
+        "bias: mean of predicted minus recorded; too far is above 0 in distance, and below 0 in "
+        "elevation and where both are mixed. in 50 %, in 90 %: share of the records that lie in "
+        "the 50 and 90 % intervals."
     )
     return made("scores", say("Scores against the records"), columns, rows, [of_crps, of_bias])
 
@@ -154,8 +155,9 @@ def failures_table(comparison: Comparison, names: Names = NO_NAMES) -> Table:
         (">p", lambda r: words.chance(r.p_value)),
     )
     legend = say(
-        "bias: mean of predicted minus recorded. The p-values are corrected for the number of "
-        "rows; under 0.05 a row needs an explanation."
+        "bias: mean of predicted minus recorded; too far is above 0 in distance, and below 0 in "
+        "elevation and where both are mixed. The p-values are corrected for the number of rows; "
+        "under 0.05 a row needs an explanation."
     )
     n = len(failing(comparison))
     folded = say("{n} not significant", n=len(rows) - n)

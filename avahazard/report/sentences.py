@@ -105,17 +105,17 @@ def failure_text(
             row.n,
             axis=axis_text(row.axis),
             level=names.get(row.level) or level_text(row.level),
-            bias=("" if row.bias_m < 0.0 else "+") + amount(row.bias_m, found.coordinate, 0),
+            bias=off_text(row.bias_m, found.coordinate),
         )
         for row in failing(found)
     ]
     named += [
         say(
-            "{axis} “{level}” ({n} speeds, {bias} m/s)",
+            "{axis} “{level}” ({n} speeds, {bias})",
             axis=axis_text(row.axis),
             level=level_text(row.level),
             n=row.n,
-            bias=digits(row.bias_m_s, "+.1f"),
+            bias=_speed_off(row.bias_m_s or 0.0),
         )
         for row in sorted(failing_speeds(found), key=lambda row: row.p_value or 0.0)
     ]
@@ -124,11 +124,26 @@ def failure_text(
     few = spoken().few(named, MOST_LEVELS)
     if diagnosis is not None and diagnosis.verdict == "adequate":
         return say(
-            "Yet it fails beyond chance by {levels}, predicted minus recorded; no candidate effect "
-            "explains it.",
+            "Yet it fails beyond chance by {levels}; no candidate effect has evidence enough to be "
+            "named.",
             levels=few,
         )
-    return say("It fails beyond chance by {levels}; predicted minus recorded.", levels=few)
+    return say("It fails beyond chance by {levels}.", levels=few)
+
+
+def off_text(bias: float, coordinate: str) -> str:
+    """Which way runouts are predicted wrongly, and by how much, of predicted minus recorded."""
+    size = amount(abs(bias), coordinate, 0)
+    if coordinate == "elevation":
+        return say("{size} too high", size=size) if bias > 0.0 else say("{size} too low", size=size)
+    # The ratio H/L falls with the runout, and mixed records count as elevations.
+    far = bias > 0.0 if coordinate in ("x", "length") else bias < 0.0
+    return say("{size} too far", size=size) if far else say("{size} too short", size=size)
+
+
+def _speed_off(bias: float) -> str:
+    size = f"{digits(abs(bias), '.1f')} m/s"
+    return say("{size} too fast", size=size) if bias > 0.0 else say("{size} too slow", size=size)
 
 
 def change_text(found: BeforeAndAfter) -> str:

@@ -18,7 +18,15 @@ from sqlalchemy.pool import ConnectionPoolEntry
 from avahazard.records.errors import AvahazardError
 from avahazard.store.tables import require_current
 
-__all__ = ["Session", "database_name", "database_url", "reading", "sqlite_file", "writing"]
+__all__ = [
+    "Session",
+    "database_name",
+    "database_url",
+    "reading",
+    "require_writable",
+    "sqlite_file",
+    "writing",
+]
 
 MIGRATION_LOCK = 7_244_306
 """Any number that other programs on one server hardly take."""
@@ -103,9 +111,9 @@ def _is_frozen(file: FilePath) -> bool:
     return unwritten and not can_write(file.absolute().parent)
 
 
-def can_write(folder: FilePath) -> bool:
-    """Whether this process may write into a folder."""
-    return os.access(folder, os.W_OK)
+def can_write(place: FilePath) -> bool:
+    """Whether this process may write a file, or into a folder."""
+    return os.access(place, os.W_OK)
 
 
 def _checked_file(url: URL, create: bool) -> FilePath:
@@ -180,6 +188,18 @@ def writing(database: str) -> Iterator[Session]:
     with _session(database, writes=True) as session:
         yield session
         session.commit()
+
+
+def require_writable(database: str) -> None:
+    """Refuse a database that cannot be written, before what is to be stored takes minutes."""
+    file = sqlite_file(database_url(database))
+    if file is None or not FilePath(file).exists():
+        return
+    if not (can_write(FilePath(file)) and can_write(FilePath(file).absolute().parent)):
+        raise AvahazardError(
+            f"The database {file} cannot be written.",
+            "Look at the permissions of the file and of its folder.",
+        )
 
 
 @contextmanager

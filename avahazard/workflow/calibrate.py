@@ -36,7 +36,7 @@ from avahazard.results.base import Report, plain, silent, steps
 from avahazard.results.calibration import Calibration, Difference, Provenance, Rerun
 from avahazard.store import results as store
 from avahazard.store.records import load_records
-from avahazard.store.session import reading, writing
+from avahazard.store.session import reading, require_writable, writing
 from avahazard.workflow.compare import comparison
 from avahazard.workflow.effects import read_own_of, stored_text
 from avahazard.workflow.listing import in_utc
@@ -71,6 +71,7 @@ def calibrate(
         if entry.in_base and entry.changes is not None:
             asked = asked.put(entry.changes, entry.changes.without)
     check_method(method, asked)
+    require_writable(database)
     with reading(database) as session:
         store.refuse_taken_name(session, name)
         known = load_records(session)
@@ -263,6 +264,7 @@ def add(
     parent and new ones. Raises `AvahazardError` where a name is taken or unknown, an effect cannot
     be added, an effect file is missing or changed, or the records have changed since.
     """
+    require_writable(database)
     with reading(database) as session:
         model = store.load_model(session, name)
         store.refuse_taken_name(session, new_name)

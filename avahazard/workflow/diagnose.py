@@ -24,7 +24,7 @@ from avahazard.results import diagnosis as results
 from avahazard.results.base import Report, Rows, plain, silent
 from avahazard.results.comparison import Comparison
 from avahazard.store import results as store
-from avahazard.store.session import reading, writing
+from avahazard.store.session import reading, require_writable, writing
 from avahazard.workflow.compare import coordinate_name
 from avahazard.workflow.effects import read_own_of, write_effect_file
 from avahazard.workflow.next_step import latest_comparison, latest_diagnosis, next_step
@@ -47,6 +47,7 @@ def diagnose_model(
     if file is not None and file.exists():
         raise AvahazardError(f"{file} is there already.", "Name another file.")
     require_picture(plot)
+    require_writable(database)
     with reading(database) as session:
         own = tuple(read_own_of(store.load_model(session, name), request.effect_files).values())
     stored, _ = load_stored(database, name, own=own)

@@ -16,7 +16,7 @@ from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis import nuisances
 from avahazard.criticism.diagnosis.full_fits import kinds_of
 from avahazard.effects.columns import NO_EVENTS, EventColumns, build_columns
-from avahazard.effects.effect import Definition
+from avahazard.effects.effect import Definition, known
 from avahazard.effects.site import Site
 from avahazard.inference.fitted_model import FittedModel, in_slots
 from avahazard.inference.likelihood.assemble import build_effects, definitions_of
@@ -30,6 +30,7 @@ from avahazard.inference.model.observations import (
     require_one_scale,
     require_profiles,
 )
+from avahazard.inference.prediction import drawn_frictions
 from avahazard.notes import Note
 from avahazard.records import crosscheck
 from avahazard.records.collection import (
@@ -266,6 +267,11 @@ def calibration_result(
     if not checks.converged:
         notes.append(Note("not_converged", rhat=checks.rhat_max, ess=checks.ess_min))
     notes += prior_notes(found, name)
+    recorded = known(found.columns.log_volume)
+    common = float(np.exp(np.median(recorded))) if len(recorded) else SOME_VOLUME_M3
+    mu = float(np.median(drawn_frictions(found, None, common)))
+    if mu > HIGH_FRICTION:
+        notes.append(Note("friction_high", model=name, mu=mu))
     notes += (*record_notes(records, observations.sites), *volume_notes(found, name))
     notes += (Note("outcome_column", column=k, rank=r) for k, r in observations.outcomes.items())
     return results.Calibration(
@@ -350,6 +356,8 @@ def mode(draws: Floats) -> float:
 OF_THE_RUN = ("events_left_out", "no_speeds", "not_converged")
 """Notes of a calibration that do not go with what is computed by its model."""
 FEW_EVENTS = 10
+SOME_VOLUME_M3, HIGH_FRICTION = 1e4, 1.0
+"""Where no record has a volume; median friction above which units are rather wrong."""
 """Events under which a model is one of its priors, whatever the chains say."""
 MISFIT_M = 10.0
 """Deviation of the regularised path from its points that is worth a note."""

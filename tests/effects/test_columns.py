@@ -67,7 +67,7 @@ def test_days_of_the_winter_count_from_november(date: str | None, day: float) ->
 
 def test_covariates_of_events_go_before_those_of_their_paths() -> None:
     columns = _columns()
-    assert columns.numbers.keys() == {"aspect", "fall_height_m"}
+    assert columns.numbers.keys() == {"aspect", "aspect_north", "aspect_east", "fall_height_m"}
     assert columns.numbers["aspect"] == pytest.approx([90.0, 45.0, np.nan, 10.0], nan_ok=True)
     assert columns.texts["zone"].tolist() == ["", "x", "", ""]
     assert columns.texts["snow_type"].tolist() == ["wet", "", "", ""]
@@ -95,6 +95,21 @@ def _northness(wind: str) -> float:
     (event,) = (Event("a", "P"),)
     columns = build_columns((event,), {"P": Path("P", orientation=wind)}, np.array([1800.0]))
     return float(columns.numbers["northness"][0])
+
+
+def test_a_direction_is_north_and_east_too() -> None:
+    degrees = {"wind_dir_deg": 135.0, "Windrichtung": "SE", "direction": "variable", "dirt": 9.0}
+    events = (Event("a", covariates=degrees), Event("b", covariates={"direction": "w"}))
+    columns = build_columns(events, {}, np.full(2, np.nan))
+    nan = np.nan
+    for name, expected in (
+        ("wind_dir_deg_north", [-(0.5**0.5), nan]),
+        ("wind_dir_deg_east", [0.5**0.5, nan]),
+        ("Windrichtung_north", [-(0.5**0.5), nan]),
+        ("direction_east", [nan, -1.0]),
+    ):
+        assert columns.numbers[name] == pytest.approx(expected, nan_ok=True)
+    assert "dirt_north" not in columns.numbers
 
 
 def test_a_column_with_one_word_is_all_words() -> None:

@@ -19,6 +19,7 @@ from avahazard.hazard.rows import (
     elevation_quantiles,
     hazard_row,
     place_quantiles,
+    row_notes,
     uncertainties,
 )
 from avahazard.hazard.volume_records import VolumeRecord, region_of
@@ -70,6 +71,23 @@ def test_row_of_a_return_period() -> None:
         "extrapolated": True,
         "notes": [],
     }
+
+
+@pytest.mark.parametrize(("beyond", "said"), [(0, False), (2, False), (4, True)])
+def test_more_records_past_a_median_than_its_period_allows_are_noted(
+    beyond: int, said: bool
+) -> None:
+    """Once in 100 years in 50: half a record is expected, and four come once in 600 times."""
+    volume = ReturnLevel(100.0, 5e4, 2e4, 9e4, extrapolated=False)
+    frequency = fit_volume_frequency(region_of([RECORD]), "p", np.random.default_rng(0))
+    row = hazard_row(Scenario("p", 5e4, 100.0, volume, frequency), *STOPS, 0, 1000, "friction")
+    given = path(draws(1e-6, 30), one_volume(1e5, 30, rate=0.5))
+    design = replace(design_of(given, np.full(9, 1500.0)), records_beyond=beyond, n_records=20)
+    notes = row_notes(given, replace(row, design=design))
+    told = [str(note) for note in notes if note.key == "many_beyond"]
+    assert bool(told) == said
+    if said:
+        assert told[0].startswith("4 of its 20 records lie past the 100-year median, 0.5 are")
 
 
 def test_row_of_a_given_volume() -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from avahazard.report.model_tables import kinds_table
-from avahazard.report.sentences import doubt_text, failure_text, kinds_text, verdict_text
+from avahazard.report.sentences import doubt_text, failure_text, kinds_text, off_text, verdict_text
 from avahazard.results.base import Rows
 from avahazard.results.calibration import InCommon, Kinds
 from avahazard.results.comparison import BeforeAndAfter, ErrorFall, Failure, SpeedMisfit
@@ -89,7 +89,7 @@ def test_an_adequate_model_that_fails_is_said_to_fail() -> None:
     rows = Rows([Failure("path", "P1", 9, -50.0, 1e-4)])
     found = replace(DIAGNOSIS, pairs=Rows(), verdict="adequate")
     said = failure_text(replace(COMPARISON, where_it_fails=rows), {"P1": "North"}, found)
-    assert said.startswith("Yet it fails beyond chance by path “North” (9 events, −50 m)")
+    assert said.startswith("Yet it fails beyond chance by path “North” (9 events, 50 m too low)")
 
 
 @pytest.mark.parametrize(("low", "said"), [(-1.0, True), (1.0, False)])
@@ -113,9 +113,23 @@ def test_speeds_that_fail_are_told_beside_stops() -> None:
     assert "significantly nowhere" in failure_text(found)
     found = replace(found, speed_misfit=Rows([low, high]))
     assert failure_text(found) == (
-        "It fails beyond chance by predicted speed “fast” (33 speeds, +5.8 m/s); predicted minus "
-        "recorded."
+        "It fails beyond chance by predicted speed “fast” (33 speeds, 5.8 m/s too fast)."
     )
     both = failure_text(replace(found, where_it_fails=stops))
-    assert "snow type “wet” (9 events, −50 m)" in both
-    assert "“fast” (33 speeds, +5.8 m/s)" in both
+    assert "snow type “wet” (9 events, 50 m too low)" in both
+    assert "“fast” (33 speeds, 5.8 m/s too fast)" in both
+
+
+@pytest.mark.parametrize(
+    ("coordinate", "above", "below"),
+    [
+        ("elevation", "12 m too high", "12 m too low"),
+        ("mixed", "12 m too short", "12 m too far"),
+        ("x", "12 m too far", "12 m too short"),
+        ("h_over_l", "12.0000 H/L too short", "12.0000 H/L too far"),
+    ],
+)
+def test_which_way_a_bias_goes_hangs_on_what_was_recorded(
+    coordinate: str, above: str, below: str
+) -> None:
+    assert (off_text(12.0, coordinate), off_text(-12.0, coordinate)) == (above, below)

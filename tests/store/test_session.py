@@ -24,7 +24,10 @@ from avahazard.store.session import (
     reading,
     writing,
 )
+from avahazard.workflow.calibrate import add, calibrate
 from avahazard.workflow.database import upgrade_database
+from avahazard.workflow.diagnose import diagnose_model
+from avahazard.workflow.requests import CalibrateRequest, DiagnoseRequest
 
 
 def test_a_path_is_an_sqlite_file() -> None:
@@ -135,6 +138,17 @@ def test_writing_to_a_frozen_database_says_what_to_look_at(frozen: str) -> None:
     with pytest.raises(AvahazardError, match="readonly") as caught, writing(frozen) as session:
         session.execute(text("DELETE FROM paths"))
     assert "permissions" in caught.value.hint
+
+
+def test_what_cannot_be_written_is_refused_before_the_work(frozen: str) -> None:
+    for work in (
+        lambda: calibrate(frozen, "first", CalibrateRequest()),
+        lambda: add(frozen, "first", ["season"], "second"),
+        lambda: diagnose_model(frozen, "first", DiagnoseRequest()),
+    ):
+        with pytest.raises(AvahazardError, match="cannot be written") as caught:
+            work()
+        assert "permissions" in caught.value.hint
 
 
 def test_a_full_disk_is_called_so(database: str) -> None:

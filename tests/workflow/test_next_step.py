@@ -115,6 +115,14 @@ def test_what_is_missing_is_added_once(database: str) -> None:
     assert words(database, "base") == ["diagnose", "base+season"]
 
 
+def test_a_named_effect_of_ones_own_comes_with_its_file(database: str) -> None:
+    """Without it the step that was printed failed: there is no effect of that name."""
+    own = replace(ADEQUATE, verdict="missing-effect", missing=("lake",))
+    put(database, "base", error=60.0, diagnosis=replace(own, given_files={"lake": "my lake.py"}))
+    asked = words(database, "base")
+    assert asked == ["add", "base", "lake", "--as", "base+lake", "--effect-file", "my lake.py"]
+
+
 def test_a_report_of_a_model_leads_to_that_of_the_model_to_use(database: str) -> None:
     put(database, "base", error=60.0, diagnosis=LACKS_SEASON)
     done = replace(ADEQUATE, missing=())

@@ -54,6 +54,33 @@ def test_where_a_path_faces_is_asked_as_numbers() -> None:
     assert not any("orientation" in key for key in found)
 
 
+def test_a_direction_beside_another_column_is_two_parts() -> None:
+    """By its degrees as a line, what acts on lee slopes was told as two false products."""
+    records = studies.records(speeds=False)
+    rng = np.random.default_rng(3)
+    blown = [
+        replace(e, covariates={**e.covariates, "wind_dir": float(rng.integers(360))})
+        for e in records.events
+    ]
+    found = keys(build_observations(replace(records, events=tuple(blown))))
+    assert {"covariate:wind_dir", "covariate:wind_dir_north"} <= set(found)
+    assert "interaction:wind*wind_dir_east" in found
+    assert "interaction:wind*wind_dir" not in found
+
+
+def test_scatter_may_change_over_the_years() -> None:
+    assert "scatter:year" in keys(studies.observations())
+
+
+def test_a_forest_by_another_name_is_said() -> None:
+    records = studies.records(speeds=False)
+    wooded = [
+        replace(p, land_cover=("offen",) + ("Wald",) * (len(p.x_m) - 1)) for p in records.profiles
+    ]
+    lacks = not_asked(build_observations(replace(records, profiles=tuple(wooded))), Specification())
+    assert "there is Wald, offen" in lacks["forest-drag"]
+
+
 def test_without_a_profile_no_motion_can_be_told() -> None:
     found = keys(build_observations(lengths()))
     columns = ["rock", "column_1", "column_2", "column_3"]
