@@ -44,8 +44,9 @@ class Power:
 class SitePlan:
     """A path, its terrain, and the events that come down it.
 
-    Volumes are lognormal between `volume_low_m3` and `volume_high_m3`. Releases are on steep places
-    in the topmost `release_share` of the drop, which is `drop_m` or that of the profile.
+    Volumes are lognormal between `volume_low_m3` and `volume_high_m3`; with `pin_range`
+    two of the events have just these. Releases are on steep places in the
+    topmost `release_share` of the drop, which is `drop_m` or that of the profile.
     """
 
     path: Path
@@ -55,6 +56,7 @@ class SitePlan:
     volume_log_sd: float = 1.0
     volume_low_m3: float = 2e3
     volume_high_m3: float = 8e5
+    pin_range: bool = False
     release_share: float = 0.25
     drop_m: float | None = None
 
@@ -339,6 +341,8 @@ def _draw_volumes(rng: np.random.Generator, sites: Sites, path: Ints) -> Floats:
         low, high = ndtr((ends - np.log(s.volume_median_m3)) / s.volume_log_sd)
         z = ndtri(low + (high - low) * uniform[selected])
         volume[selected] = s.volume_median_m3 * np.exp(s.volume_log_sd * z)
+        if s.pin_range:
+            volume[np.flatnonzero(selected)[:2]] = s.volume_low_m3, s.volume_high_m3
     return volume
 
 
