@@ -198,6 +198,9 @@ def _surprise(
     return np.where(gains > 0.0, tail, 0.0)
 
 
+ALIKE_DIGITS = 9
+
+
 def _pair(
     tried: Sequence[Block], places: Sequence[Ints], scores: Floats, weighed: Floats, columns: Floats
 ) -> PairTest | None:
@@ -220,13 +223,15 @@ def _pair(
     alone = [gains(at, b.precision) for b, at in zip(tried, places, strict=True)]
     best, which = np.full(scores.shape[1], -1.0), (0, 0)
     # What is tried must not depend on what the records gain, or chance would have less to choose.
-    together = sorted(combinations(range(len(tried)), 2), key=lambda pair: -alike(*pair))
+    # Of two that are one column the first is taken, whatever is rounded.
+    pairs = combinations(range(len(tried)), 2)
+    together = sorted(pairs, key=lambda pair: -round(alike(*pair), ALIKE_DIGITS))
     for a, b in together[:MOST_PAIRS]:
         at = np.concatenate([places[a], places[b]])
         precision = np.concatenate([tried[a].precision, tried[b].precision])
         more = np.maximum(gains(at, precision) - np.maximum(alone[a], alone[b]), 0.0)
         surprise = -np.log(np.maximum(gammaincc(0.5 * len(at), more), 1e-300))
-        which = (a, b) if surprise[0] > best[0] else which
+        which = (a, b) if surprise[0] > best[0] + 10.0**-ALIKE_DIGITS else which
         best = np.maximum(best, surprise)
     p = float(1.0 + np.sum(best[1:] >= best[0])) / len(best)
     return PairTest((tried[which[0]].key, tried[which[1]].key), p)
