@@ -153,8 +153,6 @@ def fitted_in_full(
         fits |= refit_each(base, new, tell, likely, enough)
         gains = {key: fit.log_likelihood - base.log_likelihood for key, fit in fits.items()}
         tested = [_fitted(c, gains[c.key]) if c.key in gains else c for c in tested]
-        # Too little for evidence surprises nobody, however rare it is.
-        tested = [c if c.gain >= WORTH_A_STAR else replace(c, surprise=0.0) for c in tested]
         tested.sort(key=lambda c: -c.surprise)
         # Beside one that promised much and gained little others may stand.
         asked, more = _worth_a_fit(
@@ -171,6 +169,8 @@ def fitted_in_full(
         p = c.p_single * LEVEL / level if level else screening.p_family(c.surprise, share)
         p_values.setdefault(c.key, min(p, 1.0))
     ranked = sorted(tested, key=lambda c: (p_values[c.key], -c.surprise))
+    # Too little for evidence is nothing, however rare it is by chance.
+    p_values |= {c.key: 1.0 for c in tested if c.gain < WORTH_A_STAR}
     found = tuple(replace(c, p_family=float(p_values[c.key])) for c in ranked)
     fits = {key: fit for key, fit in fits.items() if np.isfinite(fit.evidence)}
     return fits, replace(screening, candidates=found)
