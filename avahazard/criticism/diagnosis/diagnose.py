@@ -61,6 +61,9 @@ from avahazard.workers import ordered_map
 ERROR_DRAWS = 400
 ALIKE = 0.7
 """Correlation above which two effects are called confounded."""
+MOST_HIDDEN = 3
+"""Candidates that stand out without nuisances which the records ask for, and are fitted beside
+them: heavy tails, or winters, may be what an effect leaves."""
 EXPLANATIONS = 3
 """Of which each pair is to be distinguished."""
 
@@ -105,6 +108,7 @@ def diagnose(
     groups = full_fits.group_tests(base)
     progress(0.2)
     screened = screen(base.posterior, base.mode.u, entries, seed=seed)
+    hidden = hidden_by_nuisances(base, specification, entries, seed)
     left, known = None, dict[str, Refit]()
     if plain_groups := full_fits.plainly_different(groups, granted):
         without = refit_without(base, plain_groups[0].key)
@@ -115,7 +119,7 @@ def diagnose(
             granted = tuple(key for key in granted if key != left.key)
             groups = (*full_fits.group_tests(base), left)
     fits, screening = full_fits.fitted_in_full(
-        base, screened, alone, expected, known, lambda share: progress(0.3 + 0.45 * share)
+        base, screened, alone, expected, known, hidden, lambda share: progress(0.3 + 0.45 * share)
     )
     survivors = [c for c in screening.candidates if c.key in fits and c.p_family <= LEVEL]
     evidence = {
@@ -178,6 +182,17 @@ def diagnose(
     )
     progress(1.0)
     return Findings(base, fits, screening, result, of_smooth)
+
+
+def hidden_by_nuisances(
+    base: Refit, specification: Specification, entries: Sequence[Definition], seed: int
+) -> list[str]:
+    """Candidates that stand out where nuisances which the records ask for are not granted."""
+    bare = nuisances.without_those_asked_for(base, specification)
+    if bare is None:
+        return []
+    found = screen(bare.posterior, bare.mode.u, entries, seed=seed).candidates
+    return [c.key for c in found if c.p_family <= LEVEL][:MOST_HIDDEN]
 
 
 def beside_group(

@@ -113,13 +113,15 @@ def fitted_in_full(
     alone: Sequence[Definition],
     expected: Sequence[str] = (),
     known: Mapping[str, Refit] = MappingProxyType({}),
+    hidden: Sequence[str] = (),
     progress: Callable[[float], None] = lambda _share: None,
 ) -> tuple[dict[str, Refit], Screening]:
     """The candidates that stand out, fitted (but those `known`), and the screening with p-values.
 
     Without those that gain too little to have evidence. `alone` are candidates that no screening
     can try, tested by themselves; `expected` the keys of those declared beforehand, a family of
-    their own (the fallback procedure, Wiens 2003; docs/theory/criticism.md).
+    their own (the fallback procedure, Wiens 2003; docs/theory/criticism.md). Those `hidden` by
+    nuisances are fitted however little they gain to first order.
     """
     observations = base.observations
     likely = likely_values(screening.candidates, observations)
@@ -137,7 +139,7 @@ def fitted_in_full(
     left_out = [d.key for d in entries if d.changes and d.changes.without is not None]
     far = [*left_out, *({VOLUME_ERROR.key} & curves.keys())]
     by_themselves = [*expected, *(d.key for d in alone)]
-    asked = [*by_themselves, *worth, *by_path, *far]
+    asked = [*by_themselves, *worth, *by_path, *far, *hidden]
     significant = {c.key: c.gain_at(screening.critical_surprise) for c in strong}
     # Those have levels of their own.
     rough = {k: gain - ROUGHER for k, gain in significant.items() if k not in by_themselves}

@@ -85,6 +85,19 @@ def with_nuisances_granted(plain: Refit) -> tuple[Refit, tuple[str, ...], tuple[
     return base, tuple(granted), tuple(too_many)
 
 
+def without_those_asked_for(base: Refit, specification: Specification) -> Refit | None:
+    """The model less tails, winters and storms that the records ask for; None where it has none."""
+    kept = tuple(
+        key
+        for key in base.specification.effects
+        if key in specification.effects or base.definition(key).granted_unasked
+    )
+    bare = replace(base.specification, tails=specification.tails, effects=kept)
+    if bare == base.specification:
+        return None
+    return refit(base.observations, bare, base.facts, (), base.own, base)
+
+
 def _n_crossed(base: Refit, key: str) -> int:
     """Offsets besides those of the largest grouping, were these groups granted too."""
     wider, more = with_effects(base.observations, base.specification, (key,), granted=True)

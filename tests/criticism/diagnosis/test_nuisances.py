@@ -49,6 +49,16 @@ def test_groups_too_many_to_cross_are_told(monkeypatch: pytest.MonkeyPatch) -> N
 PLAIN = Specification(law="constant")
 
 
+def test_what_the_records_ask_for_is_what_a_bare_model_lacks() -> None:
+    observations = build_observations(wild(6))
+    student = replace(PLAIN, tails="student")
+    found = nuisances.without_those_asked_for(refit(observations, student, {}), PLAIN)
+    assert found is not None
+    assert found.specification == PLAIN
+    # A model that was calibrated with heavy tails keeps them.
+    assert nuisances.without_those_asked_for(refit(observations, student, {}), student) is None
+
+
 def wild(n_wrong: int) -> Records:
     """`straight`, of which every third event from the first on is written down at 2.5 times its
     length, `n_wrong` of them."""
