@@ -218,6 +218,8 @@ class StoredModels:
             if child is None:
                 new = store.free_name(f"{base}+{key}", self.models)
                 why = Note("why_each", model=base, effects=told)
+                if name != base:
+                    why = Note("why_instead", child=name, model=base, effect=key)
                 words = ("add", base, key, "--as", new, *self._own_files(base, (key,)))
                 return _step(words, why)
         names = [child for child in children.values() if child is not None]

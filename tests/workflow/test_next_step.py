@@ -236,6 +236,10 @@ def test_else_each_of_them_is_added_and_all_are_averaged(database: str) -> None:
     )
     for name in ("two", "two+season"):
         assert words(database, name) == ["add", "two", "snow-type", "--as", "two+snow-type"]
+    # A child that is adequate is not said to lack anything.
+    step = next_step(database, "two+season")
+    assert step is not None
+    assert str(step.values["why"]).startswith("two may lack snow-type instead of what two+season")
     put(
         *(database, "two+snow-type"),
         parent="two",
