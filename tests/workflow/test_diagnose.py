@@ -203,4 +203,4 @@ def test_failures_that_no_candidate_explains_are_told() -> None:
     assert len(unexplained_failures(places)) == 1
     fast = SpeedMisfit("predicted_speed_m_s", FAILURE.level, 33, 5.8, 9.7, 0.01)
     (note,) = unexplained_failures(replace(clear, speed_misfit=Rows([fast])))
-    assert "no candidate explains" in note
+    assert "no candidate has evidence enough" in note

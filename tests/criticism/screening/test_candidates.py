@@ -55,7 +55,7 @@ def test_where_a_path_faces_is_asked_as_numbers() -> None:
 
 
 def test_a_direction_beside_another_column_is_two_parts() -> None:
-    """By its degrees as a line, what acts on lee slopes was told as two false products."""
+    """By its degrees as a line, what acts on lee slopes was named as two false products."""
     records = studies.records(speeds=False)
     rng = np.random.default_rng(3)
     blown = [

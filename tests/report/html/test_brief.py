@@ -28,7 +28,9 @@ def test_the_conclusion_is_how_far_how_sure_and_what_lacks(content: ReportConten
     checks = replace(content.model.diagnostics, converged=True)
     model = replace(content.model, diagnostics=checks)
     assert content.comparison is not None
-    held = content.comparison.held_out.runout
+    # The error along the path is that of what the design runouts are given in.
+    held = content.comparison.held_out.runout_x
+    assert held is not None
     text = concluded(content, model=model)
     assert (
         untold(text, f"{shown_period(content):g}-year", "2 paths", f"{held.crps_m:.0f} m of") == []
@@ -39,7 +41,7 @@ def test_the_conclusion_is_how_far_how_sure_and_what_lacks(content: ReportConten
     adequate = replace(content.diagnosis, verdict="adequate", missing=(), detectable_share=0.1)
     fails = replace(content.comparison, where_it_fails=FAILS)
     text = concluded(content, model=model, diagnosis=adequate, comparison=fails)
-    assert untold(text, "with 80 % power", "Yet it fails beyond chance", "−50 m") == []
+    assert untold(text, "with 80 % power", "Yet it fails beyond chance", "50 m too low") == []
     unsure = replace(model, diagnostics=replace(checks, converged=False))
     assert "provisional" in concluded(content, model=unsure)
     assert "never compared" in concluded(content, comparison=None)
