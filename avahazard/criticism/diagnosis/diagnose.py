@@ -456,11 +456,10 @@ def columns_apart(question: Question, leader: str) -> tuple[Pair, Refit] | None:
     """
     names, tried = columns_of_pair(leader), question.screening.candidates
     of_each = [
-        [c.key for c in tried if name in (c.definition.column, c.definition.needs)]
-        for name in names
+        [c for c in tried if name in (c.definition.column, c.definition.needs)] for name in names
     ]
-    # Of a smooth and an effect of the catalogue the screening has the more surprising first.
-    keys = [found[0] for found in of_each if found]
+    # Of a smooth and an effect of the catalogue, the more surprising one.
+    keys = [max(found, key=lambda c: c.surprise).key for found in of_each if found]
     fit = question.fits[leader]
     region = "region" in fit.facts[leader]
     if len(keys) != 2 or not (region or product_evidence(fit, leader) <= MARGIN):

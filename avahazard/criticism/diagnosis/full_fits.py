@@ -170,9 +170,9 @@ def fitted_in_full(
         level = c.definition.level_alone
         p = c.p_single * LEVEL / level if level else screening.p_family(c.surprise, share)
         p_values.setdefault(c.key, min(p, 1.0))
-    ranked = sorted(tested, key=lambda c: (p_values[c.key], -c.surprise))
     # Too little for evidence is nothing, however rare it is by chance.
     p_values |= {c.key: 1.0 for c in tested if c.gain < WORTH_A_STAR}
+    ranked = sorted(tested, key=lambda c: (p_values[c.key], -c.surprise))
     found = tuple(replace(c, p_family=float(p_values[c.key])) for c in ranked)
     fits = {key: fit for key, fit in fits.items() if np.isfinite(fit.evidence)}
     return fits, replace(screening, candidates=found)
