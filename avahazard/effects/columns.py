@@ -214,9 +214,12 @@ def _covariates(
         facing = numbers.get(column)
         if facing is None:
             facing = np.array([facing_of(text) for text in texts[column]])
-        if column != ORIENTATION and np.any(np.isfinite(facing)):
+        # A part that is in the file goes before what is made, and is no direction itself.
+        made = column != ORIENTATION and not column.endswith((NORTH, EAST))
+        if made and np.any(np.isfinite(facing)):
             angle = np.radians(facing)
-            numbers[column + NORTH], numbers[column + EAST] = np.cos(angle), np.sin(angle)
+            numbers.setdefault(column + NORTH, np.cos(angle))
+            numbers.setdefault(column + EAST, np.sin(angle))
     return numbers, texts
 
 

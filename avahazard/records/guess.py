@@ -26,6 +26,7 @@ FROM_UNIT = re.compile(r"[\[(]\s*([^\])]+?)\s*[\])]|[,;]\s*(\S+)$|_(m3|m2|m|km3|
 PLAIN = re.compile(r"[0-9]+(?:\.[0-9]*)?")
 OF_PROFILES = {"path_id", "x_m", "y_m", "land_cover", "easting_m", "northing_m", "lon", "lat"}
 OF_TERRAIN = OF_PROFILES | PathRow.model_fields.keys()
+WITHOUT_PATH = {"fall_height_m", "runout_length_m", "h_over_l"}
 REMARKS = frozenset(
     ("remarks", "remark", "comments", "comment", "notes", "note", "source", "observer",
      "bemerkungen", "bemerkung", "kommentar", "kommentare", "notizen", "quelle", "beobachter",
@@ -108,7 +109,8 @@ def _guessed(table: FileTable, layout: SheetLayout) -> GuessedTable:
     unknown = dict.fromkeys(text for text in every if text.casefold() in LIKELY_MARKS)
     open_ += _lacking(taken, profile)
     need: list[str] = []
-    if path := taken.get("path_id"):
+    # Events with H and L, or H/L, may have no path.
+    if (path := taken.get("path_id")) and not taken.keys() & WITHOUT_PATH:
         without = sum(not text for text in table.columns[path.source].texts)
         if 0 < without <= MOST_TOTALS * len(table.lines):
             need = [path.source]
@@ -216,9 +218,8 @@ def _share(column: str, texts: Sequence[str]) -> float:
     if not texts or content in ("name", "text"):
         return 1.0
     if content in ("flag", "choice"):
-        return sum(squash(t) in {*_values(column), *MEANINGS[column].values} for t in texts) / len(
-            texts
-        )
+        known = {*_values(column), *MEANINGS[column].values}
+        return sum(squash(text) in known for text in texts) / len(texts)
     if content == "date":
         dates, faults, _ = read_dates(texts, "dmy")
         good = sum(bool(ISO.fullmatch(date)) for date in dates)

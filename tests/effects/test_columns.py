@@ -99,6 +99,7 @@ def _northness(wind: str) -> float:
 
 def test_a_direction_is_north_and_east_too() -> None:
     degrees = {"wind_dir_deg": 135.0, "Windrichtung": "SE", "direction": "variable", "dirt": 9.0}
+    degrees |= {"aspect_deg": 90.0, "aspect_deg_east": 0.9}
     events = (Event("a", covariates=degrees), Event("b", covariates={"direction": "w"}))
     columns = build_columns(events, {}, np.full(2, np.nan))
     nan = np.nan
@@ -107,9 +108,11 @@ def test_a_direction_is_north_and_east_too() -> None:
         ("wind_dir_deg_east", [0.5**0.5, nan]),
         ("Windrichtung_north", [-(0.5**0.5), nan]),
         ("direction_east", [nan, -1.0]),
+        ("aspect_deg_north", [0.0, nan]),
+        ("aspect_deg_east", [0.9, nan]),  # of the file
     ):
         assert columns.numbers[name] == pytest.approx(expected, nan_ok=True)
-    assert "dirt_north" not in columns.numbers
+    assert not {"dirt_north", "aspect_deg_east_north"} & columns.numbers.keys()
 
 
 def test_a_column_with_one_word_is_all_words() -> None:

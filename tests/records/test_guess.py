@@ -70,6 +70,15 @@ def test_words_of_an_office_for_known_values_are_translated(tmp_path: Path) -> N
     assert of_ground.columns["land_cover"].classes == classes["land_cover"]
 
 
+def test_events_with_h_and_l_need_no_path(tmp_path: Path) -> None:
+    rows = "".join(f"{k},{'A' if k > 1 else ''},500,1200\n" for k in range(1, 40))
+    file = tmp_path / "slides.csv"
+    file.write_text(f"Nr,Zug,H (m),L (m)\n{rows}", encoding="utf-8")
+    ((found,), _) = guess_tables(file)
+    assert {"path_id", "fall_height_m"} <= {guess.column for guess in found.guesses}
+    assert not found.need
+
+
 def test_a_mapping_is_never_overwritten(tmp_path: Path) -> None:
     file = tmp_path / "slides.csv"
     file.write_text("Name,H (m),L (m)\na,500,1200\n", encoding="utf-8")

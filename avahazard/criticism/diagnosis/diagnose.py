@@ -108,7 +108,6 @@ def diagnose(
     groups = full_fits.group_tests(base)
     progress(0.2)
     screened = screen(base.posterior, base.mode.u, entries, seed=seed)
-    hidden = hidden_by_nuisances(base, specification, entries, seed)
     left, known = None, dict[str, Refit]()
     if plain_groups := full_fits.plainly_different(groups, granted):
         without = refit_without(base, plain_groups[0].key)
@@ -118,6 +117,7 @@ def diagnose(
             left, base, screened = plain_groups[0], without, by_others
             granted = tuple(key for key in granted if key != left.key)
             groups = (*full_fits.group_tests(base), left)
+    hidden = hidden_by_nuisances(base, specification, entries, seed)
     fits, screening = full_fits.fitted_in_full(
         base, screened, alone, expected, known, hidden, lambda share: progress(0.3 + 0.45 * share)
     )

@@ -199,6 +199,7 @@ def _surprise(
 
 
 ALIKE_DIGITS = 9
+"""Digits to which pairs are compared: beyond them two that are one column differ by rounding."""
 
 
 def _pair(
