@@ -14,8 +14,8 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.fitted_model import ESS_LIMIT, Chains, FittedModel, fitted_model
-from avahazard.inference.fitting.mode import Mode, find_mode
-from avahazard.inference.fitting.star import improved, search_mode, star_among
+from avahazard.inference.fitting.mode import Mode
+from avahazard.inference.fitting.star import MOST_BETTER, fit_to, search_mode, star_among
 from avahazard.inference.likelihood.assemble import assemble, definitions_of
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.choices import DEFAULT_METHOD, METHODS, MethodName
@@ -137,8 +137,8 @@ KEEP_EVERY = 2
 """Steps for each draw that is kept: one jump and one random-walk step."""
 MAX_ROUNDS = 4
 WARM_UP_ROUNDS = 3
-PILOT_DRAWS, MOST_BETTER = 90, 5
-"""Draws of each chain in the walks by which a star is made fit, and how often it is made anew."""
+PILOT_DRAWS = 90
+"""Draws of each chain in the walks by which a star is first made fit."""
 FEW_AXES = 2
 """Axes up to which a star has points enough to be held against tables at its draws alone."""
 N_WALKERS, WALKED = 12, 4
@@ -166,20 +166,22 @@ def sample(
     from; `progress` receives the share done. Equal seeds give equal draws.
     """
     fine, mode = search_mode(posterior, start)
+    generators = [generator(seed, "marginal", c) for c in range(n_chains)]
     # Short walks show where a star falls short: a long one on such a star would be in vain.
     for n in (min(PILOT_DRAWS, n_draws), n_draws) if fine.nodes.varies else (n_draws,):
-        found = _rounds(fine, mode, n_chains, n, seed, progress)
+        found = _rounds(fine, mode, generators, n, seed, progress)
         for _ in range(MOST_BETTER):
-            if (better := improved(fine, found.draws)) is None:
+            better, mode = fit_to(found.draws, fine, mode)
+            if better is fine:
                 break
-            fine, mode = better, find_mode(better, mode.u)
-            found = _rounds(fine, mode, n_chains, n, seed, progress)
+            fine = better
+            found = _rounds(fine, mode, generators, n, seed, progress, found)
     if len(fine.layout.axes) <= FEW_AXES:
         return found
     exact, spread = posterior.exactly(), _following(found.draws, mode)
     if _holds(fine, exact, found.draws, spread, seed):
         return found
-    found = _rounds(exact, spread, n_chains, n_draws, seed, progress)
+    found = _rounds(exact, spread, generators, n_draws, seed, progress)
     # Each later evaluation by exact tables would cost runs of all blocks.
     among = star_among(posterior, found.draws)
     return replace(found, friction=among.friction, likelihood=among)
@@ -198,23 +200,30 @@ def _holds(star: Posterior, exact: Posterior, draws: Floats, spread: Mode, seed:
 def _rounds(
     posterior: Posterior,
     mode: Mode,
-    n_chains: int,
+    generators: Sequence[np.random.Generator],
     n_draws: int,
     seed: int,
     progress: Callable[[float], None],
+    before: FittedModel | None = None,
 ) -> FittedModel:
-    """Warm up every chain, then rounds of draws until they have converged."""
-    warm_up = max(100, n_draws // 4)
+    """Warm up every chain, then rounds of draws until they have converged.
+
+    Chains that converged `before` on a star that was nearly as good go on from where they are.
+    """
+    n_chains, warm_up = len(generators), max(100, n_draws // 4)
     done, first = WARM_UP_ROUNDS * KEEP_EVERY * warm_up, KEEP_EVERY * n_draws
-    state = dispersed_state(
-        posterior, mode, [generator(seed, "marginal", c) for c in range(n_chains)]
-    )
-    proposals = [mode] * n_chains
-    for round_ in range(WARM_UP_ROUNDS):
-        kept, _ = walk(posterior, state, proposals, warm_up, KEEP_EVERY)
-        if round_ > 0:
-            proposals = [_following(draws, mode) for draws in kept]
-        progress(done / (done + first) * (round_ + 1) / WARM_UP_ROUNDS)
+    if before is not None and before.chains.diagnostics.converged:
+        u = before.draws.reshape(n_chains, n_draws, -1)[:, -1]
+        state = State(u, posterior.log_densities(u), generators)
+        proposals = [_following(before.draws, mode)] * n_chains
+    else:
+        state = dispersed_state(posterior, mode, generators)
+        proposals = [mode] * n_chains
+        for round_ in range(WARM_UP_ROUNDS):
+            kept, _ = walk(posterior, state, proposals, warm_up, KEEP_EVERY)
+            if round_ > 0:
+                proposals = [_following(draws, mode) for draws in kept]
+            progress(done / (done + first) * (round_ + 1) / WARM_UP_ROUNDS)
     for round_ in range(MAX_ROUNDS if n_chains * n_draws >= ESS_LIMIT else 1):
         steps = first * 2**round_
 
