@@ -458,8 +458,14 @@ def columns_apart(question: Question, leader: str) -> tuple[Pair, Refit] | None:
     of_each = [
         [c for c in tried if name in (c.definition.column, c.definition.needs)] for name in names
     ]
-    # Of a smooth and an effect of the catalogue, the more surprising one.
-    keys = [max(found, key=lambda c: c.surprise).key for found in of_each if found]
+
+    def comes_first(found: Sequence[Screened]) -> Screened:
+        # Of a smooth and an effect of the catalogue this one, unless it explains far less.
+        most = max(c.surprise for c in found)
+        close = (c for c in found if c.surprise > most - MARGIN)
+        return min(close, key=lambda c: (c.definition.beyond, -c.surprise))
+
+    keys = [comes_first(found).key for found in of_each if found]
     fit = question.fits[leader]
     region = "region" in fit.facts[leader]
     if len(keys) != 2 or not (region or product_evidence(fit, leader) <= MARGIN):
