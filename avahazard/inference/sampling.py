@@ -166,22 +166,21 @@ def sample(
     from; `progress` receives the share done. Equal seeds give equal draws.
     """
     fine, mode = search_mode(posterior, start)
-    generators = [generator(seed, "marginal", c) for c in range(n_chains)]
     # Short walks show where a star falls short: a long one on such a star would be in vain.
     for n in (min(PILOT_DRAWS, n_draws), n_draws) if fine.nodes.varies else (n_draws,):
-        found = _rounds(fine, mode, generators, n, seed, progress)
+        found = _rounds(fine, mode, n_chains, n, seed, progress)
         for _ in range(MOST_BETTER):
             better, mode = fit_to(found.draws, fine, mode)
             if better is fine:
                 break
             fine = better
-            found = _rounds(fine, mode, generators, n, seed, progress, found)
+            found = _rounds(fine, mode, n_chains, n, seed, progress, found)
     if len(fine.layout.axes) <= FEW_AXES:
         return found
     exact, spread = posterior.exactly(), _following(found.draws, mode)
     if _holds(fine, exact, found.draws, spread, seed):
         return found
-    found = _rounds(exact, spread, generators, n_draws, seed, progress)
+    found = _rounds(exact, spread, n_chains, n_draws, seed, progress)
     # Each later evaluation by exact tables would cost runs of all blocks.
     among = star_among(posterior, found.draws)
     return replace(found, friction=among.friction, likelihood=among)
@@ -200,7 +199,7 @@ def _holds(star: Posterior, exact: Posterior, draws: Floats, spread: Mode, seed:
 def _rounds(
     posterior: Posterior,
     mode: Mode,
-    generators: Sequence[np.random.Generator],
+    n_chains: int,
     n_draws: int,
     seed: int,
     progress: Callable[[float], None],
@@ -210,14 +209,17 @@ def _rounds(
 
     Chains that converged `before` on a star that was nearly as good go on from where they are.
     """
-    n_chains, warm_up = len(generators), max(100, n_draws // 4)
+    warm_up = max(100, n_draws // 4)
     done, first = WARM_UP_ROUNDS * KEEP_EVERY * warm_up, KEEP_EVERY * n_draws
     if before is not None and before.chains.diagnostics.converged:
         u = before.draws.reshape(n_chains, n_draws, -1)[:, -1]
-        state = State(u, posterior.log_densities(u), generators)
+        further = [generator(seed, "further", c, at.tobytes().hex()) for c, at in enumerate(u)]
+        state = State(u, posterior.log_densities(u), further)
         proposals = [_following(before.draws, mode)] * n_chains
     else:
-        state = dispersed_state(posterior, mode, generators)
+        state = dispersed_state(
+            posterior, mode, [generator(seed, "marginal", c) for c in range(n_chains)]
+        )
         proposals = [mode] * n_chains
         for round_ in range(WARM_UP_ROUNDS):
             kept, _ = walk(posterior, state, proposals, warm_up, KEEP_EVERY)
