@@ -14,8 +14,8 @@ import numpy as np
 from avahazard.arrays import Floats
 from avahazard.effects.effect import Definition, Facts
 from avahazard.inference.fitted_model import ESS_LIMIT, Chains, FittedModel, fitted_model
-from avahazard.inference.fitting.mode import Mode
-from avahazard.inference.fitting.star import MOST_BETTER, fit_to, search_mode, star_among
+from avahazard.inference.fitting.mode import Mode, find_mode
+from avahazard.inference.fitting.star import improved, search_mode, star_among
 from avahazard.inference.likelihood.assemble import assemble, definitions_of
 from avahazard.inference.likelihood.posterior import Posterior
 from avahazard.inference.model.choices import DEFAULT_METHOD, METHODS, MethodName
@@ -137,8 +137,8 @@ KEEP_EVERY = 2
 """Steps for each draw that is kept: one jump and one random-walk step."""
 MAX_ROUNDS = 4
 WARM_UP_ROUNDS = 3
-PILOT_DRAWS = 90
-"""Draws of each chain in the walks by which a star is first made fit."""
+PILOT_DRAWS, MOST_BETTER = 90, 5
+"""Draws of each chain in the walks by which a star is made fit, and how often it is made anew."""
 FEW_AXES = 2
 """Axes up to which a star has points enough to be held against tables at its draws alone."""
 N_WALKERS, WALKED = 12, 4
@@ -170,11 +170,10 @@ def sample(
     for n in (min(PILOT_DRAWS, n_draws), n_draws) if fine.nodes.varies else (n_draws,):
         found = _rounds(fine, mode, n_chains, n, seed, progress)
         for _ in range(MOST_BETTER):
-            better, mode = fit_to(found.draws, fine, mode)
-            if better is fine:
+            if (better := improved(fine, found.draws)) is None:
                 break
-            fine = better
-            found = _rounds(fine, mode, n_chains, n, seed, progress, found)
+            fine, mode = better, find_mode(better, mode.u)
+            found = _rounds(fine, mode, n_chains, n, seed, progress)
     if len(fine.layout.axes) <= FEW_AXES:
         return found
     exact, spread = posterior.exactly(), _following(found.draws, mode)
@@ -203,29 +202,19 @@ def _rounds(
     n_draws: int,
     seed: int,
     progress: Callable[[float], None],
-    before: FittedModel | None = None,
 ) -> FittedModel:
-    """Warm up every chain, then rounds of draws until they have converged.
-
-    Chains that converged `before` on a star that was nearly as good go on from where they are.
-    """
+    """Warm up every chain, then rounds of draws until they have converged."""
     warm_up = max(100, n_draws // 4)
     done, first = WARM_UP_ROUNDS * KEEP_EVERY * warm_up, KEEP_EVERY * n_draws
-    if before is not None and before.chains.diagnostics.converged:
-        u = before.draws.reshape(n_chains, n_draws, -1)[:, -1]
-        further = [generator(seed, "further", c, at.tobytes().hex()) for c, at in enumerate(u)]
-        state = State(u, posterior.log_densities(u), further)
-        proposals = [_following(before.draws, mode)] * n_chains
-    else:
-        state = dispersed_state(
-            posterior, mode, [generator(seed, "marginal", c) for c in range(n_chains)]
-        )
-        proposals = [mode] * n_chains
-        for round_ in range(WARM_UP_ROUNDS):
-            kept, _ = walk(posterior, state, proposals, warm_up, KEEP_EVERY)
-            if round_ > 0:
-                proposals = [_following(draws, mode) for draws in kept]
-            progress(done / (done + first) * (round_ + 1) / WARM_UP_ROUNDS)
+    state = dispersed_state(
+        posterior, mode, [generator(seed, "marginal", c) for c in range(n_chains)]
+    )
+    proposals = [mode] * n_chains
+    for round_ in range(WARM_UP_ROUNDS):
+        kept, _ = walk(posterior, state, proposals, warm_up, KEEP_EVERY)
+        if round_ > 0:
+            proposals = [_following(draws, mode) for draws in kept]
+        progress(done / (done + first) * (round_ + 1) / WARM_UP_ROUNDS)
     for round_ in range(MAX_ROUNDS if n_chains * n_draws >= ESS_LIMIT else 1):
         steps = first * 2**round_
 

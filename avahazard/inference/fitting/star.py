@@ -63,8 +63,6 @@ POINTS, MOST_POINTS = 4, 16
 """Points of an arm besides the centre, and the most that it gets where it errs."""
 BESIDE, MOST_BESIDE = 12, 60
 """Points beside the arms that a star gets at once, and the most."""
-MOST_BETTER, WEIGHTED = 5, 1000
-"""How often a star is made better, and about how many draws are weighed to see whether it fits."""
 N_AMONG = 200
 """Points among draws that were made without a star."""
 MOST_STARS, MOST_ERROR = 8, 2.0
@@ -262,7 +260,7 @@ def improved(fine: Posterior, draws: Floats) -> Posterior | None:
     gathers = shares_held(fine, flat, EDGE) > EDGE_SHARE
     slots, axes = fine.layout.slots, fine.layout.axes
     points = np.array([len(slots[k].arm) - 1 for k in axes])
-    more = np.minimum(2 * points, MOST_POINTS) if len(wrong) else points
+    more = np.where(gathers | (len(wrong) > 0), np.minimum(2 * points, MOST_POINTS), points)
     if gathers.any():
         size = size_wanted(fine, np.cov(flat.T), gathers)
         return fine.on_star(arms_about(fine, np.median(flat, axis=0), size, more))
@@ -275,24 +273,6 @@ def improved(fine: Posterior, draws: Floats) -> Posterior | None:
     ends = zip(axes, *fine.layout.arm_ends[:, axes].tolist(), more.tolist(), strict=True)
     arms = {slots[k].name: arm_between(slots[k].arm[0], low, high, n) for k, low, high, n in ends}
     return fine.on_star(beside_arms(fine, fine.layout.arms._replace(points=arms), beside))
-
-
-def fit_to(draws: Floats, star: Posterior, mode: Mode) -> tuple[Posterior, Mode]:
-    """The posterior on a star that fits its draws `[n, n_slots]`, and its mode.
-
-    It is made better until it does, `MOST_BETTER` times at most; draws on the one before stand for
-    its own, by their weights.
-    """
-    for _ in range(MOST_BETTER):
-        if (better := improved(star, draws)) is None:
-            break
-        some = draws[:: max(1, len(draws) // WEIGHTED)]
-        log_weight = better.log_densities(some) - star.log_densities(some)
-        share = np.cumsum(np.exp(log_weight - np.max(log_weight)))
-        at = (np.arange(len(some)) + 0.5) / len(some) * share[-1]
-        draws = some[np.searchsorted(share, at)]
-        star, mode = better, find_mode(better, mode.u)
-    return star, mode
 
 
 def star_among(posterior: Posterior, draws: Floats) -> Posterior:
