@@ -1,7 +1,11 @@
-"""Friction changes at a date: on one path (a dam, a forest gone), on several, or on all."""
+"""Friction changes at a date: on one path (a dam, a forest gone), on several, or on all.
+
+Or on all for a span of years alone.
+"""
 
 from collections.abc import Sequence
 from functools import partial
+from itertools import combinations
 
 import numpy as np
 
@@ -18,19 +22,30 @@ from avahazard.effects.effect import (
 )
 from avahazard.notes import Note
 
-CHANGE, ALL, SEVERAL = "change:", "all", "several"
+CHANGE, ALL, SEVERAL, YEARS = "change:", "all", "several", "years"
 CHANGE_SD = 0.2
-MOST_DATES = 40
-"""Dates that are tried, evenly among the events."""
+MOST_DATES, MOST_ENDS = 40, 24
+"""Dates that are tried, evenly among the events, and those of which two are the ends of a span."""
 
 
 def change(path: str) -> Definition:
-    """The effect of a change on a path, on `several`, each by its own amount, or on `all`."""
+    """The effect of a change on a path, on `several`, each by its own amount, or on `all`.
+
+    Or on all of them for a span of `years` alone.
+    """
     where = {ALL: "all paths", SEVERAL: "some of the paths"}.get(path, f"path {path}")
+    meaning = (
+        f"From some date on friction on {where} is another: something was built or taken away, or "
+        "records were made otherwise. The date is the one that the data tell best."
+    )
+    if path == YEARS:
+        meaning = (
+            "For some years friction on all paths is another: records were made otherwise, or "
+            "something stood that is gone again. The years are those that the data tell best."
+        )
     return Definition(
         key=CHANGE + path,
-        meaning=f"From some date on friction on {where} is another: something was built or taken "
-        "away, or records were made otherwise. The date is the one that the data tell best.",
+        meaning=meaning,
         needs="date",
         build=partial(_build_change, path),
         lacking=partial(_lacking_change, path),
@@ -38,7 +53,7 @@ def change(path: str) -> Definition:
         alternatives=partial(_alternatives, path),
         event_columns=True,
         seen_in=partial(_seen_in, path),
-        beyond=2 if path == SEVERAL else 1,
+        beyond=2 if path in (SEVERAL, YEARS) else 1,
     )
 
 
@@ -47,9 +62,15 @@ def _time(columns: EventColumns) -> Floats:
     return np.where(np.isfinite(columns.day), columns.day / 365.2425 + 1.0, columns.year)
 
 
+def _since(columns: EventColumns, facts: Facts) -> Bools:
+    """Events `[n_events]` from the date on, to the end of a span; what has no date is to come."""
+    time = np.nan_to_num(_time(columns), nan=np.inf)
+    return np.asarray((time >= facts["from_year"]) & ~(time >= facts.get("until_year", np.nan)))
+
+
 def _there(path: str, columns: EventColumns, facts: Facts) -> Bools:
     """Events `[n_events, n]` at which each of the parameters acts, before the date or after."""
-    if path == ALL:
+    if path in (ALL, YEARS):
         return np.ones((len(columns), 1), np.bool_)
     paths = facts["paths"] if path == SEVERAL else [path]
     return np.column_stack([columns.on_path(one) for one in paths])
@@ -74,32 +95,35 @@ def _gaps(path: str, columns: EventColumns) -> Floats:
     time = np.sort(known(_time(columns)[_there(path, columns, facts).any(axis=1)]))
     gaps = np.column_stack([time[:-1], time[1:]])[MIN_LEVEL - 1 : len(time) - MIN_LEVEL]
     gaps = gaps[gaps[:, 1] > gaps[:, 0]]
-    if len(gaps) > MOST_DATES:
-        gaps = gaps[np.linspace(0, len(gaps) - 1, MOST_DATES).round().astype(int)]
+    if len(gaps) > (most := MOST_ENDS if path == YEARS else MOST_DATES):
+        gaps = gaps[np.linspace(0, len(gaps) - 1, most).round().astype(int)]
     return np.asarray(gaps)
 
 
 def _alternatives(path: str, columns: EventColumns, _sites: Sites) -> list[Facts]:
-    """The dates that are tried, in the middle between events."""
-    dates, facts = _gaps(path, columns).mean(axis=1), _everywhere(path, columns)
-    return [{"from_year": round(float(t), 3), **facts} for t in dates]
+    """The dates that are tried, in the middle between events, or the spans between two of them."""
+    dates, facts = _gaps(path, columns).mean(axis=1).round(3).tolist(), _everywhere(path, columns)
+    if path == YEARS:
+        spans = [{"from_year": a, "until_year": b} for a, b in combinations(dates, 2)]
+        dated = np.isfinite(_time(columns))
+        return [span for span in spans if np.sum(_since(columns, span) & dated) >= MIN_LEVEL]
+    return [{"from_year": t, **facts} for t in dates]
 
 
 def _lacking_change(path: str, columns: EventColumns, sites: Sites) -> str | None:
     if _alternatives(path, columns, sites):
         return None
     on_two = " on each of two paths" if path == SEVERAL else ""
-    return f"fewer than {2 * MIN_LEVEL} dated events{on_two}"
+    return f"fewer than {(3 if path == YEARS else 2) * MIN_LEVEL} dated events{on_two}"
 
 
 def _log_odds(path: str, columns: EventColumns, tried: Sequence[Facts]) -> Floats:
     """Of dates `[n]`, by how they part H/L, volume and path taken off (least squares)."""
-    time = _time(columns)
     use, ratio, rest = friction_by_paths(columns)
-    dated = np.isfinite(time[use])
+    dated = np.isfinite(_time(columns)[use])
     ratio, odds = ratio[dated], np.empty(len(tried))
     for k, facts in enumerate(tried):
-        after = (_there(path, columns, facts) & (time >= facts["from_year"])[:, None])[use]
+        after = (_there(path, columns, facts) & _since(columns, facts)[:, None])[use]
         design = np.column_stack([rest, after])[dated]
         left = ratio - design @ np.linalg.lstsq(design, ratio, rcond=None)[0]
         odds[k] = -0.5 * len(ratio) * np.log(max(float(left @ left), 1e-12))
@@ -131,17 +155,27 @@ def _seen_in(path: str, columns: EventColumns, sites: Sites) -> Note | None:
     tried = _tried_there(path, columns, sites)
     if not tried:
         return None
-    odds, gaps, time = _log_odds(path, columns, tried), _gaps(path, columns), _time(columns)
+    odds, gaps = _log_odds(path, columns, tried), _gaps(path, columns)
     best = tried[int(np.argmax(odds))]
-    date, there = best["from_year"], _there(path, columns, best).any(axis=1)
-    before, after = (int(np.sum(there & side)) for side in (time < date, time >= date))
+    of_path = _there(path, columns, best).any(axis=1) & np.isfinite(_time(columns))
+    after = int(np.sum(of_path & _since(columns, best)))
+    found = {"year": best["from_year"], "before": int(np.sum(of_path)) - after, "after": after}
+    found["low"], found["high"] = _ends("from_year", tried, odds, gaps)
+    if path == YEARS:
+        first, last = _ends("until_year", tried, odds, gaps)
+        return Note("change_for", until=best["until_year"], first=first, last=last, **found)
+    if path == SEVERAL:
+        return Note("change_on", paths=best["paths"], **found)
+    return Note("change_from", **found)
+
+
+def _ends(name: str, tried: Sequence[Facts], odds: Floats, gaps: Floats) -> tuple[float, float]:
+    """The interval (90 %) of a date by its `name`, given the log odds `[n]` of what is tried."""
+    at = np.searchsorted(gaps[:, 1], [facts[name] for facts in tried])
     # Between two events any day is as likely as another.
-    share = np.exp(odds - odds.max()) * np.diff(gaps)[:, 0]
+    share = np.bincount(at, np.exp(odds - odds.max()), len(gaps)) * np.diff(gaps)[:, 0]
     ends = np.concatenate([[0.0], np.cumsum(share / share.sum())])
-    low, high = (_at_share(q, ends, gaps) for q in (0.05, 0.95))
-    on = {"paths": best["paths"]} if path == SEVERAL else {}
-    key = "change_on" if on else "change_from"
-    return Note(key, year=date, before=before, after=after, low=low, high=high, **on)
+    return _at_share(0.05, ends, gaps), _at_share(0.95, ends, gaps)
 
 
 def _at_share(q: float, ends: Floats, gaps: Floats) -> float:
@@ -153,12 +187,12 @@ def _at_share(q: float, ends: Floats, gaps: Floats) -> float:
 
 def _build_change(path: str, facts: Facts) -> FrictionEffect:
     def design(columns: EventColumns) -> Floats:
-        # What has no date is to come.
-        after = ~(_time(columns) < facts["from_year"])
-        return np.asarray(after[:, None] & _there(path, columns, facts), np.float64)
+        after = _since(columns, facts)[:, None]
+        return np.asarray(after & _there(path, columns, facts), np.float64)
 
-    unit = f"log friction from {facts['from_year']:.1f} on"
-    paths = () if path == ALL else tuple(facts.get("paths", [path]))
+    until = f"to {facts['until_year']:.1f}" if path == YEARS else "on"
+    unit = f"log friction from {facts['from_year']:.1f} {until}"
+    paths = () if path in (ALL, YEARS) else tuple(facts.get("paths", [path]))
     names = paths if path == SEVERAL else ("change",)
     parameters = tuple(Parameter(name, unit, 0.0, 0.0, CHANGE_SD) for name in names)
     return FrictionEffect(CHANGE + path, parameters, design=design, paths=paths)

@@ -140,8 +140,11 @@ def unit_text(unit: str) -> str:
         return unit.replace("log friction", "log μ").replace("m3", "m³").replace(")2", ")²")
     if unit.startswith(reference := "log friction against "):
         return say("log friction against {level}", level=unit.removeprefix(reference))
-    if found := re.fullmatch(r"log friction from (\S+) on", unit):
-        return say("log friction from {year} on", year=spoken().number(found[1]))
+    if found := re.fullmatch(r"log friction from (\S+) (?:on|to (\S+))", unit):
+        year, until = (found[k] and spoken().number(found[k]) for k in (1, 2))
+        if until:
+            return say("log friction from {year} to {until}", year=year, until=until)
+        return say("log friction from {year} on", year=year)
     known = NAMES["unit"].get(unit)
     return say(known) if known else unit.replace("m3", "m³")
 

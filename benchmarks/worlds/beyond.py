@@ -238,6 +238,12 @@ def change_on_all(world: World) -> dict[str, Any]:
     return {"log_mu": 0.18, "winter": 1992}
 
 
+def change_for_years(world: World) -> dict[str, Any]:
+    """In the winters of 1978 to 1989 friction is higher."""
+    world.log_mu += 0.22 * ((world.winter >= 1978) & (world.winter <= 1989))
+    return {"log_mu": 0.22, "winters": [1978, 1989]}
+
+
 def change_on_three(world: World) -> dict[str, Any]:
     """From the winter of 1990 on three of the paths have more friction."""
     paths = _most_used(world)[1:8:3]
@@ -371,6 +377,7 @@ ARMS: dict[str, Arm] = {
     ),
     "change on a path": Arm(change_on_a_path, ("change:HERE",), ("path:HERE", *ON_A_PATH)),
     "change on all paths": Arm(change_on_all, ("change:all",), ("covariate:year",)),
+    "change for some years": Arm(change_for_years, ("change:years",), ("covariate:year",)),
     "change on three paths": Arm(change_on_three, ("change:several",), ("change:HERE", *ON_A_PATH)),
     "wind on three paths": Arm(
         wind_on_three, ("interaction:wind_m_s*path_id",), ("covariate:wind_m_s", *ON_A_PATH)

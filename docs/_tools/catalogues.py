@@ -72,7 +72,7 @@ def _said_of_itself() -> Iterator[str]:
         yield entry.meaning
     for made in MADE.values():
         yield made("{column}*{other}" if made is interaction else "{column}").meaning
-    yield change("all").meaning
+    yield from (change(scope).meaning for scope in ("all", "several", "years"))
     yield from (law.words for law in LAWS.values())
     yield from (method.words for method in METHODS.values())
     for limits in PRESETS.values():

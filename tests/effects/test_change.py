@@ -96,6 +96,41 @@ def test_few_dated_events_have_no_date_of_change(key: str, n: int) -> None:
     assert definition(key).lacking(undated, ()) == "fewer than 10 dated events"
 
 
+def test_friction_of_some_years_is_another() -> None:
+    years = np.arange(240) // 6
+    rng = np.random.default_rng(6)
+    events = [Event(f"e{k}", f"P{k % 6}", f"{1960 + y}-03-01") for k, y in enumerate(years)]
+    inside = (years >= 12) & (years < 22)
+    ratio = np.exp(-0.8 + 0.25 * inside + 0.1 * rng.standard_normal(240))
+    paths = {f"P{k}": Path(f"P{k}") for k in range(6)}
+    columns = build_columns(events, paths, np.full(240, 900.0), ratio)
+    entry = definition("change:years")
+    facts = entry.facts(columns, ())
+    assert 1971.0 <= facts["from_year"] <= 1973.2
+    assert 1981.0 <= facts["until_year"] <= 1983.2
+    made = entry.build(facts)
+    assert isinstance(made, FrictionEffect)
+    (parameter,) = made.parameters
+    span = f"from {facts['from_year']:.1f} to {facts['until_year']:.1f}"
+    assert unit_text(parameter.unit) == f"log friction {span}"
+    at = 1960.0 + years + 60.0 / 365.0
+    expected = (at >= facts["from_year"]) & (at < facts["until_year"])
+    assert np.array_equal(made.design(columns)[:, 0] > 0.0, expected)
+    # What is to come is of no such year.
+    coming = build_columns([Event("a", "P0")], paths, np.full(1, 900.0))
+    assert made.design(coming).tolist() == [[0.0]]
+    note = entry.seen_in(columns, ())
+    assert note is not None
+    assert span in note
+    for end, low, high in (("year", "low", "high"), ("until", "first", "last")):
+        assert note.values[low] < note.values[end] < note.values[high]
+    assert entry.lacking(table(n=14), ()) == "fewer than 15 dated events"
+    assert entry.lacking(table(n=16), ()) is None
+    alternatives = entry.alternatives(columns, ()) if entry.alternatives else []
+    assert len(alternatives) > 200
+    assert all(a["until_year"] > a["from_year"] for a in alternatives)
+
+
 def test_several_paths_change_by_amounts_of_their_own() -> None:
     years = np.arange(240) // 6
     rng = np.random.default_rng(5)

@@ -20,7 +20,7 @@ from scipy.special import gammaincc
 from avahazard.arrays import Floats, Ints
 from avahazard.criticism.screening.linear_model import NOTHING, LinearModel, linear_model
 from avahazard.effects.catalogue import catalogue
-from avahazard.effects.change import ALL, SEVERAL, change
+from avahazard.effects.change import ALL, SEVERAL, YEARS, change
 from avahazard.effects.columns import FALL_HEIGHT, NORTH, ORIENTATION
 from avahazard.effects.covariate import PATH_ID, RELEASE, VOLUME, covariate, line_of, scatter_by
 from avahazard.effects.effect import Definition, Effect, FrictionEffect
@@ -265,7 +265,7 @@ def candidate_definitions(
     made = [
         *map(interaction, pairs),
         *map(scatter_by, [*of_events, *WHEN_AND_WHERE, "year"]),
-        *map(change, [*columns.paths, SEVERAL, ALL]),
+        *map(change, [*columns.paths, SEVERAL, ALL, YEARS]),
     ]
     data = columns, observations.sites
     return [
