@@ -3,11 +3,13 @@
 import json
 import os
 import sqlite3
+import sys
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from pathlib import Path as FilePath
 from sqlite3 import Connection as SqliteConnection
+from threading import Timer
 from typing import Any
 
 from sqlalchemy import URL, Connection, Engine, create_engine, event, make_url
@@ -31,8 +33,8 @@ __all__ = [
 MIGRATION_LOCK = 7_244_306
 """Any number that other programs on one server hardly take."""
 LONGEST_PATH = 500
-BUSY_TIMEOUT_S = 600
-"""A writer waits for the others, each of which may import a century's records."""
+BUSY_TIMEOUT_S, SILENT_S = 600, 5.0
+"""A writer waits for the others, each of which may import a century's records, and says so soon."""
 
 
 def database_url(database: str) -> URL:
@@ -158,8 +160,16 @@ def _set_up_sqlite(
 
 def _begin_sqlite(connection: Connection) -> None:
     # A writer takes the lock at once: one that reads first would be refused when it writes.
-    writes = connection.get_execution_options().get("writes", False)
-    connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+    if not connection.get_execution_options().get("writes", False):
+        connection.exec_driver_sql("BEGIN")
+        return
+    waiting = "The database is in use by another program: waiting until it is free."
+    said = Timer(SILENT_S, partial(print, waiting, file=sys.stderr))
+    said.start()
+    try:
+        connection.exec_driver_sql("BEGIN IMMEDIATE")
+    finally:
+        said.cancel()
 
 
 def _begin_postgresql(connection: Connection) -> None:

@@ -6,7 +6,7 @@ import sqlite3
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from pathlib import Path
-from threading import Barrier
+from threading import Barrier, Timer
 
 import pytest
 from alembic import command
@@ -92,6 +92,21 @@ def downgraded(database: str, revision: str) -> None:
         config.attributes["connection"] = connection
         command.downgrade(config, revision)
     engine.dispose()
+
+
+def test_who_waits_for_another_program_says_so(
+    database: str, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(store_session, "SILENT_S", 0.05)
+    other = sqlite3.connect(database, isolation_level=None, check_same_thread=False)
+    other.execute("BEGIN IMMEDIATE")
+    release = Timer(0.5, other.rollback)
+    release.start()
+    with writing(database) as session:
+        session.execute(text("SELECT 1"))
+    release.join()
+    other.close()
+    assert "in use by another program: waiting" in capfd.readouterr().err
 
 
 def test_two_upgrades_at_once_do_no_harm(any_database: str) -> None:
