@@ -24,6 +24,8 @@ OPTIONS |= {"tails": "normal", "method": "marginal", "forward": BLOCK}
 SHARPER = 6.0
 """Evidence (nats) by which a law must lead its smooth to be the next step: fewer parameters alone
 bring it some."""
+FAR_BEHIND = 6.0
+"""Evidence (nats) by which what may be missing is behind what leads, not to be tried as well."""
 
 
 def next_step(database: str, name: str, done: Collection[str] = ()) -> Note | None:
@@ -151,12 +153,13 @@ class StoredModels:
 
     def _by_verdict(self, found: Diagnosis) -> Note | None:
         """What a diagnosis asks for; None where it asks for nothing that was not tried."""
-        name, missing = found.model, list(found.missing)
+        name, missing, near = found.model, list(found.missing), _near(found)
+        likely = found.verdict == "ambiguous" and len(near) == 1
         effects: tuple[str, ...] = ()
         if found.pairs:
             effects = found.pairs[-1].effects
-        elif found.verdict == "missing-effect":
-            effects = found.missing
+        elif found.verdict == "missing-effect" or likely:
+            effects = tuple(near)
         elif found.verdict == "unexplained":
             effects = tuple(key for key in missing if _is_effect(found, key))
             if not effects:
@@ -183,6 +186,8 @@ class StoredModels:
             why = Note("why_law", model=name, effects=missing, file=written)
             if found.verdict == "ambiguous":
                 why = Note("why_each", model=name, effects=missing)
+        if likely:
+            why = Note("why_likely", model=name, effects=missing, effect=effects[0])
         files = self._own_files(name, effects)
         return _step(("add", name, *effects, "--as", child, *files), why)
 
@@ -195,9 +200,10 @@ class StoredModels:
             told = latest_diagnosis(self.session, name or "")
             if told is None or told.verdict != "ambiguous" or told.pairs:
                 continue
-            keys = [key for key in told.missing if _is_effect(told, key)]
+            near = _near(told)
+            keys = [key for key in near if _is_effect(told, key)]
             children = [self._child(told.model, (key,)) for key in keys]
-            if found.model in (told.model, *children):
+            if len(near) > 1 and found.model in (told.model, *children):
                 return told
         return None
 
@@ -206,7 +212,7 @@ class StoredModels:
 
         What to measure stands in the diagnosis; it is the step where there is nothing to average.
         """
-        base, told = found.model, list(found.missing)
+        base, told = found.model, _near(found)
         children = {key: self._child(base, (key,)) for key in told if _is_effect(found, key)}
         if len(children) < 2:
             if not found.measure_next:
@@ -293,6 +299,14 @@ def _without_effect(found: Diagnosis, missing: Sequence[str]) -> Note:
 
 def _step(words: Sequence[str], why: Note) -> Note:
     return Note("next", command=shlex.join(("avahazard", *words)), why=why)
+
+
+def _near(found: Diagnosis) -> list[str]:
+    """What may be missing, without what has far less evidence than the rest."""
+    evidence = {c.effect: c.evidence_gain for c in found.candidates}
+    known = [nats for key in found.missing if (nats := evidence.get(key)) is not None]
+    least = max(known, default=0.0) - FAR_BEHIND
+    return [k for k in found.missing if (nats := evidence.get(k)) is None or nats > least]
 
 
 def _is_effect(found: Diagnosis, key: str) -> bool:

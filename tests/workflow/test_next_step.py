@@ -29,7 +29,7 @@ from avahazard.store.results import (
 from avahazard.store.session import reading, writing
 from avahazard.workflow.database import init_database
 from avahazard.workflow.next_step import StoredModels, after_import, next_step
-from tests.results.samples import CALIBRATION
+from tests.results.samples import CALIBRATION, CANDIDATE
 from tests.results.samples import COMPARISON as COMPARED
 from tests.results.samples import DIAGNOSIS as VERDICT
 
@@ -217,6 +217,24 @@ def test_what_cannot_be_told_apart_nor_averaged_is_measured(database: str) -> No
     alike = replace(ADEQUATE, verdict="ambiguous", missing=("season", "speed:elevation"))
     put(database, "one", error=60.0, diagnosis=replace(alike, measure_next=Rows([useful])))
     assert next_step(database, "one") == "measure runouts of 50 more avalanches"
+
+
+@pytest.mark.parametrize(("behind", "both"), [(4.0, True), (9.0, False)])
+def test_what_is_far_behind_is_not_added_as_well(
+    database: str, behind: float, *, both: bool
+) -> None:
+    leads = replace(CANDIDATE, effect="season")
+    tried = [replace(leads, evidence_gain=20.0)]
+    tried.append(replace(leads, effect="snow-type", evidence_gain=20.0 - behind))
+    alike = replace(ADEQUATE, verdict="ambiguous", missing=("season", "snow-type"))
+    put(database, "two", error=60.0, diagnosis=replace(alike, candidates=Rows(tried)))
+    step = next_step(database, "two")
+    assert step == "avahazard add two season --as two+season"
+    assert ("Add each" in step.values["why"]) == both
+    done = {"parent": "two", "effects": ("season",), "error": 50.0}
+    put(database, "two+season", diagnosis=replace(ADEQUATE, missing=()), **done)
+    for name in ("two", "two+season"):
+        assert ("snow-type" in words(database, name)) == both
 
 
 def test_else_each_of_them_is_added_and_all_are_averaged(database: str) -> None:
