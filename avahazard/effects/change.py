@@ -5,7 +5,7 @@ Or on all for a span of years alone.
 
 from collections.abc import Sequence
 from functools import partial
-from itertools import combinations
+from itertools import chain, combinations
 
 import numpy as np
 
@@ -24,8 +24,9 @@ from avahazard.notes import Note
 
 CHANGE, ALL, SEVERAL, YEARS = "change:", "all", "several", "years"
 CHANGE_SD = 0.2
-MOST_DATES, MOST_ENDS = 40, 24
-"""Dates that are tried, evenly among the events, and those of which two are the ends of a span."""
+MOST_DATES, MOST_ENDS, MOST_NEAR = 40, 24, 200
+"""Dates that are tried, evenly among the events, those of which two are the ends of a span, and
+those tried about the likeliest."""
 
 
 def change(path: str) -> Definition:
@@ -84,10 +85,10 @@ def _everywhere(path: str, columns: EventColumns) -> Facts:
     return {"paths": sorted(enough)}
 
 
-def _gaps(path: str, columns: EventColumns) -> Floats:
+def _gaps(path: str, columns: EventColumns, most: int) -> Floats:
     """Times `[n, 2]` between which the date may be: of one event and of the next.
 
-    With enough events on either side.
+    With enough events on either side; `most` at most.
     """
     facts = _everywhere(path, columns)
     if path == SEVERAL and len(facts["paths"]) < 2:
@@ -95,19 +96,29 @@ def _gaps(path: str, columns: EventColumns) -> Floats:
     time = np.sort(known(_time(columns)[_there(path, columns, facts).any(axis=1)]))
     gaps = np.column_stack([time[:-1], time[1:]])[MIN_LEVEL - 1 : len(time) - MIN_LEVEL]
     gaps = gaps[gaps[:, 1] > gaps[:, 0]]
-    if len(gaps) > (most := MOST_ENDS if path == YEARS else MOST_DATES):
+    if len(gaps) > most:
         gaps = gaps[np.linspace(0, len(gaps) - 1, most).round().astype(int)]
     return np.asarray(gaps)
 
 
 def _alternatives(path: str, columns: EventColumns, _sites: Sites) -> list[Facts]:
     """The dates that are tried, in the middle between events, or the spans between two of them."""
-    dates, facts = _gaps(path, columns).mean(axis=1).round(3).tolist(), _everywhere(path, columns)
     if path == YEARS:
-        spans = [{"from_year": a, "until_year": b} for a, b in combinations(dates, 2)]
-        dated = np.isfinite(_time(columns))
-        return [span for span in spans if np.sum(_since(columns, span) & dated) >= MIN_LEVEL]
-    return [{"from_year": t, **facts} for t in dates]
+        ends = combinations(_dates(path, columns, MOST_ENDS), 2)
+        return _long_enough(columns, [{"from_year": a, "until_year": b} for a, b in ends])
+    facts = _everywhere(path, columns)
+    return [{"from_year": t, **facts} for t in _dates(path, columns, MOST_DATES)]
+
+
+def _dates(path: str, columns: EventColumns, most: int) -> list[float]:
+    found: list[float] = _gaps(path, columns, most).mean(axis=1).round(3).tolist()
+    return found
+
+
+def _long_enough(columns: EventColumns, spans: Sequence[Facts]) -> list[Facts]:
+    """The spans with enough events."""
+    dated = np.isfinite(_time(columns))
+    return [span for span in spans if np.sum(_since(columns, span) & dated) >= MIN_LEVEL]
 
 
 def _lacking_change(path: str, columns: EventColumns, sites: Sites) -> str | None:
@@ -137,9 +148,12 @@ def _facts_change(path: str, columns: EventColumns, sites: Sites) -> Facts:
 
 
 def _tried_there(path: str, columns: EventColumns, sites: Sites) -> list[Facts]:
-    """The dates that are tried, of a change on several paths on those where there is one."""
+    """Any date about the likeliest of those that are tried, or either end of the likeliest span.
+
+    Each end is sought given the other; a change on several paths is on those where there is one.
+    """
     tried = _alternatives(path, columns, sites)
-    if path != SEVERAL or not tried:
+    if not tried:
         return tried
     likeliest = tried[int(np.argmax(_log_odds(path, columns, tried)))]
 
@@ -147,33 +161,42 @@ def _tried_there(path: str, columns: EventColumns, sites: Sites) -> list[Facts]:
         explained = _log_odds(path, columns, [{**likeliest, "paths": paths}])[0]
         return float(explained - 0.5 * np.log(len(columns)) * len(paths))
 
-    on = where_it_acts(likeliest["paths"], nats)
-    return [{**facts, "paths": on} for facts in tried]
+    if path == SEVERAL:
+        likeliest = {**likeliest, "paths": where_it_acts(likeliest["paths"], nats)}
+    dates, about = _dates(path, columns, MOST_NEAR), dict[str, list[Facts]]()
+    for end in ("from_year", "until_year", "from_year") if path == YEARS else ("from_year",):
+        about[end] = _long_enough(columns, [likeliest, *({**likeliest, end: t} for t in dates)])
+        likeliest = about[end][int(np.argmax(_log_odds(path, columns, about[end])))]
+    return [*chain.from_iterable(about.values())]
 
 
 def _seen_in(path: str, columns: EventColumns, sites: Sites) -> Note | None:
     tried = _tried_there(path, columns, sites)
     if not tried:
         return None
-    odds, gaps = _log_odds(path, columns, tried), _gaps(path, columns)
-    best = tried[int(np.argmax(odds))]
+    best = tried[int(np.argmax(_log_odds(path, columns, tried)))]
     of_path = _there(path, columns, best).any(axis=1) & np.isfinite(_time(columns))
     after = int(np.sum(of_path & _since(columns, best)))
     found = {"year": best["from_year"], "before": int(np.sum(of_path)) - after, "after": after}
-    found["low"], found["high"] = _ends("from_year", tried, odds, gaps)
+    found["low"], found["high"] = _ends(path, columns, "from_year", tried, best)
     if path == YEARS:
-        first, last = _ends("until_year", tried, odds, gaps)
+        first, last = _ends(path, columns, "until_year", tried, best)
         return Note("change_for", until=best["until_year"], first=first, last=last, **found)
     if path == SEVERAL:
         return Note("change_on", paths=best["paths"], **found)
     return Note("change_from", **found)
 
 
-def _ends(name: str, tried: Sequence[Facts], odds: Floats, gaps: Floats) -> tuple[float, float]:
-    """The interval (90 %) of a date by its `name`, given the log odds `[n]` of what is tried."""
-    at = np.searchsorted(gaps[:, 1], [facts[name] for facts in tried])
+def _ends(
+    path: str, columns: EventColumns, end: str, tried: Sequence[Facts], best: Facts
+) -> tuple[float, float]:
+    """The interval (90 %) of a date by its name, `end`, given the rest of what is `best`."""
+    tried = [facts for facts in tried if {**facts, end: best[end]} == best]
+    gaps = _gaps(path, columns, MOST_NEAR)
+    odds, at = _log_odds(path, columns, tried), np.searchsorted(gaps[:, 1], [f[end] for f in tried])
     # Between two events any day is as likely as another.
-    share = np.bincount(at, np.exp(odds - odds.max()), len(gaps)) * np.diff(gaps)[:, 0]
+    share = np.zeros(len(gaps))
+    share[at] = np.exp(odds - odds.max()) * np.diff(gaps)[at, 0]
     ends = np.concatenate([[0.0], np.cumsum(share / share.sum())])
     return _at_share(0.05, ends, gaps), _at_share(0.95, ends, gaps)
 
