@@ -248,6 +248,16 @@ def short_verdict(diagnosis: Diagnosis, who: str | None = None) -> str:
         return say("{who} lacks effects that are needed together: {missing}.", **values)
     if diagnosis.verdict == "missing-effect":
         return say("{who} lacks an effect: {missing}.", **values)
+    near = diagnosis.near
+    if diagnosis.verdict == "ambiguous" and len(near) == 1 < len(diagnosis.missing):
+        likely = spoken().effect(near[0])
+        rest = ", ".join(spoken().effect(key) for key in diagnosis.missing if key not in near)
+        return say(
+            "{who} lacks an effect: most likely {likely}; these data do not rule out {rest}.",
+            who=who,
+            likely=likely,
+            rest=rest,
+        )
     if diagnosis.verdict == "ambiguous":
         return say("{who} lacks an effect; these data cannot determine which: {missing}.", **values)
     if diagnosis.verdict == "unexplained":
@@ -257,12 +267,12 @@ def short_verdict(diagnosis: Diagnosis, who: str | None = None) -> str:
     if diagnosis.cannot_tell:
         return say(
             "{who} shows no missing effect, but these data are insufficient: one behind half of "
-            "the scatter could have been missed. Detectable with 80 % power: an effect that moves "
-            "runouts by {size} (rms).",
+            "the scatter could have been missed. Detectable with 80 % power: a candidate effect "
+            "that moves runouts by {size} (rms).",
             **values,
         )
     return say(
-        "{who} is adequate: these data show no missing effect. Detectable with 80 % power: one "
-        "that moves runouts by {size} (rms).",
+        "{who} is adequate: these data show no missing effect. Detectable with 80 % power: a "
+        "candidate effect that moves runouts by {size} (rms).",
         **values,
     )

@@ -11,7 +11,8 @@ LEVEL = 0.03
 up to 5 in 100 (Bonferroni)."""
 MOST_MISSED = 0.5
 """Share of the scatter's variance that an effect may be and be missed, for an adequate model."""
-
+FAR_BEHIND = 6.0
+"""Evidence (nats) by which what may be missing is behind what leads, not to be added as well."""
 
 FIELD_DAYS = {"runout": 1.0, "volume": 1.0, "speed": 2.0, "track": 3.0}
 """Days in the field to measure one avalanche, by what is measured: its speed at one place or along
@@ -186,6 +187,14 @@ class Diagnosis(Result):
         """All keys that the verdict speaks of: what is missing, and what is needed together."""
         together = self.pairs[-1].effects if self.pairs else ()
         return tuple(dict.fromkeys((*self.missing, *together)))
+
+    @property
+    def near(self) -> list[str]:
+        """What may be missing, without what has far less evidence than the rest."""
+        evidence = {c.effect: c.evidence_gain for c in self.candidates}
+        known = [nats for key in self.missing if (nats := evidence.get(key)) is not None]
+        least = max(known, default=0.0) - FAR_BEHIND
+        return [k for k in self.missing if (nats := evidence.get(k)) is None or nats > least]
 
     @property
     def lawful(self) -> Candidate | None:

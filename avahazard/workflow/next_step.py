@@ -24,8 +24,6 @@ OPTIONS |= {"tails": "normal", "method": "marginal", "forward": BLOCK}
 SHARPER = 6.0
 """Evidence (nats) by which a law must lead its smooth to be the next step: fewer parameters alone
 bring it some."""
-FAR_BEHIND = 6.0
-"""Evidence (nats) by which what may be missing is behind what leads, not to be tried as well."""
 
 
 def next_step(database: str, name: str, done: Collection[str] = ()) -> Note | None:
@@ -153,7 +151,7 @@ class StoredModels:
 
     def _by_verdict(self, found: Diagnosis) -> Note | None:
         """What a diagnosis asks for; None where it asks for nothing that was not tried."""
-        name, missing, near = found.model, list(found.missing), _near(found)
+        name, missing, near = found.model, list(found.missing), found.near
         likely = found.verdict == "ambiguous" and len(near) == 1
         effects: tuple[str, ...] = ()
         if found.pairs:
@@ -200,7 +198,7 @@ class StoredModels:
             told = latest_diagnosis(self.session, name or "")
             if told is None or told.verdict != "ambiguous" or told.pairs:
                 continue
-            near = _near(told)
+            near = told.near
             keys = [key for key in near if _is_effect(told, key)]
             children = [self._child(told.model, (key,)) for key in keys]
             if len(near) > 1 and found.model in (told.model, *children):
@@ -212,7 +210,7 @@ class StoredModels:
 
         What to measure stands in the diagnosis; it is the step where there is nothing to average.
         """
-        base, told = found.model, _near(found)
+        base, told = found.model, found.near
         children = {key: self._child(base, (key,)) for key in told if _is_effect(found, key)}
         if len(children) < 2:
             if not found.measure_next:
@@ -299,14 +297,6 @@ def _without_effect(found: Diagnosis, missing: Sequence[str]) -> Note:
 
 def _step(words: Sequence[str], why: Note) -> Note:
     return Note("next", command=shlex.join(("avahazard", *words)), why=why)
-
-
-def _near(found: Diagnosis) -> list[str]:
-    """What may be missing, without what has far less evidence than the rest."""
-    evidence = {c.effect: c.evidence_gain for c in found.candidates}
-    known = [nats for key in found.missing if (nats := evidence.get(key)) is not None]
-    least = max(known, default=0.0) - FAR_BEHIND
-    return [k for k in found.missing if (nats := evidence.get(k)) is None or nats > least]
 
 
 def _is_effect(found: Diagnosis, key: str) -> bool:

@@ -11,6 +11,7 @@ from avahazard.report.sentences import doubt_text, failure_text, kinds_text, off
 from avahazard.results.base import Rows
 from avahazard.results.calibration import InCommon, Kinds
 from avahazard.results.comparison import BeforeAndAfter, ErrorFall, Failure, SpeedMisfit
+from avahazard.results.diagnosis import FAR_BEHIND
 from tests.results.samples import CALIBRATION, CANDIDATE, COMPARISON, DIAGNOSIS, STANDING
 
 KINDS = Kinds(
@@ -35,6 +36,18 @@ def test_the_verdict_in_words(verdict: str, words: str) -> None:
     sentence = verdict_text(found, "base")
     assert sentence.startswith("base ")
     assert words in sentence
+
+
+def test_one_with_far_more_evidence_than_the_rest_is_most_likely() -> None:
+    keys = ("volume-law", "volume-error")
+    law, error = (replace(CANDIDATE, effect=key, evidence_gain=1.0) for key in keys)
+    rows = Rows([replace(law, evidence_gain=FAR_BEHIND + 2.0), error])
+    found = replace(DIAGNOSIS, pairs=Rows(), verdict="ambiguous", missing=keys, candidates=rows)
+    assert verdict_text(found, "base").startswith(
+        f"base lacks an effect: most likely {keys[0]}; these data do not rule out {keys[1]}."
+    )
+    close = replace(found, candidates=Rows([rows[0], replace(rows[1], evidence_gain=2.5)]))
+    assert "cannot determine which" in verdict_text(close, "base")
 
 
 def test_effects_that_are_needed_together_are_named_together() -> None:

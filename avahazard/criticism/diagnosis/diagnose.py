@@ -140,6 +140,10 @@ def diagnose(
     verdict, missing, together = verdict_on(question, naming, groups, granted)
     if left and (keys := beside_group(left, missing, evidence)):
         verdict, missing = verdict_of(map(base.definition, keys))
+    # What a fault of the records names has evidence of its own as well, which ranks it.
+    faults = [c.key for c in screening.candidates if c.key in missing and c.key not in fits]
+    fits |= {key: refit_with(base, key) for key in faults}
+    evidence |= {key: fits[key].evidence - base.evidence for key in faults}
     of_smooth: Laws = ()
     if smooth := leading_smooth(missing, fits):
         of_smooth = laws.get(smooth) or found_laws(base, {smooth: fits[smooth]})[smooth]

@@ -208,15 +208,19 @@ def covariance_at(posterior: Posterior, u: Floats) -> Floats:
     step = _steps(posterior, centre, unit)
     steps = np.diag(step * unit)
     i, j = np.triu_indices(n, 1)
-    moves = np.concatenate([np.zeros((1, n)), steps, -steps, steps[i] + steps[j]])
-    moves = np.concatenate([moves, -steps[i] - steps[j]])
-    parts = np.cumsum([1, n, n, len(i)])
-    places = _mirrored(posterior, centre + moves)
-    middle, ahead, behind, forth, back = np.split(costs(posterior, places), parts)
-    alone = ahead + behind
+    # Over long steps the change of one curvature by another coordinate would pass for slant.
+    long = (step[i] > STEP) | (step[j] > STEP)
+    apart = [steps[i[long]] - steps[j[long]], steps[j[long]] - steps[i[long]]]
+    moves = [np.zeros((1, n)), steps, -steps, steps[i] + steps[j], -steps[i] - steps[j], *apart]
+    parts = np.cumsum([len(part) for part in moves[:-1]])
+    places = _mirrored(posterior, centre + np.concatenate(moves))
+    middle, ahead, behind, *both, one, other = np.split(costs(posterior, places), parts)
+    alone, both = ahead + behind, both[0] + both[1]
     hessian = np.diag(alone - 2.0 * middle)
     # Both steps forwards and both back, less the steps by themselves.
-    hessian[i, j] = hessian[j, i] = 0.5 * (forth + back - alone[i] - alone[j]) + middle
+    across = 0.5 * (both - alone[i] - alone[j]) + middle
+    across[long] = 0.25 * (both[long] - one - other)
+    hessian[i, j] = hessian[j, i] = across
     hessian /= np.outer(step, step)
     arms = np.isin(np.arange(n), posterior.layout.axes)
     if arms.any():

@@ -208,6 +208,31 @@ def test_a_spread_near_none_is_as_wide_as_the_density_says() -> None:
     assert found == pytest.approx([1.0, 0.69 * width], rel=0.2)  # by its integral
 
 
+def test_a_spread_near_none_does_not_widen_the_law() -> None:
+    """Over the long step of the spread the curvature by a law changes, which is no correlation."""
+    events = np.column_stack([np.ones(200), np.linspace(9.0, 11.0, 200)]) / 0.1
+
+    def log_densities(u: np.ndarray) -> np.ndarray:
+        more = 1.0 + (u[:, 2] / 0.1) ** 2
+        squares = np.sum((u[:, :2] @ events.T) ** 2, axis=1)
+        return -0.5 * squares / more - 0.5 * (u[:, 2] / 0.1) ** 4
+
+    layout = SimpleNamespace(
+        low=np.array([-9.0, -9.0, 0.005]),
+        high=np.array([9.0, 9.0, 10.0]),
+        axes=[],
+        slots=(None, None, None),
+        law=SimpleNamespace(uses_volume=False),
+        spreads={"path-effect": 2},
+    )
+    volumes = SimpleNamespace(known=False)
+    model: Any = SimpleNamespace(
+        layout=layout, observations=SimpleNamespace(volumes=volumes), log_densities=log_densities
+    )
+    found = covariance_at(model, np.array([0.0, 0.0, 0.005]))
+    assert found[:2, :2] == pytest.approx(np.linalg.inv(events.T @ events), rel=0.05)
+
+
 def test_a_step_of_one_event_is_no_slope() -> None:
     """Events are linear in both coordinates, but for one that has a step besides."""
     slopes = np.random.default_rng(2).standard_normal((30, 2))
