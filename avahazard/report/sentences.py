@@ -248,18 +248,18 @@ def short_verdict(diagnosis: Diagnosis, who: str | None = None) -> str:
         return say("{who} lacks effects that are needed together: {missing}.", **values)
     if diagnosis.verdict == "missing-effect":
         return say("{who} lacks an effect: {missing}.", **values)
-    near = diagnosis.near
-    if diagnosis.verdict == "ambiguous" and len(near) == 1 < len(diagnosis.missing):
-        likely = spoken().effect(near[0])
-        rest = ", ".join(spoken().effect(key) for key in diagnosis.missing if key not in near)
-        return say(
-            "{who} lacks an effect: most likely {likely}; these data do not rule out {rest}.",
-            who=who,
-            likely=likely,
-            rest=rest,
-        )
     if diagnosis.verdict == "ambiguous":
-        return say("{who} lacks an effect; these data cannot determine which: {missing}.", **values)
+        near = diagnosis.near
+        values["rest"] = ", ".join(spoken().effect(k) for k in diagnosis.missing if k not in near)
+        values["likely"] = spoken().effect(near[0])
+        return (
+            say("{who} lacks an effect; these data cannot determine which: {missing}.", **values)
+            if len(near) > 1 or not values["rest"]
+            else say(
+                "{who} lacks an effect: most likely {likely}; these data do not rule out {rest}.",
+                **values,
+            )
+        )
     if diagnosis.verdict == "unexplained":
         return say(
             "{who} fails along {missing}, and no effect of the catalogue explains it.", **values

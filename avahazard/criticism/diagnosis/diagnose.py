@@ -141,21 +141,22 @@ def diagnose(
     if left and (keys := beside_group(left, missing, evidence)):
         verdict, missing = verdict_of(map(base.definition, keys))
     # What a fault of the records names has evidence of its own as well, which ranks it.
-    faults = [c.key for c in screening.candidates if c.key in missing and c.key not in fits]
-    fits |= {key: refit_with(base, key) for key in faults}
-    evidence |= {key: fits[key].evidence - base.evidence for key in faults}
+    fits |= fits_of_faults(question, missing)
+    evidence |= {key: fits[key].evidence - base.evidence for key in fits if key not in evidence}
     of_smooth: Laws = ()
     if smooth := leading_smooth(missing, fits):
         of_smooth = laws.get(smooth) or found_laws(base, {smooth: fits[smooth]})[smooth]
-    named_first = sorted(ranked, key=lambda c: c.key not in missing)
     of_groups = [named_as_candidate(base, group) for group in groups if group.name in missing]
     laws = {**laws, smooth: of_smooth} if smooth else laws
-    tried = [*of_groups, *candidates(question, named_first, evidence, naming, laws, of_laws)]
+    tried = [*of_groups, *candidates(question, ranked, evidence, naming, laws, of_laws)]
     tried.sort(key=lambda c: (*missing, c.effect).index(c.effect))
     fitted_laws = Rows(found.law for found in of_smooth)
-    leading = {c.key: fits[c.key] for c in named_first if c.key in missing or evidence[c.key] > 0.0}
+    leading = {
+        key: fits[key]
+        for key in (*missing, *fits)
+        if key in fits and (key in missing or evidence[key] > 0.0)
+    }
     missed = measurements.detectable(base, screening.critical_gain)
-    lacking = not_asked(observations, plain.specification, own)
     result = Diagnosis(
         model="",
         verdict=verdict,
@@ -179,13 +180,22 @@ def diagnose(
             *speeds_off,
             *_unsure(base, evidence, missing),
             *(Note("not_granted", effect=key, most=nuisances.MOST_CROSSED) for key in too_many),
-            *(Note("not_asked", effect=key, lack=lack) for key, lack in lacking.items()),
+            *(
+                Note("not_asked", effect=key, lack=lack)
+                for key, lack in not_asked(observations, plain.specification, own).items()
+            ),
         ),
         n_worlds=len(screening.largest),
         seed=seed,
     )
     progress(1.0)
     return Findings(base, fits, screening, result, of_smooth)
+
+
+def fits_of_faults(question: Question, missing: Sequence[str]) -> dict[str, Refit]:
+    """Full refits with candidates that are missing by a fault of the records alone."""
+    asked = (c.key for c in question.screening.candidates if c.key in missing)
+    return {key: refit_with(question.base, key) for key in asked if key not in question.fits}
 
 
 def hidden_by_nuisances(
