@@ -214,8 +214,8 @@ def covariance_at(posterior: Posterior, u: Floats) -> Floats:
     moves = [np.zeros((1, n)), steps, -steps, steps[i] + steps[j], -steps[i] - steps[j], *apart]
     parts = np.cumsum([len(part) for part in moves[:-1]])
     places = _mirrored(posterior, centre + np.concatenate(moves))
-    middle, ahead, behind, *both, one, other = np.split(costs(posterior, places), parts)
-    alone, both = ahead + behind, both[0] + both[1]
+    middle, ahead, behind, forth, back, one, other = np.split(costs(posterior, places), parts)
+    alone, both = ahead + behind, forth + back
     hessian = np.diag(alone - 2.0 * middle)
     # Both steps forwards and both back, less the steps by themselves.
     across = 0.5 * (both - alone[i] - alone[j]) + middle
