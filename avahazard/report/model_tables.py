@@ -323,18 +323,20 @@ def shape_table(diagnosis: Diagnosis) -> Table | None:
     if found is None or found.shape is None:
         return None
     shape = found.shape
-    n = len(shape.x)
+    n = len(shape.q50)
     places = [k * (n - 1) // (SHAPE_ROWS - 1) for k in range(SHAPE_ROWS)]
     if shape.path is not None:
         # It is the same along each of some stretches.
         places = [k for k in range(n) if k == 0 or shape.q50[k] != shape.q50[k - 1]]
+    if levels := shape.levels:
+        places = sorted(range(len(levels)), key=lambda k: -shape.q50[k])
     state, value = words.shape_text(shape)
 
     def of(values: Sequence[float], form: str = "+.3f") -> Any:
         return lambda k: words.digits(values[k], form)
 
     columns: tuple[Column, ...] = (
-        (">" + state, of(shape.x, ".4g")),
+        (state, lambda k: levels[k]) if levels else (">" + state, of(shape.x, ".4g")),
         (">5 %", of(shape.q05)),
         (">" + say("median"), of(shape.q50)),
         (">95 %", of(shape.q95)),

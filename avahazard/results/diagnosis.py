@@ -36,7 +36,8 @@ class Declared(Result):
 class Shape(Result):
     """A smooth of a state or a column (`of`, in `unit`) with its 90 % credible band at places `x`.
 
-    `value` says what it is of: friction that is added, log friction, a force per mass, or drag.
+    `value` says what it is of: friction that is added, log friction, a force per mass, or drag. Of
+    a column of texts it is at its `levels`, and `x` is empty.
     """
 
     of: str
@@ -47,6 +48,7 @@ class Shape(Result):
     q50: tuple[float, ...]
     q95: tuple[float, ...]
     path: str | None = None
+    levels: tuple[str, ...] | None = field(default=None, metadata=ABSENT)
 
 
 class LawParameter(Result):

@@ -50,7 +50,7 @@ def shifted(records: Records, columns: dict[str, np.ndarray], log_friction: np.n
             replace(
                 e,
                 runout_length_m=(e.runout_length_m or 0.0) * float(np.exp(-log_friction[i])),
-                covariates={name: float(values[i]) for name, values in columns.items()},
+                covariates={name: values[i].item() for name, values in columns.items()},
             )
             for i, e in enumerate(records.events)
         ),

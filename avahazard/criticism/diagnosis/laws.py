@@ -21,7 +21,7 @@ from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.naming import MARGIN
 from avahazard.criticism.diagnosis.refits import Refit, peak_with, refit
 from avahazard.criticism.screening.linear_model import linear_model
-from avahazard.effects.covariate import PREFIX, VOLUME
+from avahazard.effects.covariate import PREFIX, VOLUME, level_counts, text_column
 from avahazard.effects.effect import Curve
 from avahazard.effects.law_forms import LawForm, forms_of, free_curve
 from avahazard.effects.own_file import definition_from
@@ -59,13 +59,13 @@ Laws = tuple[FoundLaw, ...]
 
 
 def found_shape(fit: Refit, key: str, laws: Laws = ()) -> Shape | None:
-    """The curve of smooth `key` of a fit, by the posterior; None for what is no curve.
+    """The curve of smooth `key` of a fit, or its levels, by the posterior; None for what has none.
 
     It may be any of its `laws` as well, each as probable as its evidence says.
     """
     curve = curve_of(fit, key)
     if curve is None:
-        return None
+        return _found_levels(fit, key)
     curves = fit.drawn(key) @ curve.columns.T
     if curve.form:
         sd, _, known = likelihood_of_smooth(fit, key, curve)
@@ -81,6 +81,21 @@ def found_shape(fit: Refit, key: str, laws: Laws = ()) -> Shape | None:
     x, unit = (np.exp(curve.x), "m3") if curve.of == VOLUME else (curve.x, curve.unit)
     places = tuple(x.tolist())
     return Shape(curve.of, unit, curve.value, places, low, middle, high, curve.path)
+
+
+def _found_levels(fit: Refit, key: str) -> Shape | None:
+    """Log friction at each level of a column of texts, 0 on average of the events that have one."""
+    facts, column = fit.facts.get(key, {}), fit.definition(key).column
+    if column is None or "reference" not in facts:
+        return None
+    levels = (facts["reference"], *facts["levels"])
+    texts = text_column(fit.observations.columns, column)
+    count = {} if texts is None else level_counts(texts)
+    drawn = fit.drawn(key)
+    drawn = np.column_stack([np.zeros(len(drawn)), drawn])
+    drawn -= np.average(drawn, axis=1, weights=[count[level] for level in levels])[:, None]
+    low, middle, high = (tuple(row) for row in np.quantile(drawn, LEVELS, axis=0).tolist())
+    return Shape(column, "", "log friction", (), low, middle, high, levels=levels)
 
 
 def drawn_roughness(

@@ -32,8 +32,11 @@ from avahazard.effects.own_file import definition_from
 from avahazard.inference.likelihood.assemble import find_definition
 from avahazard.inference.model.observations import Observations, build_observations
 from avahazard.inference.model.specification import Specification
+from avahazard.report.model_tables import shape_table
+from avahazard.results.base import Rows
 from tests.criticism.lengths import lengths, shifted
 from tests.effects.event_table import event_table
+from tests.results.samples import CANDIDATE, DIAGNOSIS
 
 KEY = "covariate:column_1"
 
@@ -70,6 +73,30 @@ def test_the_band_of_a_polynomial_is_that_of_what_the_effect_does(
     low, middle, high = quantiles
     assert np.min(high) < 0.0 < np.max(low)
     assert np.argmin(middle) < np.argmax(middle)
+
+
+def test_levels_are_against_the_mean_of_the_events() -> None:
+    names = np.array(["a", "b", "c"])[np.random.default_rng(5).choice(3, 150, p=[0.5, 0.3, 0.2])]
+    true = {"a": 0.0, "b": 0.4, "c": -0.3}
+    friction = np.array([true[name] for name in names])
+    records = shifted(lengths(150, seed=5), {"weather": names}, friction)
+    base = refit(build_observations(records), Specification(law="power"), {})
+    found = found_shape(refit_with(base, "covariate:weather"), "covariate:weather")
+    assert found is not None
+    assert found.levels == ("a", "b", "c")
+    assert (found.of, found.value, found.x) == ("weather", "log friction", ())
+    for level, low, high in zip(found.levels, found.q05, found.q95, strict=True):
+        assert low - 0.03 < true[level] - np.mean(friction) < high + 0.03
+    share = [np.mean(names == level) for level in found.levels]
+    assert float(np.dot(share, found.q50)) == pytest.approx(0.0, abs=0.02)
+    diagnosis = replace(
+        DIAGNOSIS,
+        candidates=Rows([replace(CANDIDATE, effect="covariate:weather", shape=found)]),
+        missing=("covariate:weather",),
+    )
+    table = shape_table(diagnosis)
+    assert table is not None
+    assert [row[0] for row in table.rows] == ["b", "a", "c"]
 
 
 def some_curve(*, rests: bool, n: int = 61) -> Curve:
