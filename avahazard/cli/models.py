@@ -310,6 +310,7 @@ def compare(
 
 ALONE, NEAR = 0.05, 0.1
 CANDIDATES_SHOWN = 8
+FORCE_OFF = 4
 
 
 @answers("diagnose.diagnose_model")
@@ -365,7 +366,12 @@ def _findings(found: Diagnosis) -> Iterator[Shown]:
         if c.force_witness is not None and c.shape is None:  # a curve is no one amount
             value, se = c.force_witness.value, c.force_witness.se
             name, fitted = next(iter(c.parameters.items()))
-            yield f"By the measured force {name} is {value:.2g} ± {se:.2g} (fitted: {fitted:.2g})."
+            off = abs(fitted - value) > FORCE_OFF * se
+            rest = f", over {FORCE_OFF} sd off: another form of it may act" if off else ""
+            yield (
+                f"By the measured force {name} is {value:.2g} ± {se:.2g} "
+                f"(fitted: {fitted:.2g}{rest})."
+            )
     if found.impossible_stops:
         n = len(found.impossible_stops)
         yield (
