@@ -30,6 +30,8 @@ from avahazard.records.meanings import plain_word
 
 PREFIX = "covariate:"
 VOLUME, RELEASE, PATH_ID = "volume_m3", "release_elevation_m", "path_id"
+VOLUME_PER = f"{VOLUME}_per_"
+"""Before the name of a column: the log of the volume's ratio to it."""
 N_KNOTS, N_PLACES = 5, 41
 MIN_EVENTS = 20
 LINEAR_SD, CURVED_SD = 0.2, 0.1
@@ -48,8 +50,8 @@ def covariate(column: str) -> Definition:
         lacking=partial(_lacking, column),
         facts=partial(_facts, column),
         event_columns=True,
-        uses_volume=column == VOLUME,
-        beyond=1,
+        uses_volume=in_logs(column),
+        beyond=2 if column.startswith(VOLUME_PER) else 1,
         curve=partial(_curve, column),
         names_cause=False,
         column=column,
@@ -64,7 +66,10 @@ def _lacking(column: str, columns: EventColumns, _sites: Sites) -> str | None:
 
 
 def number_column(columns: EventColumns, name: str) -> Floats | None:
-    """A column of numbers by its name in the files; None if there is none."""
+    """A column of numbers by its name in the files, or of a ratio its log; None if there is none.
+
+    Of the volume it is the log as well.
+    """
     of_records = {
         VOLUME: columns.log_volume,
         RELEASE: columns.release_elevation,
@@ -72,7 +77,22 @@ def number_column(columns: EventColumns, name: str) -> Floats | None:
         "day_of_winter": columns.day_of_winter,
         "deposit_length_m": columns.deposit_length,
     }
-    return {**columns.made, **columns.numbers, **of_records}.get(name)
+    found = {**columns.made, **columns.numbers, **of_records}.get(name)
+    under = columns.numbers.get(name.removeprefix(VOLUME_PER))
+    if found is not None or under is None or not name.startswith(VOLUME_PER):
+        return found
+    return np.asarray(columns.log_volume - np.log(np.where(under > 0.0, under, np.nan)))
+
+
+def in_logs(name: str) -> bool:
+    """Whether a column of numbers is given by its log."""
+    return name == VOLUME or name.startswith(VOLUME_PER)
+
+
+def ratios_to_volume(columns: EventColumns) -> list[str]:
+    """The volume over each column of the file whose numbers are all above 0."""
+    numbers = columns.numbers.items()
+    return [VOLUME_PER + name for name, values in numbers if np.all(known(values) > 0.0)]
 
 
 def known_numbers(columns: EventColumns, name: str) -> Floats:

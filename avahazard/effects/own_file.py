@@ -294,8 +294,8 @@ class _Call:
 
     def _lacks(self, columns: EventColumns) -> bool:
         """Whether a column that the file names is not among the data at all."""
-        known = {*columns.numbers, *columns.texts, *columns.made, *columns.__slots__, *GIVEN}
-        return any(need not in known for need in self.needs)
+        known = {*columns.texts, *columns.__slots__, *GIVEN}
+        return any(n not in known and number_column(columns, n) is None for n in self.needs)
 
     def _missing(self, columns: EventColumns) -> Bools:
         """Events `[n_events]` that lack a number of the columns that the file needs."""

@@ -164,14 +164,15 @@ def shape_text(shape: Shape) -> tuple[str, str]:
 
 
 def law_state(shape: Shape) -> str:
-    """What a law is a formula of: of a volume its logarithm."""
-    return f"ln {shape.of}" if shape.of == "volume_m3" else shape.of
+    """What a law is a formula of: of a volume, or of a ratio, its logarithm."""
+    return f"ln {shape.of}" if shape.of.startswith("volume_m3") else shape.of
 
 
 def law_unit(name: str, parameter: LawParameter, shape: Shape | None) -> str:
     """The unit of a law's parameter; of a place along the logarithm of a volume the volume."""
     if shape and law_state(shape) != shape.of and name in ("centre", "threshold", "limit"):
-        return f"= ln {volume(math.exp(parameter.q50))}"
+        there = math.exp(parameter.q50)
+        return f"= ln {volume(there) if shape.of == 'volume_m3' else format(there, '.3g')}"
     return unit_text(parameter.unit)
 
 

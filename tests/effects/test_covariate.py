@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from avahazard.effects.covariate import covariate, number_column, spline_columns
+from avahazard.effects.covariate import covariate, number_column, ratios_to_volume, spline_columns
 from avahazard.effects.effect import FrictionEffect
 from avahazard.records.collection import Event
+from tests.effects.event_table import event_table
 from tests.effects.examples import columns, sites
 
 KNOTS = np.array([1.0, 2.0, 4.0, 5.0, 8.0])
@@ -94,6 +97,22 @@ def test_columns_of_the_forms_are_known_by_their_names() -> None:
     assert number_column(table, "year") is table.year
     assert number_column(table, "aspect") is table.numbers["aspect"]
     assert number_column(table, "snow_type") is None
+
+
+def test_the_volume_over_a_column_is_the_log_of_their_ratio() -> None:
+    depth = [0.5, 2.0, np.nan, 1.0, 1.0, 0.8]
+    table = replace(
+        event_table(depth_m=depth, warmth=[-1.0, 2.0, 3.0, 4.0, 5.0, 6.0]),
+        log_volume=np.log([1e3, 2e4, 5e4, 1e4, 3e3, 8e4]),
+    )
+    assert ratios_to_volume(table) == ["volume_m3_per_depth_m"]
+    found = number_column(table, "volume_m3_per_depth_m")
+    assert found is not None
+    np.testing.assert_allclose(np.exp(found), [2e3, 1e4, np.nan, 1e4, 3e3, 1e5])
+    assert number_column(table, "volume_m3_per_warmth_of_snow") is None
+    entry = covariate("volume_m3_per_depth_m")
+    assert entry.uses_volume
+    assert entry.beyond > covariate("depth_m").beyond
 
 
 def test_one_value_tells_nothing() -> None:

@@ -21,7 +21,7 @@ from avahazard.arrays import Floats
 from avahazard.criticism.diagnosis.naming import MARGIN
 from avahazard.criticism.diagnosis.refits import Refit, peak_with, refit
 from avahazard.criticism.screening.linear_model import linear_model
-from avahazard.effects.covariate import PREFIX, VOLUME, level_counts, text_column
+from avahazard.effects.covariate import PREFIX, VOLUME, in_logs, level_counts, text_column
 from avahazard.effects.effect import Curve
 from avahazard.effects.law_forms import LawForm, forms_of, free_curve
 from avahazard.effects.own_file import definition_from
@@ -78,7 +78,8 @@ def found_shape(fit: Refit, key: str, laws: Laws = ()) -> Shape | None:
             rows = rng.integers(len(found.curves), size=np.sum(chosen == k))
             curves[chosen == k] = found.curves[rows]
     low, middle, high = (tuple(row) for row in np.quantile(curves, LEVELS, axis=0).tolist())
-    x, unit = (np.exp(curve.x), "m3") if curve.of == VOLUME else (curve.x, curve.unit)
+    x, unit = (np.exp(curve.x), "") if in_logs(curve.of) else (curve.x, curve.unit)
+    unit = "m3" if curve.of == VOLUME else unit
     places = tuple(x.tolist())
     return Shape(curve.of, unit, curve.value, places, low, middle, high, curve.path)
 

@@ -17,7 +17,7 @@ from avahazard.criticism.diagnosis.refits import (
     refit_without,
 )
 from avahazard.effects.columns import EventColumns
-from avahazard.effects.covariate import VOLUME, number_column
+from avahazard.effects.covariate import VOLUME, in_logs, number_column
 from avahazard.effects.effect import Definition, VolumeErrorEffect
 from avahazard.inference.fitting.mode import likely_friction
 from avahazard.inference.model.observations import ELEVATION, PLACE
@@ -55,7 +55,7 @@ def by_misstated_volumes(question: Question, leader: str) -> str | None:
     if key is None or key in question.base.specification.effects:
         return None
     by_volume = definition.changes is not None and definition.changes.field in OF_THE_VOLUME
-    if by_volume or definition.column == VOLUME:
+    if by_volume or in_logs(definition.column or ""):
         return None if _gain_of_volume(question, leader, key) > MARGIN else key
     observations = question.base.observations
     stand_in = stand_in_for_volume(observations.columns, definition)

@@ -22,7 +22,15 @@ from avahazard.criticism.screening.linear_model import NOTHING, LinearModel, lin
 from avahazard.effects.catalogue import catalogue
 from avahazard.effects.change import ALL, SEVERAL, YEARS, change
 from avahazard.effects.columns import FALL_HEIGHT, NORTH, ORIENTATION
-from avahazard.effects.covariate import PATH_ID, RELEASE, VOLUME, covariate, line_of, scatter_by
+from avahazard.effects.covariate import (
+    PATH_ID,
+    RELEASE,
+    VOLUME,
+    covariate,
+    line_of,
+    ratios_to_volume,
+    scatter_by,
+)
 from avahazard.effects.effect import Definition, Effect, FrictionEffect
 from avahazard.effects.pairs import interaction
 from avahazard.inference.likelihood.posterior import Posterior
@@ -258,7 +266,9 @@ def candidate_definitions(
     of_events = [name for name in known_columns if name != FALL_HEIGHT]
     # A smooth of a column that has an effect of its own would only repeat it.
     taken = {entry.column for entry in known}
-    smooths = [covariate(c) for c in dict.fromkeys([*of_events, *COMMON_COLUMNS]) if c not in taken]
+    ratios = [name for name in ratios_to_volume(columns) if not name.endswith(FALL_HEIGHT)]
+    one_column = dict.fromkeys([*of_events, *COMMON_COLUMNS, *ratios])
+    smooths = [covariate(c) for c in one_column if c not in taken]
     # A direction in degrees begins anew at north: beside another column it is two parts.
     paired = [name for name in of_events if name + NORTH not in columns.numbers]
     pairs = [f"{one}*{other}" for one, other in combinations([*paired, *PAIRED], 2)]

@@ -26,7 +26,12 @@ def predicted_figures(events: Sequence[EventView], names: Names, loop: LoopView)
     """
     known = [k for k, event in enumerate(events) if event.predicted]
     by_kind = {kind: [k for k in known if events[k].coordinate == kind] for kind in KINDS}
-    return [_predicted(kind, events, rows, names, loop) for kind, rows in by_kind.items() if rows]
+    return [
+        _predicted(kind, events, rows, names, loop)
+        for kind, rows in by_kind.items()
+        # Of those that left the profile, no stop can be shown.
+        if any(events[k].observed_m is not None for k in rows)
+    ]
 
 
 def _predicted(

@@ -117,6 +117,14 @@ def test_states_change_the_traces_that_they_name(loop_content: ReportContent) ->
         )
 
 
+def test_records_without_a_stop_have_no_figure(loop_content: ReportContent) -> None:
+    names = {str(k): str(k) for k in range(20)}  # too many for a colour each
+    events = loop_content.events
+    left = [replace(e, coordinate="x", observed_m=None) for e in events[:5]]
+    found = predicted_figures([*left, *events[5:]], names, loop_content.loop)
+    assert [figure.key for figure in found] == ["predicted-elevation"]
+
+
 def test_a_path_shows_every_record_with_both_bands(loop_content: ReportContent) -> None:
     view = loop_content.paths[0]
     shown = stops_of(view, loop_content.loop, loop_content.events)
