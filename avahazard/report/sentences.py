@@ -227,6 +227,13 @@ def verdict_text(diagnosis: Diagnosis, who: str | None = None) -> str:
         if c.kinds is not None and c.effect in diagnosis.missing
         for words in kinds_text(c.kinds)
     ]
+    factors = [
+        say("The errors would be {factor:.2g} times those stated.", factor=math.exp(value))
+        for c in diagnosis.candidates
+        if c.effect in diagnosis.missing
+        for name, value in c.parameters.items()
+        if name.endswith(".log_factor")
+    ]
     together = [
         say(
             "Together they gain {nats:.1f} nats over the best of them alone (p {p}).",
@@ -235,7 +242,7 @@ def verdict_text(diagnosis: Diagnosis, who: str | None = None) -> str:
         )
         for largest in diagnosis.pairs[-1:]
     ]
-    return " ".join([verdict, *together, *kinds, *where])
+    return " ".join([verdict, *factors, *together, *kinds, *where])
 
 
 def short_verdict(diagnosis: Diagnosis, who: str | None = None) -> str:

@@ -50,6 +50,18 @@ def test_one_with_far_more_evidence_than_the_rest_is_most_likely() -> None:
     assert "cannot determine which" in verdict_text(close, "base")
 
 
+def test_errors_of_the_records_are_told_as_a_multiple_of_those_stated() -> None:
+    errors = replace(CANDIDATE, effect="record-error", parameters={"record-error.log_factor": 1.9})
+    found = replace(
+        DIAGNOSIS,
+        pairs=Rows(),
+        verdict="missing-effect",
+        missing=("record-error",),
+        candidates=Rows([errors]),
+    )
+    assert "The errors would be 6.7 times those stated." in verdict_text(found, "base")
+
+
 def test_effects_that_are_needed_together_are_named_together() -> None:
     found = replace(DIAGNOSIS, verdict="missing-effect", missing=("season",))
     assert verdict_text(found, "base").startswith(

@@ -179,6 +179,7 @@ def diagnose(
         notes=(
             *speeds_off,
             *_unsure(base, evidence, missing),
+            *record_faults.on_one_path(base),
             *(Note("not_granted", effect=key, most=nuisances.MOST_CROSSED) for key in too_many),
             *(
                 Note("not_asked", effect=key, lack=lack)

@@ -336,8 +336,11 @@ def _fitted(shared: Shared, asked: tuple[str, Match]) -> FoundLaw:
     evidence = fit.evidence - base.evidence
     if fixed:
         rng = generator(0, f"shape of {form.key}")
-        chosen = rng.choice(len(found.shapes), len(drawn), p=found.share)
-        drawn = np.column_stack([drawn, found.shapes[chosen]])
+        shapes = found.shapes[rng.choice(len(found.shapes), len(drawn), p=found.share)]
+        # Within a cell of the grid any shape is as likely as another.
+        shapes += rng.uniform(-0.5, 0.5, shapes.shape) * np.ptp(found.shapes, axis=0) / (POINTS - 1)
+        ends = np.array([(p.low, p.high) for p in form.parameters[1:]]).reshape(-1, 2).T
+        drawn = np.column_stack([drawn, np.clip(shapes, *ends)])
         evidence += found.spread_out
     curves = np.array([row[0] * form.shape(form.curve.x, row[1:]) for row in drawn])
     if not form.curve.rests:

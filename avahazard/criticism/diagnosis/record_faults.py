@@ -22,6 +22,7 @@ from avahazard.effects.effect import Definition, VolumeErrorEffect
 from avahazard.inference.fitting.mode import likely_friction
 from avahazard.inference.model.observations import ELEVATION, PLACE
 from avahazard.inference.model.volumes import VolumeNodes, bounded, told_by, within_paths
+from avahazard.notes import Note
 from avahazard.records.crosscheck import dwarfing
 
 OF_THE_VOLUME = ("law", "scatter")
@@ -39,6 +40,8 @@ SPEEDS_OFF, MOST_OFF = 0.03, 0.2
 most that it is."""
 MOST_SCATTERS = 4.0
 """Scatters off, from which on a record is suspect."""
+FEW_SUSPECTS, HALF = 3, 0.5
+"""Of so many suspect records on, that all are on a path with under half of all is no chance."""
 MOST_ERRORS = 2.5
 """Errors of the record off the nearest stop, from which on it cannot be meant."""
 
@@ -226,3 +229,18 @@ def impossible_stops(base: Refit) -> tuple[str, ...]:
         if np.any(inside & discontinuous) and not np.any(near & ~discontinuous) and not ends:
             found.append(observations.columns.event_id[i])
     return tuple(found)
+
+
+def on_one_path(base: Refit) -> tuple[Note, ...]:
+    """A note where all suspect records are on one path, which has fewer than half of all.
+
+    Its profile may be wrong.
+    """
+    columns = base.posterior.observations.columns
+    found = {*suspects(base), *impossible_stops(base)}
+    on = columns.path_index[np.isin(columns.event_id, [*found])]
+    if len(on) < FEW_SUSPECTS or np.ptp(on) or on[0] < 0:
+        return ()
+    if np.mean(columns.path_index == on[0]) > HALF:
+        return ()
+    return (Note("suspects_on", path=columns.paths[on[0]], n=len(on)),)

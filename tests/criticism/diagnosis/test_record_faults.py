@@ -274,6 +274,27 @@ def test_the_far_ones_are_named_worst_first(in_log: bool, n_volumes: int) -> Non
     assert suspects(base) == ("c", "d", "b")
 
 
+@pytest.mark.parametrize(
+    ("suspect", "on"),
+    [(("a", "b", "c"), "P1"), (("a", "b"), None), (("a", "b", "e"), None), (("e", "f", "g"), None)],
+)
+def test_suspects_on_one_path_are_said(
+    monkeypatch: pytest.MonkeyPatch, suspect: tuple[str, ...], on: str | None
+) -> None:
+    """Not those on a path that has most of the records anyway."""
+    monkeypatch.setattr(record_faults, "suspects", lambda _: suspect[:2])
+    monkeypatch.setattr(record_faults, "impossible_stops", lambda _: suspect[1:])
+    columns = SimpleNamespace(
+        event_id=np.array(list("abcdefghi")),
+        path_index=np.array([1, 1, 1, 2, 0, 0, 0, 0, 0]),
+        paths=("P0", "P1", "P2"),
+    )
+    observations = SimpleNamespace(columns=columns)
+    base: Any = SimpleNamespace(posterior=SimpleNamespace(observations=observations))
+    found = record_faults.on_one_path(base)
+    assert found == (() if on is None else (Note("suspects_on", path=on, n=3),))
+
+
 def _world(seed: int, effects: dict[str, float], error: float) -> Observations:
     records, _ = make_dataset(seed, 120, 9, effects, Settings(volume_rel_sigma=error))
     events = tuple(replace(e, volume_rel_sigma=STATED) for e in records.events)
