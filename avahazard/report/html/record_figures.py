@@ -29,7 +29,7 @@ def predicted_figures(events: Sequence[EventView], names: Names, loop: LoopView)
     return [
         _predicted(kind, events, rows, names, loop)
         for kind, rows in by_kind.items()
-        # Of those that left the profile, no stop can be shown.
+        # Beyond the profile there is no stop to show.
         if any(events[k].observed_m is not None for k in rows)
     ]
 
