@@ -202,12 +202,18 @@ def fits_of_faults(question: Question, missing: Sequence[str]) -> dict[str, Refi
 def hidden_by_nuisances(
     base: Refit, specification: Specification, entries: Sequence[Definition], seed: int
 ) -> list[str]:
-    """Candidates that stand out where nuisances which the records ask for are not granted."""
+    """Candidates that stand out where nuisances which the records ask for are not granted.
+
+    The most surprising, and beside pairs what stands out of their columns alone.
+    """
     bare = nuisances.without_those_asked_for(base, specification)
     if bare is None:
         return []
-    found = screen(bare.posterior, bare.mode.u, entries, seed=seed).candidates
-    return [c.key for c in found if c.p_family <= LEVEL][:MOST_HIDDEN]
+    screened = screen(bare.posterior, bare.mode.u, entries, seed=seed).candidates
+    found = [c for c in screened if c.p_family <= LEVEL]
+    first = [c.key for c in found[:MOST_HIDDEN]]
+    columns = {column for key in first for column in columns_of_pair(key)}
+    return [*first, *(c.key for c in found[MOST_HIDDEN:] if c.definition.column in columns)]
 
 
 def beside_group(

@@ -1,11 +1,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from avahazard.criticism.diagnosis.diagnose import Findings, diagnose
+from avahazard.criticism.diagnosis.diagnose import Findings, diagnose, hidden_by_nuisances
+from avahazard.effects.catalogue import definition
 from avahazard.effects.effect import Definition
 from avahazard.effects.own_file import definition_from
 from avahazard.inference.likelihood.assemble import with_effects
@@ -138,6 +141,23 @@ def test_what_it_could_have_seen_it_mostly_sees() -> None:
     seen = [on_lengths(size, seed, own).result.verdict != "adequate" for seed in range(4, 24)]
     # 80 % of 20 datasets, less three standard deviations.
     assert sum(seen) >= 11
+
+
+def test_columns_of_pairs_that_nuisances_hide_are_fitted_alone_as_well(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    names = ["interaction:slope*rock", "interaction:slope*age", "interaction:slope*side"]
+    names += ["covariate:slope", "covariate:side", "season"]
+    found = [
+        SimpleNamespace(key=key, definition=definition(key), p_family=p)
+        for key, p in zip(names, (0.001, 0.001, 0.001, 0.002, 0.4, 0.01), strict=True)
+    ]
+    bare = SimpleNamespace(posterior=None, mode=SimpleNamespace(u=None))
+    module = "avahazard.criticism.diagnosis.diagnose."
+    monkeypatch.setattr(f"{module}nuisances.without_those_asked_for", lambda *_: bare)
+    monkeypatch.setattr(f"{module}screen", lambda *_, seed: SimpleNamespace(candidates=found))
+    base: Any = None
+    assert hidden_by_nuisances(base, Specification(), (), 0) == names[:4]
 
 
 @pytest.mark.slow
