@@ -155,7 +155,7 @@ def test_columns_of_pairs_that_nuisances_hide_are_fitted_alone_as_well(
     bare = SimpleNamespace(posterior=None, mode=SimpleNamespace(u=None))
     module = "avahazard.criticism.diagnosis.diagnose."
     monkeypatch.setattr(f"{module}nuisances.without_those_asked_for", lambda *_: bare)
-    monkeypatch.setattr(f"{module}screen", lambda *_, seed: SimpleNamespace(candidates=found))
+    monkeypatch.setattr(f"{module}screen", lambda *_, **__: SimpleNamespace(candidates=found))
     base: Any = None
     assert hidden_by_nuisances(base, Specification(), (), 0) == names[:4]
 
