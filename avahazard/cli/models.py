@@ -311,6 +311,7 @@ def compare(
 ALONE, NEAR = 0.05, 0.1
 CANDIDATES_SHOWN = 8
 FORCE_OFF = 4
+"""Standard errors off the measured force from which on a fitted one is doubted."""
 
 
 @answers("diagnose.diagnose_model")

@@ -140,7 +140,8 @@ def diagnose(
     verdict, missing, together = verdict_on(question, naming, groups, granted)
     if left and (keys := beside_group(left, missing, evidence)):
         verdict, missing = verdict_of(map(base.definition, keys))
-    # What a fault of the records names has evidence of its own as well, which ranks it.
+    # What a fault of the records names has evidence of its own as well, which ranks it; `question`
+    # has the same fits.
     fits |= fits_of_faults(question, missing)
     evidence |= {key: fits[key].evidence - base.evidence for key in fits if key not in evidence}
     of_smooth: Laws = ()

@@ -78,9 +78,8 @@ def found_shape(fit: Refit, key: str, laws: Laws = ()) -> Shape | None:
             rows = rng.integers(len(found.curves), size=np.sum(chosen == k))
             curves[chosen == k] = found.curves[rows]
     low, middle, high = (tuple(row) for row in np.quantile(curves, LEVELS, axis=0).tolist())
-    x, unit = (np.exp(curve.x), "") if in_logs(curve.of) else (curve.x, curve.unit)
-    unit = "m3" if curve.of == VOLUME else unit
-    places = tuple(x.tolist())
+    unit = "m3" if curve.of == VOLUME else curve.unit
+    places = tuple((np.exp(curve.x) if in_logs(curve.of) else curve.x).tolist())
     return Shape(curve.of, unit, curve.value, places, low, middle, high, curve.path)
 
 
@@ -91,8 +90,8 @@ def _found_levels(fit: Refit, key: str) -> Shape | None:
         return None
     levels = (facts["reference"], *facts["levels"])
     texts = text_column(fit.observations.columns, column)
-    count = {} if texts is None else level_counts(texts)
-    drawn = fit.drawn(key)
+    assert texts is not None
+    count, drawn = level_counts(texts), fit.drawn(key)
     drawn = np.column_stack([np.zeros(len(drawn)), drawn])
     drawn -= np.average(drawn, axis=1, weights=[count[level] for level in levels])[:, None]
     low, middle, high = (tuple(row) for row in np.quantile(drawn, LEVELS, axis=0).tolist())

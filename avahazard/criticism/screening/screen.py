@@ -267,8 +267,8 @@ def candidate_definitions(
     # A smooth of a column that has an effect of its own would only repeat it.
     taken = {entry.column for entry in known}
     ratios = [name for name in ratios_to_volume(columns) if not name.endswith(FALL_HEIGHT)]
-    one_column = dict.fromkeys([*of_events, *COMMON_COLUMNS, *ratios])
-    smooths = [covariate(c) for c in one_column if c not in taken]
+    smooth_in = dict.fromkeys([*of_events, *COMMON_COLUMNS, *ratios])
+    smooths = [covariate(c) for c in smooth_in if c not in taken]
     # A direction in degrees begins anew at north: beside another column it is two parts.
     paired = [name for name in of_events if name + NORTH not in columns.numbers]
     pairs = [f"{one}*{other}" for one, other in combinations([*paired, *PAIRED], 2)]
